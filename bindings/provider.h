@@ -105,11 +105,10 @@ typedef struct {
   int (*plan_state)(const void *state);  // IDLE 0, FLYING 1, LANDING 3, DISABLED 4
   struct traj_eval (*plan_current_goal)(void *state, const uint8_t *memory, float t);
 
-  // Tables over the state block.
-  const cf_variable_t *parameters;
-  int                  parameter_count;
-  const cf_variable_t *logs;
-  int                  log_count;
+  // Tables of parameters and log variables; bases count from the start of the state block. Fills
+  // at most `capacity` tables and returns how many there are.
+  int (*parameters)(cf_variables_t *tables, int capacity);
+  int (*logs)(cf_variables_t *tables, int capacity);
 } cf_provider_t;
 
 // Returns provider number i, or null behind the last one.

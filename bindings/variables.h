@@ -32,7 +32,7 @@ typedef struct {
 typedef struct {
   const cf_variable_t *rows;
   int                  count;
-  uint32_t             base;  // [bytes], where the struct of these rows starts within cf_t
+  uint32_t             base;  // [bytes], where the struct of these rows starts within the whole
 } cf_variables_t;
 
 #endif  // CF_VARIABLES_H
