@@ -30,6 +30,14 @@ typedef enum {
   ControllerType_COUNT      = 6,
 } ControllerType;
 
+// Estimator numbers of the firmware's default build (estimators dossier section 9).
+typedef enum {
+  StateEstimatorTypeAutoSelect    = 0,
+  StateEstimatorTypeComplementary = 1,
+  StateEstimatorTypeKalman        = 2,
+  StateEstimatorType_COUNT        = 3,
+} StateEstimatorType;
+
 // Where a high-level plan starts, or what the planner asks for.
 typedef struct {
   struct vec pos;  // [m]
@@ -73,6 +81,8 @@ typedef struct {
   bool (*power_cap)(void *state, const motors_thrust_uncapped_t *uncapped,
                     motors_thrust_pwm_t *pwm);
   uint32_t (*idle_thrust)(const void *state);
+  // The test override motorPowerSet.*, applied to every duty that is set; battery [V].
+  void (*motor_override)(void *state, float battery_voltage, motors_thrust_pwm_t *pwm);
 
   // Kalman filter. acc in m/s^2 and gyro in rad/s for predict; acc in g for externalize; gyro in
   // deg/s for update.

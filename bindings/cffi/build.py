@@ -54,9 +54,10 @@ ffi = FFI()
 ffi.cdef(declarations("cffi/core.h", seen=set()))
 ffi.set_source(
     "crazychoir_fw._core",
-    f'#include "cffi/core.h"\n#define CF_BUILD_FLAGS "{" ".join(CFLAGS)}"\n',
+    '#include "cffi/core.h"',
     sources=SOURCES,
     include_dirs=[str(BINDINGS), mujoco_include()],
+    define_macros=[("CF_BUILD_FLAGS", f'"{" ".join(CFLAGS)}"')],
     extra_compile_args=CFLAGS,
     extra_link_args=["-pthread"],
     depends=[str(path) for path in sorted(BINDINGS.rglob("*.h"))],
