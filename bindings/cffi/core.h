@@ -1,6 +1,8 @@
 /* Everything that Python may see of the C side: build.py reads this file, and what it includes, as declarations. */
 #include "api/imu_types.h"
+#include "api/math3d.h"
 #include "api/measurement.h"
+#include "api/pptraj.h"
 #include "api/stabilizer_types.h"
 #include "api/vec.h"
 #include "platform.h"
