@@ -7,6 +7,8 @@
 #include "api/stabilizer_types.h"
 #include "api/vec.h"
 #include "builtin/planner.h"
+#include "onboard/supervisor.h"
+#include "onboard/supervisor_state_machine.h"
 #include "platform.h"
 #include "provider.h"
 #include "status.h"
