@@ -107,18 +107,31 @@ static void sense_position(cf_t *cf, const cf_motion_t *motion) {
   }
 }
 
-void cf_tick(cf_t *cf, const cf_motion_t *motion) {
+void cf_sense(cf_t *cf, const cf_motion_t *motion, cf_hardware_t *hardware) {
+  memset(hardware, 0, sizeof *hardware);
+  hardware->battery_voltage = cf->vehicle.battery.voltage;
   if (!is_sane(motion)) {
     cf_onboard_fail(&cf->onboard, CF_FAULT_MOTION);
     return;
   }
-
-  cf_hardware_t hardware = {.battery_voltage = cf->vehicle.battery.voltage};
-  cf_vehicle_imu(&cf->vehicle, motion->rates, motion->specific_force, &hardware.gyro,
-                 &hardware.acc);
+  cf_vehicle_imu(&cf->vehicle, motion->rates, motion->specific_force, &hardware->gyro,
+                 &hardware->acc);
   sense_position(cf, motion);
-  cf_onboard_tick(&cf->onboard, cf_provider(cf->config.provider), cf->provider_state, &hardware);
+}
+
+void cf_think(cf_t *cf, const cf_hardware_t *hardware) {
+  cf_onboard_tick(&cf->onboard, cf_provider(cf->config.provider), cf->provider_state, hardware);
+}
+
+void cf_actuate(cf_t *cf) {
   cf_vehicle_actuate(&cf->vehicle, cf->onboard.motors.list);
+}
+
+void cf_tick(cf_t *cf, const cf_motion_t *motion) {
+  cf_hardware_t hardware;
+  cf_sense(cf, motion, &hardware);
+  cf_think(cf, &hardware);
+  cf_actuate(cf);
 }
 
 void cf_wrench(const cf_t *cf, const cf_motion_t *motion, float force[3], float torque[3]) {

@@ -76,6 +76,12 @@ void cf_reboot(cf_t *cf);
 // whose numbers are no longer finite stops its motors, locks and says why in onboard.fault.
 void cf_tick(cf_t *cf, const cf_motion_t *motion);
 
+// The three parts of a tick, to be called in this order: the vehicle's sensors measure, the onboard
+// software decides, the vehicle's motors turn.
+void cf_sense(cf_t *cf, const cf_motion_t *motion, cf_hardware_t *hardware);
+void cf_think(cf_t *cf, const cf_hardware_t *hardware);
+void cf_actuate(cf_t *cf);
+
 // Force [N, world] and torque [N m, body, about the body origin] of rotors and air at this motion.
 // Has no effect on the drone. A wrench that is not finite is returned as zero.
 void cf_wrench(const cf_t *cf, const cf_motion_t *motion, float force[3], float torque[3]);

@@ -22,24 +22,41 @@ static int             plugin_slot = -1;
 
 // ---------------------------------------------------------------------------- timing
 
-static atomic_bool            is_timed;
-static _Atomic(uint_fast64_t) spent[2];  // [ns] advance, compute
+enum { TIME_ONBOARD = 0, TIME_VEHICLE = 1, TIME_PARTS = 2 };
 
-static uint64_t nanoseconds_now(void) {
+static atomic_bool            is_timed;
+static _Atomic(uint_fast64_t) spent[TIME_PARTS];  // [ns], summed over threads
+
+// Returns now [ns], or 0 while timing is off.
+static uint64_t timer_start(void) {
   struct timespec now;
+  if (!atomic_load_explicit(&is_timed, memory_order_relaxed)) {
+    return 0;
+  }
   clock_gettime(CLOCK_MONOTONIC, &now);
   return (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
 }
 
+// Adds the time since `start` to a part and returns now.
+static uint64_t timer_add(int part, uint64_t start) {
+  const uint64_t now = timer_start();
+  if (now != 0 && start != 0) {
+    atomic_fetch_add_explicit(&spent[part], now - start, memory_order_relaxed);
+  }
+  return now;
+}
+
 void cf_plugin_timing(int enabled) {
   atomic_store(&is_timed, enabled != 0);
-  atomic_store(&spent[0], 0);
-  atomic_store(&spent[1], 0);
+  for (int i = 0; i < TIME_PARTS; i++) {
+    atomic_store(&spent[i], 0);
+  }
 }
 
 void cf_plugin_timing_read(uint64_t nanoseconds[2]) {
-  nanoseconds[0] = atomic_load(&spent[0]);
-  nanoseconds[1] = atomic_load(&spent[1]);
+  for (int i = 0; i < TIME_PARTS; i++) {
+    nanoseconds[i] = atomic_load(&spent[i]);
+  }
 }
 
 // ---------------------------------------------------------------------------- motion of a body
@@ -72,23 +89,26 @@ static void motion_of(const drone_t *drone, const mjData *data, cf_motion_t *mot
   for (int i = 0; i < 4; i++) {
     motion->quat_wxyz[i] = (float)pose[3 + i];
   }
+  double rotation[9];
+  rotation_of(pose + 3, rotation);
+  for (int i = 0; i < 9; i++) {
+    motion->rotation[i] = (float)rotation[i];
+  }
 }
 
 // Mean specific force over the time since the last sample: R^T ((v+ - v-) / h - g), right for every
 // integrator (vehicle dossier section 12.5).
 static void specific_force_of(const drone_t *drone, const mjModel *model, const mjData *data,
-                              const cf_t *cf, double elapsed, float out[3]) {
-  const double *twist = data->qvel + drone->dof_address;
-  double        rotation[9];
-  double        force[3];
+                              const cf_t *cf, double elapsed, cf_motion_t *motion) {
+  const double *now = data->qvel + drone->dof_address;
+  float         force[3];
   for (int i = 0; i < 3; i++) {
-    const double before = cf->has_last_velocity ? cf->last_velocity[i] : twist[i];
-    force[i]            = (twist[i] - before) / elapsed - model->opt.gravity[i];
+    const double before = cf->has_last_velocity ? cf->last_velocity[i] : now[i];
+    force[i]            = (float)((now[i] - before) / elapsed - model->opt.gravity[i]);
   }
-  rotation_of(data->qpos + drone->qpos_address + 3, rotation);
+  const float *r = motion->rotation;
   for (int i = 0; i < 3; i++) {
-    out[i] =
-        (float)(rotation[i] * force[0] + rotation[3 + i] * force[1] + rotation[6 + i] * force[2]);
+    motion->specific_force[i] = r[i] * force[0] + r[3 + i] * force[1] + r[6 + i] * force[2];
   }
 }
 
@@ -103,27 +123,63 @@ typedef struct {
 
 static void wake_if_thrusting(const drone_t *drone, mjData *data, const cf_t *cf) {
   const bool is_asleep = data->tree_asleep[drone->tree] >= 0;
-  if (is_asleep && cf_vehicle_thrust(&cf->vehicle) > WAKE_THRUST) {
+  if (is_asleep && cf_rotors_total_thrust(&cf->vehicle.rotors) > WAKE_THRUST) {
     data->qvel[drone->dof_address + 2] = WAKE_VELOCITY;
   }
 }
 
-static void advance_part(void *context, int begin, int end) {
-  const advance_t *job     = context;
-  const double     elapsed = job->ticks / TICKS_PER_SECOND;
-  for (int i = begin; i < end; i++) {
-    const drone_t *drone = &job->swarm->drones[i];
-    cf_t          *cf    = state_of(drone, job->data);
-    cf_motion_t    motion;
-    motion_of(drone, job->data, &motion);
-    specific_force_of(drone, job->model, job->data, cf, elapsed, motion.specific_force);
-    for (int tick = 0; tick < job->ticks; tick++) {
-      cf_tick(cf, &motion);
-    }
+// A block of drones goes through each part of the tick together, so that the parts can be timed.
+#define BLOCK 8
 
+typedef struct {
+  cf_t         *cf[BLOCK];
+  cf_motion_t   motion[BLOCK];
+  cf_hardware_t hardware[BLOCK];
+  int           count;
+} block_t;
+
+static void tick_block(block_t *block) {
+  const uint64_t start = timer_start();
+  for (int i = 0; i < block->count; i++) {
+    cf_sense(block->cf[i], &block->motion[i], &block->hardware[i]);
+  }
+  const uint64_t sensed = timer_add(TIME_VEHICLE, start);
+  for (int i = 0; i < block->count; i++) {
+    cf_think(block->cf[i], &block->hardware[i]);
+  }
+  const uint64_t thought = timer_add(TIME_ONBOARD, sensed);
+  for (int i = 0; i < block->count; i++) {
+    cf_actuate(block->cf[i]);
+  }
+  timer_add(TIME_VEHICLE, thought);
+}
+
+static void advance_block(const advance_t *job, int begin, int end) {
+  const double elapsed = job->ticks / TICKS_PER_SECOND;
+  block_t      block   = {.count = end - begin};
+  for (int i = 0; i < block.count; i++) {
+    const drone_t *drone = &job->swarm->drones[begin + i];
+    block.cf[i]          = state_of(drone, job->data);
+    motion_of(drone, job->data, &block.motion[i]);
+    specific_force_of(drone, job->model, job->data, block.cf[i], elapsed, &block.motion[i]);
+  }
+
+  for (int tick = 0; tick < job->ticks; tick++) {
+    tick_block(&block);
+  }
+
+  for (int i = 0; i < block.count; i++) {
+    const drone_t *drone = &job->swarm->drones[begin + i];
+    cf_t          *cf    = block.cf[i];
     memcpy(cf->last_velocity, job->data->qvel + drone->dof_address, sizeof cf->last_velocity);
     cf->has_last_velocity = true;
     wake_if_thrusting(drone, job->data, cf);
+  }
+}
+
+static void advance_part(void *context, int begin, int end) {
+  for (int first = begin; first < end; first += BLOCK) {
+    advance_block(context, first, first + BLOCK < end ? first + BLOCK : end);
   }
 }
 
@@ -144,13 +200,7 @@ static void advance(const mjModel *model, mjData *data, int instance) {
   if (job.ticks < 1) {
     return;
   }
-
-  const bool     timed = atomic_load(&is_timed);
-  const uint64_t start = timed ? nanoseconds_now() : 0;
   cf_parallel_for(drone->swarm->count, DRONES_PER_PART, advance_part, &job);
-  if (timed) {
-    atomic_fetch_add(&spent[0], nanoseconds_now() - start);
-  }
 }
 
 // ---------------------------------------------------------------------------- compute: forces
@@ -214,14 +264,11 @@ static void compute(const mjModel *model, mjData *data, int instance, int capabi
   if (instance != drone->swarm->last_instance) {
     return;
   }
-  const bool     timed = atomic_load(&is_timed);
-  const uint64_t start = timed ? nanoseconds_now() : 0;
+  const uint64_t start = timer_start();
   for (int i = 0; i < drone->swarm->count; i++) {
     compute_one(model, data, &drone->swarm->drones[i]);
   }
-  if (timed) {
-    atomic_fetch_add(&spent[1], nanoseconds_now() - start);
-  }
+  timer_add(TIME_VEHICLE, start);
 }
 
 // ---------------------------------------------------------------------------- life of an instance

@@ -15,9 +15,9 @@ int cf_plugin_register(const char *libmujoco_path);
 // Version of the MuJoCo headers this was built with, e.g. 4000000.
 int cf_plugin_mujoco_version(void);
 
-// Nanoseconds spent so far in the parts of a step, summed over calls, when timing is on: [0]
-// advance (onboard software and vehicle), [1] compute (wrenches). Timing is off at first, and never
-// influences the simulation.
+// Nanoseconds spent so far in [0] onboard software and [1] vehicles (sensors, motors and wrenches),
+// summed over threads, when timing is on. Timing is off at first and never influences the
+// simulation.
 void cf_plugin_timing(int enabled);
 void cf_plugin_timing_read(uint64_t nanoseconds[2]);
 
