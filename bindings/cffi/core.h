@@ -1,6 +1,10 @@
 /* Everything that Python may see of the C side: build.py reads this file, and what it includes, as declarations. */
+#include "api/axis3fSubSampler.h"
+#include "api/filter.h"
 #include "api/imu_types.h"
 #include "api/measurement.h"
+#include "api/num.h"
+#include "api/pid.h"
 #include "api/stabilizer_types.h"
 #include "api/vec.h"
 #include "platform.h"
