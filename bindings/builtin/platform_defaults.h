@@ -14,7 +14,6 @@ typedef struct {
   float ki;
   float kd;
   float kff;
-  float integral_limit;  // bound of the integral of the error
 } cf_pid_gains_t;
 
 // Low-pass on the derivative of a PID.
@@ -32,6 +31,14 @@ typedef struct {
   cf_pid_gains_t pitch;
   cf_pid_gains_t yaw;
   float          yaw_max_delta;  // [deg], how far the yaw target may run ahead; 0 for no bound
+
+  // bounds of the integral of the error; the position loops keep the one of pidInit()
+  float roll_rate_integral_limit;   // [deg]
+  float pitch_rate_integral_limit;  // [deg]
+  float yaw_rate_integral_limit;    // [deg]
+  float roll_integral_limit;        // [deg s]
+  float pitch_integral_limit;       // [deg s]
+  float yaw_integral_limit;         // [deg s]
 
   bool  rate_filter_enabled;
   float roll_rate_cutoff;   // [Hz]
