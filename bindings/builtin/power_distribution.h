@@ -22,7 +22,7 @@ typedef struct {
   bool              requires_arming;
 
   // parameter
-  uint32_t idle_thrust;  // [counts]
+  uint32_t idle_thrust;  // [counts], of which a motor gets the low 16 bits
 
   // the last command of each motor and the voltage solved for it: commands change every second tick
   int32_t solved_command[4];  // [counts]
