@@ -45,6 +45,7 @@ typedef struct {
   // settings
   float
       efficiency[CF_ROTOR_COUNT];  // [0, 2], thrust and torque at a given speed; 0 stops the rotor
+  float driven[CF_ROTOR_COUNT];    // 1, or 0 where the efficiency is 0
   float duty_per_level;            // derived from the config, as the next two
   float speed_decay;               // exp(-h / tau)
   float vibration_per_rpm2;        // [1/rpm^2]
