@@ -1,6 +1,6 @@
 // Which providers this build has.
 
-#include "builtin/provider.h"
+#include "builtin/builtin.h"
 #include "provider.h"
 
 const cf_provider_t *cf_provider(int i) {

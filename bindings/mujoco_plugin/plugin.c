@@ -9,6 +9,7 @@
 #include "mujoco_plugin/attributes.h"
 #include "mujoco_plugin/swarm.h"
 #include "mujoco_plugin/thread_pool.h"
+#include "mujoco_plugin/thrust_plugin.h"
 
 #define PLUGIN_NAME "crazychoir.crazyflie"
 #define TICKS_PER_SECOND 1000.0
@@ -253,7 +254,7 @@ static void compute_one(const mjModel *model, mjData *data, const drone_t *drone
   }
   double *out = data->qfrc_passive + drone->dof_address;
   for (int i = 0; i < 3; i++) {
-    out[i] += force[i];
+    out[i] += (double)force[i];
     out[3 + i] += torque[i];
   }
 }
@@ -368,5 +369,5 @@ int cf_plugin_register(const char *libmujoco_path) {
   plugin.compute         = compute;
   plugin.advance         = advance;
   plugin_slot            = mj.register_plugin(&plugin);
-  return plugin_slot < 0 ? -1 : 0;
+  return plugin_slot < 0 || cf_thrust_plugin_register(&mj) < 0 ? -1 : 0;
 }

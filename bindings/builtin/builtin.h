@@ -1,7 +1,7 @@
 /* Provider "builtin": the firmware's algorithms, written from the dossiers, with all state in one
  * block. */
-#ifndef CF_BUILTIN_PROVIDER_H
-#define CF_BUILTIN_PROVIDER_H
+#ifndef CF_BUILTIN_BUILTIN_H
+#define CF_BUILTIN_BUILTIN_H
 
 #include "builtin/controller_pid.h"
 #include "builtin/kalman/kalman.h"
@@ -23,4 +23,4 @@ typedef struct {
 
 const cf_provider_t *cf_builtin_provider(void);
 
-#endif  // CF_BUILTIN_PROVIDER_H
+#endif  // CF_BUILTIN_BUILTIN_H

@@ -1,4 +1,4 @@
-#include "builtin/provider.h"
+#include "builtin/builtin.h"
 
 #include <string.h>
 
