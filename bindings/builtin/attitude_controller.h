@@ -48,8 +48,7 @@ void cf_attitude_controller_correct_attitude(cf_attitude_controller_t *attitude,
 
 // Rate loop: from measured and desired rates [deg/s] to the outputs in the struct.
 void cf_attitude_controller_correct_rate(cf_attitude_controller_t *attitude,
-                                         const attitude_t         *rate_measured,
-                                         const attitude_t         *rate_desired);
+                                         const attitude_t *measured, const attitude_t *desired);
 
 // Resets the angle PIDs at the present angles [deg] and the rate PIDs at zero. Only roll, pitch and
 // yaw of `measured` are read.

@@ -187,8 +187,11 @@ def test_reset_sets_the_last_measurements(position):
 def test_filter_reset_equals_a_full_filter_reset_of_each_loop(position):
     twin = make_position()
     for controller in (position, twin):
-        update(controller, make_setpoint(position=(1, 1, 1)), make_state(position=(0.5, 0.25, 0.1), velocity=(1, 2, 3)))
+        for height in (0.1, 0.3):
+            state = make_state(position=(0.5, 0.25, height), velocity=(1, 2, 3))
+            update(controller, make_setpoint(position=(1, 1, 1)), state)
     assert position.vx.dFilter.delay_element_1 != 0.0
+    assert position.vx.dFilter.delay_element_2 != 0.0
     lib.cf_position_controller_reset_filters(position)
     for loop in LOOPS:
         lib.filterReset(ffi.addressof(twin, loop), 100.0, 20.0, True)
