@@ -1,7 +1,7 @@
 /* What the air does to the body: drag of rotors and frame, and the moment of forward flight.
  *
- * Velocities are relative to the air; body frame x forward, y left, z up (vehicle dossier section
- * 7). */
+ * wrench.c adds them up. Velocities are relative to the air; body frame x forward, y left, z up
+ * (vehicle dossier section 7). */
 #ifndef CF_VEHICLE_AERODYNAMICS_H
 #define CF_VEHICLE_AERODYNAMICS_H
 
@@ -25,8 +25,9 @@ typedef struct {
   float rotor_drag_z;   // [kg/rad] >= 0
   float body_drag;      // [N s^2/m^2] >= 0, F = -b |v| v in every form; 0 turns it off
 
-  // The leading edge is lifted: torque x = +k_x v_y, torque y = -k_y v_x, proportional to thrust.
-  // The k hold at `flight_moment_thrust` and include the moment of the drag at the rotor plane.
+  // The leading edge is lifted, up to 3 m/s: torque x = +k_x v_y, torque y = -k_y v_x, proportional
+  // to thrust. The k hold at `flight_moment_thrust` and include the moment of the drag at the rotor
+  // plane.
   bool  has_flight_moment;
   float flight_moment_x;       // [N m s/m] >= 0, k_x
   float flight_moment_y;       // [N m s/m] >= 0, k_y
@@ -46,11 +47,5 @@ typedef struct {
 cf_status_t cf_aerodynamics_init(cf_aerodynamics_t              *aerodynamics,
                                  const cf_aerodynamics_config_t *config,
                                  const cf_rotors_config_t       *rotors);
-
-// Adds force [N] and torque about the center of mass [N m], both in the body frame, at a velocity
-// [m/s] and body rates [rad/s]. The velocity that lifts the leading edge is capped at 3 m/s.
-void cf_aerodynamics_add(const cf_aerodynamics_t *aerodynamics, const cf_rotors_t *rotors,
-                         const float velocity_body[3], const float rates_body[3],
-                         float force_body[3], float torque_body[3]);
 
 #endif  // CF_VEHICLE_AERODYNAMICS_H

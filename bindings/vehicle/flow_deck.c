@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdbool.h>
 
+#include "vehicle/random_inline.h"
 #include "vehicle/valid.h"
 
 #define RANGE_TICKS 25
@@ -74,7 +75,7 @@ static bool read_range(cf_flow_deck_t *deck, uint32_t tick, float height, float 
 static bool read_flow(cf_flow_deck_t *deck, uint32_t tick, float height, const float r[9],
                       const float v[3], const float w[3], flowMeasurement_t *flow) {
   float normal[2];
-  cf_random_normals(&deck->random, normal, 2);
+  cf_next_normals(&deck->random, normal, 2);
   const float age = (float)deck->flow_age * TICK;
 
   // body velocity along x and y

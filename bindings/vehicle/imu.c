@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdbool.h>
 
+#include "vehicle/random_inline.h"
 #include "vehicle/valid.h"
 
 static const float STEPS_PER_RADIAN_PER_S = 938.734052f;  // 65536 / 4000 * 180 / pi
@@ -59,8 +60,12 @@ cf_status_t cf_imu_init(cf_imu_t *imu, const cf_imu_config_t *config, cf_random_
   return CF_OK;
 }
 
-// Rounds to the nearest step within 16 bits; written so that NaN becomes the lowest step.
-static inline int16_t converted(float steps) {
+// One reading of one axis, rounded to the nearest step within 16 bits; written so that NaN becomes
+// the lowest step.
+static inline int16_t reading(const cf_imu_t *imu, int axis, float motion, float sigma,
+                              uint64_t bits) {
+  const float noise   = sigma * cf_normal_from_bits((uint32_t)bits);
+  const float steps   = imu->gain[axis] * motion + imu->bias[axis] + noise;
   const float low     = steps > -32768.0f ? steps : -32768.0f;
   const float clipped = low < 32767.0f ? low : 32767.0f;
   return (int16_t)((int32_t)(clipped + 32768.5f) - 32768);
@@ -68,20 +73,20 @@ static inline int16_t converted(float steps) {
 
 void cf_imu_sample(cf_imu_t *imu, const float rates_body[3], const float specific_force[3],
                    float vibration, Axis3i16 *gyro_raw, Axis3i16 *acc_raw) {
-  float normal[CF_IMU_AXES];
-  cf_random_normals(&imu->random, normal, CF_IMU_AXES);
-
   // independent noises: their variances add
-  const float v2       = vibration * vibration;
-  const float sigma[2] = {sqrtf(imu->rest_variance[0] + imu->flight_variance[0] * v2),
-                          sqrtf(imu->rest_variance[1] + imu->flight_variance[1] * v2)};
+  const float v2         = vibration * vibration;
+  const float gyro_sigma = sqrtf(imu->rest_variance[0] + imu->flight_variance[0] * v2);
+  const float acc_sigma  = sqrtf(imu->rest_variance[1] + imu->flight_variance[1] * v2);
 
-  float steps[CF_IMU_AXES];
-  for (int i = 0; i < 3; i++) {
-    steps[i] = imu->gain[i] * rates_body[i] + imu->bias[i] + sigma[0] * normal[i];
-    steps[i + 3] =
-        imu->gain[i + 3] * specific_force[i] + imu->bias[i + 3] + sigma[1] * normal[i + 3];
-  }
-  *gyro_raw = (Axis3i16){converted(steps[0]), converted(steps[1]), converted(steps[2])};
-  *acc_raw  = (Axis3i16){converted(steps[3]), converted(steps[4]), converted(steps[5])};
+  // two normal numbers in 64 bits
+  const uint64_t x = cf_next_bits(&imu->random);
+  const uint64_t y = cf_next_bits(&imu->random);
+  const uint64_t z = cf_next_bits(&imu->random);
+
+  gyro_raw->x = reading(imu, 0, rates_body[0], gyro_sigma, x >> 32);
+  gyro_raw->y = reading(imu, 1, rates_body[1], gyro_sigma, y >> 32);
+  gyro_raw->z = reading(imu, 2, rates_body[2], gyro_sigma, z >> 32);
+  acc_raw->x  = reading(imu, 3, specific_force[0], acc_sigma, x);
+  acc_raw->y  = reading(imu, 4, specific_force[1], acc_sigma, y);
+  acc_raw->z  = reading(imu, 5, specific_force[2], acc_sigma, z);
 }

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "vehicle/random_inline.h"
 #include "vehicle/valid.h"
 
 #define TICKS_PER_SECOND 1000u
@@ -48,7 +49,7 @@ static void rotate_slightly(float q[4], const float d[3]) {
 static void take_sample(cf_mocap_t *mocap, const float position[3], const float quat_wxyz[4]) {
   // drawn even when nothing is seen, so that a loss does not change the noise after it
   float normal[6];
-  cf_random_normals(&mocap->random, normal, 6);
+  cf_next_normals(&mocap->random, normal, 6);
   if (mocap->is_lost) {
     return;
   }

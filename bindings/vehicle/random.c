@@ -1,16 +1,6 @@
 #include "vehicle/random.h"
 
-#include <string.h>
-
-#include "vehicle/random_table.h"
-
-// 16 pieces per octave: four bits of the mantissa continue the exponent
-#define PIECE_SHIFT 19
-#define FIRST_PIECE (0x3f800000u >> PIECE_SHIFT)
-
-static uint64_t rotate_left(uint64_t x, int by) {
-  return (x << by) | (x >> (64 - by));
-}
+#include "vehicle/random_inline.h"
 
 // splitmix64: one step of a counter, scrambled
 static uint64_t scramble(uint64_t *counter) {
@@ -21,7 +11,7 @@ static uint64_t scramble(uint64_t *counter) {
 }
 
 void cf_random_init(cf_random_t *random, uint64_t seed, uint64_t id) {
-  // the id goes through the scrambler on its own, so that (seed, id) and (id, seed) differ
+  // the id is scrambled first, so that (seed, id) and (id, seed) differ
   uint64_t counter = id;
   counter          = scramble(&counter) ^ seed;
   random->state[0] = scramble(&counter);
@@ -39,52 +29,28 @@ cf_random_t cf_random_split(cf_random_t *random) {
 }
 
 uint64_t cf_random_bits(cf_random_t *random) {
-  // xoroshiro128++
-  const uint64_t a      = random->state[0];
-  const uint64_t b      = random->state[1] ^ a;
-  const uint64_t result = rotate_left(a + random->state[1], 17) + a;
-  random->state[0]      = rotate_left(a, 49) ^ b ^ (b << 21);
-  random->state[1]      = rotate_left(b, 28);
-  return result;
+  return cf_next_bits(random);
 }
 
 float cf_random_uniform(cf_random_t *random) {
-  return (float)(cf_random_bits(random) >> 40) * 0x1p-24f;
-}
-
-static inline float normal_from_bits(uint32_t bits) {
-  // odd, so never 0: the middle of two neighbours
-  const float f = (float)(int32_t)((bits & 0x7fffffffu) | 1u);
-
-  uint32_t pattern;
-  memcpy(&pattern, &f, sizeof pattern);
-  const uint32_t piece     = (pattern >> PIECE_SHIFT) - FIRST_PIECE;
-  const float    magnitude = NORMAL_LINES[piece].offset + NORMAL_LINES[piece].slope * f;
-
-  // copy the sign without a branch
-  float normal;
-  memcpy(&pattern, &magnitude, sizeof pattern);
-  pattern ^= bits & 0x80000000u;
-  memcpy(&normal, &pattern, sizeof normal);
-  return normal;
-}
-
-float cf_random_normal_from_bits(uint32_t bits) {
-  return normal_from_bits(bits);
+  return (float)(cf_next_bits(random) >> 40) * 0x1p-24f;
 }
 
 float cf_random_normal(cf_random_t *random) {
-  return normal_from_bits((uint32_t)(cf_random_bits(random) >> 32));
+  return cf_normal_from_bits((uint32_t)(cf_next_bits(random) >> 32));
 }
 
 void cf_random_normals(cf_random_t *random, float *numbers, int count) {
-  cf_random_t local = *random;
-  for (int i = 0; i < count; i += 2) {
-    const uint64_t bits = cf_random_bits(&local);
-    numbers[i]          = normal_from_bits((uint32_t)(bits >> 32));
-    if (i + 1 < count) {
-      numbers[i + 1] = normal_from_bits((uint32_t)bits);
-    }
+  if (count <= 0) {
+    return;
   }
-  *random = local;
+  const int pairs = count & ~1;
+  cf_next_normals(random, numbers, pairs);
+  if (pairs < count) {
+    numbers[pairs] = cf_random_normal(random);
+  }
+}
+
+float cf_random_normal_from_bits(uint32_t bits) {
+  return cf_normal_from_bits(bits);
 }

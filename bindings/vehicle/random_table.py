@@ -1,4 +1,4 @@
-"""Writes random_table.h, the inverse normal distribution that random.c interpolates.
+"""Writes random_table.c, the inverse normal distribution that random_inline.h interpolates.
 
 The two-sided tail probability p = f / 2^31 runs over 31 octaves of 16 pieces. On each piece the
 magnitude |x| is a line in f through the exact quantiles at both ends; the whole is then divided by
@@ -36,7 +36,7 @@ def float32(value: float) -> str:
 
 
 def table() -> str:
-    """Return the text of random_table.h."""
+    """Return the text of random_table.c."""
     lines = []
     for lo, hi, at_lo, at_hi in pieces():
         slope = (at_hi - at_lo) / (hi - lo)
@@ -44,23 +44,17 @@ def table() -> str:
     lines.append(lines[-1])  # for the numbers that round up to 2^31
     return "\n".join(
         [
-            "/* Lines of the inverse normal distribution, made by random_table.py. Internal to random.c. */",
-            "#ifndef CF_VEHICLE_RANDOM_TABLE_H",
-            "#define CF_VEHICLE_RANDOM_TABLE_H",
+            "/* Lines of the inverse normal distribution, made by random_table.py. */",
+            '#include "vehicle/random_inline.h"',
             "",
-            "// |x| = offset + slope * f",
-            "static const struct {",
-            "  float offset;",
-            "  float slope;",
-            f"}} NORMAL_LINES[{OCTAVES * PIECES + 1}] = {{",
+            "// clang-format off",
+            "const cf_normal_line_t CF_NORMAL_LINES[CF_NORMAL_LINE_COUNT] = {",
             *lines,
             "};",
-            "",
-            "#endif  // CF_VEHICLE_RANDOM_TABLE_H",
             "",
         ]
     )
 
 
 if __name__ == "__main__":
-    Path(__file__).with_name("random_table.h").write_text(table())
+    Path(__file__).with_name("random_table.c").write_text(table())

@@ -2,8 +2,6 @@
 
 #include "variable_row.h"
 
-static const float RAD_PER_RPM = 0.104719755f;  // [rad/s per rpm]
-
 cf_status_t cf_vehicle_default_config(cf_vehicle_config_t *config, cf_platform_t platform) {
   cf_airframe_t     airframe;
   const cf_status_t status = cf_airframe(&airframe, platform);
@@ -56,50 +54,6 @@ cf_status_t cf_vehicle_init(cf_vehicle_t *vehicle, const cf_vehicle_config_t *co
 void cf_vehicle_actuate(cf_vehicle_t *vehicle, const uint16_t ratios[CF_ROTOR_COUNT]) {
   cf_rotors_step(&vehicle->rotors, ratios, vehicle->battery.voltage);
   cf_battery_step(&vehicle->battery, cf_rotors_total_thrust(&vehicle->rotors));
-}
-
-// Thrusts, their moments, reaction torques and the gyroscopic torque of the rotors.
-static void rotor_wrench(const cf_rotors_t *rotors, const float w[3], float force[3],
-                         float torque[3]) {
-  const float *f = rotors->thrust;
-  const float *n = rotors->rpm;
-
-  // reaction against the spin: aerodynamic torque and spin-up, clockwise rotors positive
-  float q[CF_ROTOR_COUNT];
-  for (int i = 0; i < CF_ROTOR_COUNT; i++) {
-    q[i] = rotors->torque[i] + rotors->spin_up[i];
-  }
-
-  // H = J_r (Omega_1 - Omega_2 + Omega_3 - Omega_4) along z; torque -w x H
-  const float h = rotors->config.inertia * RAD_PER_RPM * ((n[0] + n[2]) - (n[1] + n[3]));
-
-  force[0]  = 0.0f;
-  force[1]  = 0.0f;
-  force[2]  = (f[0] + f[1]) + (f[2] + f[3]);
-  torque[0] = rotors->config.arm_y * ((f[2] + f[3]) - (f[0] + f[1])) - w[1] * h;
-  torque[1] = rotors->config.arm_x * ((f[1] + f[2]) - (f[0] + f[3])) + w[0] * h;
-  torque[2] = (q[1] + q[3]) - (q[0] + q[2]);
-}
-
-void cf_vehicle_wrench(const cf_vehicle_t *vehicle, const float rotation[9],
-                       const float velocity_world[3], const float rates_body[3],
-                       float force_world[3], float torque_body[3]) {
-  const float *r                = rotation;
-  const float *v                = velocity_world;
-  const float  velocity_body[3] = {
-      r[0] * v[0] + r[3] * v[1] + r[6] * v[2],
-      r[1] * v[0] + r[4] * v[1] + r[7] * v[2],
-      r[2] * v[0] + r[5] * v[1] + r[8] * v[2],
-  };
-
-  float f[3];
-  rotor_wrench(&vehicle->rotors, rates_body, f, torque_body);
-  cf_aerodynamics_add(&vehicle->aerodynamics, &vehicle->rotors, velocity_body, rates_body, f,
-                      torque_body);
-
-  force_world[0] = r[0] * f[0] + r[1] * f[1] + r[2] * f[2];
-  force_world[1] = r[3] * f[0] + r[4] * f[1] + r[5] * f[2];
-  force_world[2] = r[6] * f[0] + r[7] * f[1] + r[8] * f[2];
 }
 
 void cf_vehicle_imu(cf_vehicle_t *vehicle, const float rates_body[3], const float specific_force[3],
