@@ -46,7 +46,6 @@ static const cf_platform_defaults_t DEFAULTS[CF_PLATFORM_COUNT] = {
             .thrust_base    = 36000,
             .thrust_min     = 20000,
 
-            .requires_arming = false,
             .idle_thrust     = 0,
         },
     [CF_PLATFORM_CF21BL] =
@@ -92,7 +91,6 @@ static const cf_platform_defaults_t DEFAULTS[CF_PLATFORM_COUNT] = {
             .thrust_base    = 30000,
             .thrust_min     = 20000,
 
-            .requires_arming = true,
             .idle_thrust     = 7000,
         },
 };

@@ -68,8 +68,6 @@ typedef struct {
   uint16_t thrust_base;     // guess of the hover thrust [counts]
   uint16_t thrust_min;      // [counts]
 
-  // motors
-  bool     requires_arming;
   uint32_t idle_thrust;  // duty of an armed motor at rest [counts]
 } cf_platform_defaults_t;
 

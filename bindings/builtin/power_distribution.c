@@ -22,7 +22,7 @@ cf_status_t cf_power_distribution_init(cf_power_distribution_t *power, cf_platfo
   *power = (cf_power_distribution_t){
       .arm_length      = facts->arm_length,
       .thrust          = facts->thrust,
-      .requires_arming = defaults->requires_arming,
+      .requires_arming = facts->requires_arming,
       .idle_thrust     = defaults->idle_thrust,
   };
   return CF_OK;
