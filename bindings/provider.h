@@ -30,14 +30,6 @@ typedef enum {
   ControllerType_COUNT      = 6,
 } ControllerType;
 
-// Estimator numbers of the firmware's default build (estimators dossier section 9).
-typedef enum {
-  StateEstimatorTypeAutoSelect    = 0,
-  StateEstimatorTypeComplementary = 1,
-  StateEstimatorTypeKalman        = 2,
-  StateEstimatorType_COUNT        = 3,
-} StateEstimatorType;
-
 // Where a high-level plan starts, or what the planner asks for.
 typedef struct {
   struct vec pos;  // [m]

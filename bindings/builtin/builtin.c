@@ -65,13 +65,11 @@ static void kalman_init(void *state, uint32_t now_ms) {
 
 static void kalman_predict(void *state, const Axis3f *acc, const Axis3f *gyro, uint32_t now_ms,
                            bool is_flying) {
-  cf_kalman_t *kalman = &((cf_builtin_t *)state)->kalman;
-  kalmanCorePredict(&kalman->core, &kalman->params, acc, gyro, now_ms, is_flying);
+  cf_kalman_predict(&((cf_builtin_t *)state)->kalman, acc, gyro, now_ms, is_flying);
 }
 
 static void kalman_add_process_noise(void *state, uint32_t now_ms) {
-  cf_kalman_t *kalman = &((cf_builtin_t *)state)->kalman;
-  kalmanCoreAddProcessNoise(&kalman->core, &kalman->params, now_ms);
+  cf_kalman_add_process_noise(&((cf_builtin_t *)state)->kalman, now_ms);
 }
 
 static void kalman_update(void *state, const measurement_t *measurement, const Axis3f *gyro_latest,
@@ -80,7 +78,7 @@ static void kalman_update(void *state, const measurement_t *measurement, const A
 }
 
 static bool kalman_finalize(void *state) {
-  return kalmanCoreFinalize(&((cf_builtin_t *)state)->kalman.core);
+  return cf_kalman_finalize(&((cf_builtin_t *)state)->kalman);
 }
 
 static bool kalman_is_within_bounds(const void *state) {
@@ -88,7 +86,7 @@ static bool kalman_is_within_bounds(const void *state) {
 }
 
 static void kalman_externalize(const void *state, state_t *estimate, const Axis3f *acc) {
-  kalmanCoreExternalizeState(&((const cf_builtin_t *)state)->kalman.core, estimate, acc);
+  cf_kalman_externalize(&((const cf_builtin_t *)state)->kalman, estimate, acc);
 }
 
 // --------------------------------------------------------------------------------------- planner
