@@ -1,0 +1,29 @@
+"""The errors of the package: one base, and beside it the built-in that a user would catch."""
+
+
+class CrazychoirError(Exception):
+    """Base of every error that this package raises on purpose; its text is one sentence for people."""
+
+    def __str__(self) -> str:
+        # KeyError would show the repr of its argument, with quotes around the sentence
+        return str(self.args[0]) if self.args else ""
+
+
+class RangeError(CrazychoirError, ValueError):
+    """A value is outside its allowed range; the text names who, what, value and range."""
+
+
+class UnknownNameError(CrazychoirError, KeyError):
+    """Nothing is known under that name; the text suggests the nearest one."""
+
+
+class StateError(CrazychoirError, RuntimeError):
+    """The request is not possible in the present state, for instance a take-off of a locked drone."""
+
+
+class BlockedError(StateError):
+    """The supervisor keeps the drone from flying, so that its high-level commander accepts nothing."""
+
+
+class MissionError(CrazychoirError, ValueError):
+    """A mission file cannot be flown; the text names file, key, value and what is allowed."""
