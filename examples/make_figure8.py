@@ -3,8 +3,8 @@
     python examples/make_figure8.py [OUTPUT.csv]
 
 The path is x = sin(theta), y = sin(2 theta) / 2. Its phase theta gathers speed smoothly, keeps it, and loses it again.
-Each piece takes position, velocity, acceleration and jerk of the path at both of its ends: eight numbers per axis, which
-is what a polynomial of degree 7 has.
+Each piece takes position, velocity, acceleration and jerk of the path at both of its ends: eight numbers per axis,
+as many as a polynomial of degree 7 has.
 """
 
 import sys

@@ -148,9 +148,8 @@ def _selected(plan: FlightPlan, maneuver: Maneuver, path: str) -> list[int]:
         return list(range(len(plan.fleet)))
     for name in maneuver.drones:
         if name not in plan.fleet:
-            raise MissionError(
-                f"{path}.drones names '{name[:40]}', but must name drones of the mission{did_you_mean(name, plan.fleet)}"
-            )
+            hint = did_you_mean(name, plan.fleet)
+            raise MissionError(f"{path}.drones names '{name[:40]}', but must name drones of the mission{hint}")
     return [i for i, name in enumerate(plan.fleet) if name in maneuver.drones]
 
 
@@ -179,7 +178,7 @@ def _takeoff(plan: FlightPlan, takeoff: Takeoff, path: str, now: int) -> int:
             raise MissionError(f"{path}: {plan.fleet[i]} flies already there, and must land first")
         if not height > course.start[2]:
             raise MissionError(
-                f"{path}: {plan.fleet[i]} would climb to {height:g} m, but must end above its start at {course.start[2]:g} m"
+                f"{path} takes {plan.fleet[i]} to {height:g} m, but must end above its start at {course.start[2]:g} m"
             )
         if again:
             plan.command(now, i, "arm")

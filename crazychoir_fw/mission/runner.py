@@ -15,7 +15,7 @@ from crazychoir_fw.mission.summary import judge, summarize
 
 if TYPE_CHECKING:
     from crazychoir_fw.report.flight_log import FlightLog
-    from crazychoir_fw.simulation import FlightRecorder, World
+    from crazychoir_fw.simulation import World
 
 LOG_RATE = 100
 """Rate of the log (Hz)."""
@@ -114,7 +114,7 @@ class Flight:
         self._world = world
         self._film = film
         self._observe = observe
-        self._recorder: FlightRecorder = FlightRecorder(world, rate_hz=LOG_RATE)
+        self._recorder = FlightRecorder(world, rate_hz=LOG_RATE)
         self._failures: list[str] = []
 
     def run(self) -> FlightResult:
