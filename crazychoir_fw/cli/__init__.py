@@ -1,0 +1,20 @@
+"""The command line: `crazychoir fly MISSION.yaml` and `crazychoir info`.
+
+One module per command. Whatever is slow to import, a command imports when it runs.
+"""
+
+import typer
+
+from crazychoir_fw.cli.fly import fly
+from crazychoir_fw.cli.info import info
+
+app = typer.Typer(
+    help="Swarms of Crazyflies in MuJoCo, flown by their own onboard software.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_show_locals=False,
+)
+app.command()(fly)
+app.command()(info)
+
+__all__ = ["app"]

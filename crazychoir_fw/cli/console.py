@@ -1,0 +1,25 @@
+"""Where the commands write: results to stdout, complaints to stderr."""
+
+from typing import NoReturn
+
+import typer
+from rich.console import Console
+from rich.text import Text
+
+console = Console()
+complaints = Console(stderr=True)
+
+FLIGHT_FAILED = 1
+BAD_INPUT = 2
+
+
+def refuse(sentence: str) -> NoReturn:
+    """Print one red sentence and leave: the input is wrong, and a traceback would not help."""
+    complain(sentence)
+    raise typer.Exit(BAD_INPUT)
+
+
+def complain(sentence: str) -> None:
+    """Print one red sentence."""
+    # as Text, so that brackets in a key path are not read as markup
+    complaints.print(Text(sentence, style="red"), soft_wrap=True)

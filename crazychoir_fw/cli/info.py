@@ -1,0 +1,31 @@
+"""`crazychoir info`: which versions, providers and sizes this installation has."""
+
+import json
+from typing import Annotated, Any
+
+import typer
+from rich.table import Table
+from rich.text import Text
+
+from crazychoir_fw.cli.console import console
+
+
+def info(as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs.")] = False) -> None:
+    """Show what is installed: versions, providers, controllers, sizes."""
+    from crazychoir_fw.core import info as facts_of_core
+
+    facts = facts_of_core()
+    if as_json:
+        # not through rich, which would wrap and color it
+        typer.echo(json.dumps(facts, indent=2))
+        return
+    table = Table(show_header=False, box=None)
+    for key, value in facts.items():
+        table.add_row(Text(key, style="bold"), Text(_phrase(value)))
+    console.print(table)
+
+
+def _phrase(value: Any) -> str:
+    if value is None or value is False:
+        return "no"
+    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)

@@ -1,0 +1,48 @@
+"""Summaries as tables for people."""
+
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+from rich.text import Text
+
+MANY = 32
+"""Swarms up to this size are listed whole; of a larger one, the worst."""
+
+
+def flight_table(summary: dict[str, Any]) -> Table:
+    """Return one row per drone, or the worst ones of a large swarm."""
+    drones = summary["drones"]
+    title = f"{summary['mission']}: {len(drones)} drones, {summary['provider']} onboard software"
+    if len(drones) > MANY:
+        drones = sorted(drones, key=lambda drone: -(drone["max_error_m"] or 0.0))[:MANY]
+        title += f" (the {MANY} with the largest errors)"
+    table = Table(title=title)
+    table.add_column("drone")
+    headings = ["RMS error [cm]", "max error [cm]", "endpoint [cm]", "estimator RMS [cm]", "thrust [%]", "battery [V]"]
+    for heading in headings:
+        table.add_column(heading, justify="right")
+    table.add_column("supervisor")
+    for drone in drones:
+        lengths = ("rms_error_m", "max_error_m", "endpoint_error_m", "estimator_rms_m")
+        table.add_row(
+            drone["id"],
+            *(_figure(drone[key], scale=100.0) for key in lengths),
+            _figure(drone["hover_thrust_percent"]),
+            _figure(drone["battery_V"], digits=2),
+            drone["supervisor_state"],
+        )
+    return table
+
+
+def verdict(summary: dict[str, Any], folder: Path) -> Text:
+    """Return the last line: how it went, how fast it was, where the files are."""
+    went = ("success", "bold green") if summary["success"] else ("failed", "bold red")
+    pace = f"{summary['sim_seconds']:.1f} s flown in {summary['wall_seconds']:.1f} s"
+    factor = summary["real_time_factor"]
+    return Text.assemble(went, f": {pace} ({_figure(factor)} x real time), see {folder}/")
+
+
+def _figure(value: float | None, scale: float = 1.0, digits: int = 1) -> str:
+    """Return a figure of a summary; one that the flight does not have is a dash."""
+    return "-" if value is None else f"{value * scale:.{digits}f}"

@@ -1,0 +1,50 @@
+"""The window of `crazychoir fly --view`: the flight in MuJoCo's viewer, paced to real time."""
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from crazychoir_fw.errors import CrazychoirError, StateError
+
+if TYPE_CHECKING:
+    from crazychoir_fw.mission.runner import Observer, Progress
+    from crazychoir_fw.simulation import World
+
+FRAME = 1.0 / 60.0  # [s]
+
+
+@contextmanager
+def open_window() -> Iterator["Observer"]:
+    """Yield an observer that shows the flight; the window opens with its first sample.
+
+    Raises:
+        CrazychoirError: If the viewer is not installed or there is no display.
+        StateError: From the observer, when the window is closed during the flight.
+    """
+    try:
+        import mujoco.viewer
+    except ImportError:
+        raise CrazychoirError("--view needs MuJoCo's viewer: run pip install 'crazychoir-fw[viz]'") from None
+
+    viewer = None
+    wall_start = last_frame = 0.0
+
+    def show(world: "World", progress: "Progress") -> None:
+        nonlocal viewer, wall_start, last_frame
+        if viewer is None:
+            viewer = mujoco.viewer.launch_passive(world.model, world.data)
+            wall_start = time.perf_counter() - progress.sim_seconds
+        if not viewer.is_running():
+            raise StateError("the window was closed before the end of the flight")
+        if progress.sim_seconds - last_frame >= FRAME:
+            last_frame = progress.sim_seconds
+            viewer.sync()
+        # the one place where simulated time waits for the clock on the wall
+        time.sleep(max(0.0, progress.sim_seconds - (time.perf_counter() - wall_start)))
+
+    try:
+        yield show
+    finally:
+        if viewer is not None:
+            viewer.close()

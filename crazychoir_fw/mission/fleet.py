@@ -1,0 +1,154 @@
+"""The drones of a mission: who starts where, with which vehicle and onboard software."""
+
+import math
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from pydantic import Discriminator, Field, Tag
+
+from crazychoir_fw.mission.section import Section
+from crazychoir_fw.mission.values import choice, number, point, whole, word
+
+PLATFORMS = ("cf2", "cf21bl")
+CONTROLLERS = ("pid",)
+ESTIMATORS = ("kalman",)
+POSITIONINGS = ("mocap", "flow", "none")
+PROVIDERS = ("builtin",)
+
+START_DISTANCE = 0.15
+"""Least distance between two drones at start (m): the span of a Crazyflie with its propellers."""
+
+Start = Annotated[tuple[float, ...], point("x", "y", "[z]", floor=0.0)]
+
+
+class Settings(Section):
+    """What may be set for one drone, or in `defaults` for all of them."""
+
+    platform: Annotated[str, choice(*PLATFORMS)] | None = None
+    """Airframe: `cf2` is the Crazyflie 2.1+, `cf21bl` the Crazyflie 2.1 Brushless."""
+
+    controller: Annotated[str, choice(*CONTROLLERS)] | None = None
+    """Onboard controller."""
+
+    estimator: Annotated[str, choice(*ESTIMATORS)] | None = None
+    """Onboard state estimator."""
+
+    positioning: Annotated[str, choice(*POSITIONINGS)] | None = None
+    """Where position measurements come from."""
+
+    provider: Annotated[str, choice(*PROVIDERS)] | None = None
+    """Whose implementation of the onboard software flies."""
+
+    noise: Annotated[float, number(0.0, 100.0)] | None = None
+    """Factor on all sensor noise: 0 is noise-free, 1 is the real vehicle."""
+
+    battery: Annotated[float, number(0.01, 1.0)] | None = None
+    """State of charge at start: 1 is full."""
+
+    mass: Annotated[float, number(0.01, 1.0, "kg")] | None = None
+    """Mass of the vehicle (kg); without it, that of the airframe."""
+
+
+class DroneEntry(Settings):
+    """One entry of the list `drones`."""
+
+    id: Annotated[str, word(r"[A-Za-z]\w{0,30}", "a name of at most 31 letters, digits and _, such as cf1")]
+    """Unique name."""
+
+    position: Start
+    """Start position (m, world frame): [x, y], or [x, y, z] for a start above the floor."""
+
+    yaw_deg: Annotated[float, number(-360.0, 360.0, "deg")] = 0.0
+    """Heading at start."""
+
+
+class Layout(Settings):
+    """`drones` as a formation: for swarms that nobody wants to list."""
+
+    count: Annotated[int, whole(1, 10000)]
+    """Number of drones; their ids are cf1, cf2, …"""
+
+    layout: Annotated[str, choice("grid", "line", "circle")] = "grid"
+    """A square grid, a line along x, or a circle."""
+
+    spacing: Annotated[float, number(START_DISTANCE, 100.0, "m")] = 0.5
+    """Distance between neighbors."""
+
+    center: Annotated[tuple[float, ...], point("x", "y")] = (0.0, 0.0)
+    """Middle of the formation (m, world frame)."""
+
+    def starts(self) -> list[tuple[float, float]]:
+        """Return the start positions [x, y] (m, world frame)."""
+        x0, y0 = self.center
+        n = self.count
+        if self.layout == "circle":
+            radius = self.spacing / (2.0 * math.sin(math.pi / n)) if n > 1 else 0.0
+            angles = [2.0 * math.pi * i / n for i in range(n)]
+            return [(x0 + radius * math.cos(a), y0 + radius * math.sin(a)) for a in angles]
+        columns = n if self.layout == "line" else math.ceil(math.sqrt(n))
+        rows = math.ceil(n / columns)
+        return [
+            (
+                x0 + (i % columns - (columns - 1) / 2) * self.spacing,
+                y0 + (i // columns - (rows - 1) / 2) * self.spacing,
+            )
+            for i in range(n)
+        ]
+
+    def entries(self) -> list[DroneEntry]:
+        """Return the same drones as a list."""
+        settings = {key: getattr(self, key) for key in Settings.model_fields}
+        return [
+            DroneEntry(id=f"cf{i}", position=position, **settings) for i, position in enumerate(self.starts(), start=1)
+        ]
+
+
+def _kind(value: Any) -> str:
+    return "#layout" if isinstance(value, dict | Layout) else "#list"
+
+
+# the tags begin with # so that the loader can drop them from the key path of a message
+Drones = Annotated[
+    Annotated[list[DroneEntry], Field(min_length=1), Tag("#list")] | Annotated[Layout, Tag("#layout")],
+    Discriminator(_kind),
+]
+
+
+@dataclass(frozen=True)
+class Drone:
+    """One drone with everything decided: its own settings, then `defaults`, then those of the package."""
+
+    id: str
+    position: tuple[float, ...]  # (2,) or (3,) [m], world frame
+    yaw_deg: float = 0.0
+    platform: str = "cf2"
+    controller: str = "pid"
+    estimator: str = "kalman"
+    positioning: str = "mocap"
+    provider: str = "builtin"
+    noise: float = 1.0
+    battery: float = 1.0
+    mass: float | None = None  # [kg]
+
+
+def decide(drones: list[DroneEntry] | Layout, defaults: Settings) -> tuple[Drone, ...]:
+    """Return every drone with its settings decided, in the order of the file."""
+    entries = drones.entries() if isinstance(drones, Layout) else drones
+    common = defaults.model_dump(exclude_none=True)
+    return tuple(Drone(**(common | entry.model_dump(exclude_none=True))) for entry in entries)
+
+
+def close_pair(drones: tuple[Drone, ...]) -> tuple[int, int, float] | None:
+    """Return two drones (indices, distance in m) that start closer than START_DISTANCE, if there are any."""
+    cells: dict[tuple[int, ...], list[int]] = {}
+    for i, drone in enumerate(drones):
+        here = (*drone.position, 0.0)[:3]
+        x, y, z = (math.floor(v / START_DISTANCE) for v in here)
+        neighborhood = [(x + dx, y + dy, z + dz) for dx in (-1, 0, 1) for dy in (-1, 0, 1) for dz in (-1, 0, 1)]
+        for j in (j for cell in neighborhood for j in cells.get(cell, ())):
+            distance = math.dist(here, (*drones[j].position, 0.0)[:3])
+            # a formation with the least spacing is allowed to round
+            if distance < START_DISTANCE - 1e-9:
+                return j, i, distance
+        cells.setdefault((x, y, z), []).append(i)
+    return None

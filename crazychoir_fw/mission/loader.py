@@ -1,0 +1,226 @@
+"""From a file to a `Mission`, or to one sentence that says what is wrong with it."""
+
+import reprlib
+from collections.abc import Hashable, Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+from pydantic import ValidationError
+
+from crazychoir_fw.errors import MissionError
+from crazychoir_fw.mission.fleet import START_DISTANCE, Layout, Settings, close_pair
+from crazychoir_fw.mission.plan import plan_flight
+from crazychoir_fw.mission.schema import Mission
+
+LARGEST_FILE = 4_000_000  # bytes
+
+
+def load_mission(path: str | Path, **overrides: Any) -> Mission:
+    """Read a mission file and check everything that can be checked before the flight.
+
+    Args:
+        path: The mission file (YAML).
+        overrides: `seed` or `provider`, stronger than the file; None leaves the file alone.
+
+    Raises:
+        MissionError: If the file cannot be read or flown; the text is one sentence that names the file, the key, its
+            value and what is allowed.
+    """
+    path = Path(path)
+    return parse_mission(_read(path), source=str(path), folder=path.parent, name=path.stem, **overrides)
+
+
+def parse_mission(
+    data: Any,
+    source: str = "mission",
+    folder: str | Path = ".",
+    name: str | None = None,
+    seed: int | None = None,
+    provider: str | None = None,
+) -> Mission:
+    """Make a mission from what a mission file holds.
+
+    Args:
+        data: Mapping of the keys of `Mission`.
+        source: Where it comes from, for messages.
+        folder: Folder that relative paths start from.
+        name: Name of a mission that does not name itself.
+        seed: Seed instead of that of *data*.
+        provider: Provider instead of those of *data*, for all drones.
+
+    Raises:
+        MissionError: As `load_mission`.
+    """
+    if not isinstance(data, Mapping):
+        raise MissionError(f"{source} is {_show(data)}, but must be a mapping such as name:, drones: and flight:")
+    data = dict(data)
+    if name is not None:
+        data.setdefault("name", name)
+    if seed is not None:
+        data["seed"] = seed
+
+    try:
+        mission = Mission.model_validate(data, context={"folder": Path(folder)})
+        _check_fleet(mission)
+        plan_flight(mission)
+    except ValidationError as error:
+        raise MissionError(f"{source}: {_sentence(error)}") from None
+    except MissionError as error:
+        raise MissionError(f"{source}: {error}") from None
+    return mission if provider is None else _with_provider(mission, provider)
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML without a mapping that names one key twice, where the last would win in silence."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+        seen = set()
+        for key_node, _ in node.value:
+            if isinstance(key_node, yaml.ScalarNode) and key_node.tag != "tag:yaml.org,2002:merge":
+                if key_node.value in seen:
+                    raise yaml.constructor.ConstructorError(
+                        None, None, f"the key {_show(key_node.value)} stands here a second time", key_node.start_mark
+                    )
+                seen.add(key_node.value)
+        return super().construct_mapping(node, deep)
+
+
+def _read(path: Path) -> Any:
+    """Return the content of a YAML file."""
+    try:
+        size = path.stat().st_size
+        if path.is_file() and size > LARGEST_FILE:
+            raise MissionError(f"{path} has {size} bytes, but a mission file must have at most {LARGEST_FILE}")
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise MissionError(f"{path} cannot be read: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise MissionError(f"{path} is not a text file, but must be YAML in UTF-8") from None
+    except ValueError:
+        raise MissionError(f"{_show(str(path))} is no file name") from None
+
+    try:
+        # a subclass of the safe loader: it builds plain data only
+        data = yaml.load(text, Loader=_Loader)
+    except yaml.YAMLError as error:
+        raise MissionError(f"{path}{_complaint(error)}") from None
+    except RecursionError:
+        raise MissionError(f"{path} is nested too deeply for a mission file") from None
+    except (ValueError, OverflowError, TypeError, KeyError, IndexError, AttributeError) as error:
+        # PyYAML meets some malformed scalars (dates, overlong or sexagesimal numbers, odd tags) with bare exceptions
+        raise MissionError(f"{path} holds a value that YAML cannot read: {_one_line(str(error))}") from None
+    if data is None:
+        raise MissionError(f"{path} is empty, but must be a mapping such as name:, drones: and flight:")
+    return data
+
+
+def _complaint(error: yaml.YAMLError) -> str:
+    """Return where and why a text is not YAML."""
+    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+    reason = getattr(error, "problem", None) or getattr(error, "reason", None) or str(error)
+    where = f", line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+    return f"{where}: {_one_line(str(reason))}"
+
+
+def _check_fleet(mission: Mission) -> None:
+    """Refuse two drones of one name, and two in one place."""
+    seen: dict[str, int] = {}
+    for i, drone in enumerate(mission.fleet):
+        if drone.id in seen:
+            raise MissionError(
+                f"drones[{i}].id is '{drone.id}', but must be unique and drones[{seen[drone.id]}] has it already"
+            )
+        seen[drone.id] = i
+    if pair := close_pair(mission.fleet):
+        first, second = mission.fleet[pair[0]], mission.fleet[pair[1]]
+        raise MissionError(
+            f"drones[{pair[1]}].position is {list(second.position)}, but {second.id} must start at least "
+            f"{START_DISTANCE:g} m from {first.id}, and starts {pair[2]:.3g} m from it"
+        )
+
+
+def _with_provider(mission: Mission, provider: str) -> Mission:
+    """Return the mission with all drones flown by one provider."""
+    try:
+        chosen = Settings(provider=provider).model_dump(exclude_none=True)
+    except ValidationError as error:
+        raise MissionError(_sentence(error)) from None
+    if isinstance(mission.drones, Layout):
+        drones = mission.drones.model_copy(update=chosen)
+    else:
+        drones = [entry.model_copy(update=chosen) for entry in mission.drones]
+    copy = mission.model_copy(update={"drones": drones})
+    # the copy brings along what the original had decided for its fleet
+    copy.__dict__.pop("fleet", None)
+    return copy
+
+
+# what pydantic itself refuses, as it continues "must be"
+_MUST = {
+    "list_type": "a list",
+    "tuple_type": "a list",
+    "model_type": "a mapping",
+    "dict_type": "a mapping",
+    "model_attributes_type": "a mapping",
+    "bool_type": "true or false",
+    "string_type": "text",
+    "string_unicode": "text",
+    "recursion_loop": "something that does not contain itself",
+    "invalid_key": "a mapping with words as keys",
+}
+
+
+def _sentence(error: ValidationError) -> str:
+    """Return what is wrong, in one sentence: the unknown keys first, because a typo also makes a key missing."""
+    errors = error.errors(include_url=False)
+    worst = next((e for e in errors if e["type"] == "unknown_key"), errors[0])
+    context = worst.get("ctx", {})
+    path = _key_path(worst["loc"]) + context.get("path", "")
+    kind = worst["type"]
+
+    if kind == "unknown_key":
+        known = ", ".join(context["known"])
+        return f"{path or 'a mission'} has no key {_show(context['key'])}{context['hint']}, but only {known}"
+    if kind == "missing":
+        return f"{path} is missing"
+    if isinstance(context.get("error"), MissionError):
+        return f"{path}: {context['error']}"
+    if kind == "too_short":
+        must = f"a list of at least {context['min_length']}"
+    elif kind == "too_long":
+        must = f"a list of at most {context['max_length']}"
+    else:
+        must = context.get("must") or _MUST.get(kind) or _one_line(worst["msg"])
+    return f"{path} is {_show(worst['input'])}, but must be {must}"
+
+
+def _key_path(loc: tuple[int | str, ...]) -> str:
+    """Return a location such as "flight[1].takeoff.height"."""
+    path = ""
+    for step in loc:
+        if isinstance(step, int):
+            path += f"[{step}]"
+        elif not step.startswith("#"):
+            path += f".{step}" if path else step
+    return path
+
+
+_short = reprlib.Repr()
+_short.maxstring = 40
+_short.maxother = 40
+_short.maxlevel = 3
+
+
+def _show(value: Any) -> str:
+    """Return a value from a file as it may stand in a message: short, on one line, whatever it is."""
+    if isinstance(value, int) and abs(value) >= 10**30:
+        return "a huge number"
+    try:
+        return _one_line(_short.repr(value))
+    except Exception:  # a repr of nested data may fail in ways of its own, and a message must not
+        return f"a {type(value).__name__}"
+
+
+def _one_line(text: str) -> str:
+    return " ".join(text.split())[:160]

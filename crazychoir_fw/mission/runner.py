@@ -1,0 +1,219 @@
+"""Fly a mission: build its world, send its commands at their ticks, record, and judge the result."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.mission.plan import TICKS_PER_SECOND, Command, FlightPlan, plan_flight
+from crazychoir_fw.mission.schema import Mission
+from crazychoir_fw.mission.summary import judge, summarize
+
+if TYPE_CHECKING:
+    from crazychoir_fw.report.flight_log import FlightLog
+    from crazychoir_fw.simulation import World
+
+LOG_RATE = 100
+"""Rate of the log (Hz)."""
+
+READY_TIMEOUT = 10.0
+"""Longest time until all drones are ready to fly (s, simulated)."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a flight has come."""
+
+    sim_seconds: float
+    total_seconds: float
+    wall_seconds: float
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds per second."""
+        return self.sim_seconds / self.wall_seconds if self.wall_seconds > 0 else 0.0
+
+
+@dataclass
+class Film:
+    """What a video of the flight is rendered from."""
+
+    fps: int
+    times: list[float] = field(default_factory=list)  # [s], world time
+    qpos: list[NDArray[np.float64]] = field(default_factory=list)  # each (nq,)
+
+
+@dataclass(frozen=True)
+class FlightResult:
+    """A flight that is over."""
+
+    mission: Mission
+    world: "World"
+    log: "FlightLog"
+    film: Film
+    summary: dict[str, Any]
+
+    @property
+    def success(self) -> bool:
+        """Whether every drone did what it was told."""
+        return self.summary["success"]
+
+    @property
+    def failures(self) -> list[str]:
+        """What went wrong, one sentence each."""
+        return self.summary["failures"]
+
+
+Observer = Callable[["World", Progress], None]
+
+
+def fly(
+    mission: Mission,
+    threads: int | None = None,
+    frames_per_second: int = 0,
+    observe: Observer | None = None,
+) -> FlightResult:
+    """Fly a mission from the floor to its last phase, or until a drone fails.
+
+    Args:
+        mission: What to fly.
+        threads: Worker threads of the world; None lets the world choose.
+        frames_per_second: Rate of the frames kept for a video (Hz, simulated); 0 keeps none.
+        observe: Called with the world at every sample of the log, to show progress or to pace the flight.
+
+    Raises:
+        CrazychoirError: If the world cannot be built.
+    """
+    plan = plan_flight(mission)
+    world = build_world(mission, threads)
+    return Flight(mission, plan, world, Film(frames_per_second), observe).run()
+
+
+def build_world(mission: Mission, threads: int | None = None) -> "World":
+    """Return the world of a mission with its drones on the floor."""
+    from crazychoir_fw.simulation import DroneConfig, World
+
+    drones = [DroneConfig(**asdict(drone)) for drone in mission.fleet]
+    return World(drones, scene=mission.scene, seed=mission.seed, threads=threads)
+
+
+class Flight:
+    """One flight while it runs."""
+
+    def __init__(
+        self, mission: Mission, plan: FlightPlan, world: "World", film: Film, observe: Observer | None = None
+    ) -> None:
+        from crazychoir_fw.simulation import FlightRecorder
+
+        self._mission = mission
+        self._plan = plan
+        self._world = world
+        self._film = film
+        self._observe = observe
+        self._recorder = FlightRecorder(world, rate_hz=LOG_RATE)
+        self._failures: list[str] = []
+
+    def run(self) -> FlightResult:
+        """Fly to the end and return the result."""
+        wall_start = time.perf_counter()
+        start = 0.0
+        if self._get_ready():
+            start = self._world.time
+            self._follow_plan()
+        else:
+            # even a flight that never began has a log: how things stood
+            self._recorder.sample()
+        wall_seconds = time.perf_counter() - wall_start
+
+        log = self._recorder.finish(
+            {"mission": self._mission.name, "seed": self._mission.seed, "description": self._mission.description}
+        )
+        if not self._failures:
+            self._failures = judge(self._mission, self._plan, log, start)
+        summary = summarize(self._mission, self._plan, self._world, log, start, wall_seconds, self._failures)
+        return FlightResult(self._mission, self._world, log, self._film, summary)
+
+    def _get_ready(self) -> bool:
+        """Wait for calibration and checks, arm, upload; return whether all drones can fly."""
+        try:
+            self._world.wait_until_ready(timeout_s=READY_TIMEOUT)
+            for drone in self._world.drones:
+                if not drone.can_fly:
+                    drone.arm()
+            # the supervisor sees the request within 40 ms
+            self._world.run(0.1)
+            for drone in self._world.drones:
+                for upload in self._plan.uploads:
+                    commander = drone.high_level_commander
+                    commander.upload_trajectory(upload.number, upload.rows, offset=upload.offset)
+        except CrazychoirError as error:
+            self._failures.append(str(error))
+        for drone in self._world.drones:
+            if not drone.can_fly:
+                self._failures.append(f"{drone.id}: is not ready to fly ({drone.supervisor_state})")
+        return not self._failures
+
+    def _follow_plan(self) -> None:
+        """Send the commands at their ticks until the end or the first failure."""
+        wall_start = time.perf_counter()
+        commands = iter(self._plan.commands)
+        upcoming = next(commands, None)
+        flown = 0
+        for tick, is_sample, is_frame in self._stops():
+            self._world.step(tick - flown)
+            flown = tick
+            while upcoming is not None and upcoming.tick == tick:
+                self._send(upcoming)
+                upcoming = next(commands, None)
+            if is_frame:
+                self._film.times.append(self._world.time)
+                self._film.qpos.append(np.array(self._world.data.qpos))
+            if is_sample:
+                self._recorder.sample()
+                self._look_for_failures()
+                if self._observe is not None:
+                    wall = time.perf_counter() - wall_start
+                    total = self._plan.ticks / TICKS_PER_SECOND
+                    self._observe(self._world, Progress(tick / TICKS_PER_SECOND, total, wall))
+            if self._failures:
+                return
+
+    def _stops(self) -> Iterator[tuple[int, bool, bool]]:
+        """Yield the ticks at which something happens, with whether it is a sample of the log and a frame."""
+        end = self._plan.ticks
+        samples = set(range(0, end + 1, TICKS_PER_SECOND // LOG_RATE))
+        frames: set[int] = set()
+        if fps := self._film.fps:
+            frames = {k * TICKS_PER_SECOND // fps for k in range(end * fps // TICKS_PER_SECOND + 1)}
+        for tick in sorted(samples | frames | {command.tick for command in self._plan.commands}):
+            yield tick, tick in samples, tick in frames
+
+    def _send(self, command: Command) -> None:
+        """Hand one command to its drone."""
+        drone = self._world.drones[command.drone]
+        receiver = drone if command.verb == "arm" else drone.high_level_commander
+        if command.verb == "takeoff" and not drone.can_fly:
+            self._failures.append(f"{drone.id}: is not ready to take off ({drone.supervisor_state})")
+            return
+        try:
+            getattr(receiver, command.verb)(**command.arguments)
+        except CrazychoirError as error:
+            self._failures.append(str(error))
+
+    def _look_for_failures(self) -> None:
+        """Note every drone that crashed, locked or stopped."""
+        for drone in self._world.drones:
+            if drone.failure:
+                self._fail(drone.id, drone.failure)
+            elif drone.is_crashed:
+                self._fail(drone.id, "crashed")
+            elif drone.is_locked:
+                self._fail(drone.id, "locked up")
+
+    def _fail(self, drone_id: str, what: str) -> None:
+        sentence = what if what.startswith(f"{drone_id}:") else f"{drone_id}: {what}"
+        self._failures.append(f"{sentence} at {self._world.time:.2f} s")

@@ -1,0 +1,70 @@
+"""The mission file: what may stand in it, and what each key means."""
+
+from functools import cached_property
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, ValidationInfo, field_validator
+
+from crazychoir_fw.mission.fleet import Drone, Drones, Settings, decide
+from crazychoir_fw.mission.phases import Phase
+from crazychoir_fw.mission.section import Section
+from crazychoir_fw.mission.values import choice, did_you_mean, number, refusal, whole, word
+
+SCENES = ("arena", "flight_lab")
+
+
+class Tolerance(Section):
+    """How close is close enough."""
+
+    endpoint: Annotated[float, number(0.001, 10.0, "m")] = 0.10
+    """Largest distance between where a drone ends and where it was told to end (m)."""
+
+    waypoint: Annotated[float, number(0.001, 10.0, "m")] = 0.20
+    """Largest distance at which a target on the way counts as reached (m)."""
+
+
+class Mission(Section):
+    """A whole flight: who flies, where, and what they do one phase after the other."""
+
+    name: Annotated[str, word(r"\w[\w.-]{0,63}", "a name of at most 64 letters, digits, _, - and .")]
+    """Name of the mission and of its output folder."""
+
+    description: str = ""
+    """One line for people."""
+
+    scene: str = "arena"
+    """`arena`, `flight_lab`, or an MJCF file seen from the folder of the mission file."""
+
+    seed: Annotated[int, whole(0, 2**32 - 1)] = 0
+    """Seed of all noise: the same seed gives the same flight, to the last bit."""
+
+    backend: Annotated[str, choice("sim")] = "sim"
+    """Where the drones live."""
+
+    defaults: Settings = Settings()
+    """Settings of all drones that do not say otherwise."""
+
+    drones: Drones
+    """A list of drones, or a layout of many."""
+
+    flight: Annotated[list[Phase], Field(min_length=1, max_length=10000)]
+    """The phases in order."""
+
+    tolerance: Tolerance = Tolerance()
+    """When the flight counts as a success."""
+
+    @field_validator("scene")
+    @classmethod
+    def _find_scene(cls, scene: str, info: ValidationInfo) -> str:
+        if scene in SCENES:
+            return scene
+        path = (info.context or {}).get("folder", Path()) / scene
+        if path.suffix != ".xml" or not path.is_file():
+            raise refusal(f"one of {', '.join(SCENES)}{did_you_mean(scene, SCENES)} or an existing .xml file")
+        return str(path)
+
+    @cached_property
+    def fleet(self) -> tuple[Drone, ...]:
+        """Every drone with its settings decided, in the order of the file."""
+        return decide(self.drones, self.defaults)

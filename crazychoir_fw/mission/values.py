@@ -1,0 +1,116 @@
+"""The kinds of values in a mission file; each refuses in words what it cannot be.
+
+A kind is a validator for `typing.Annotated`. Whatever it refuses ends as "… must be <must>", so that the reader of the
+message learns the allowed range without opening the documentation.
+"""
+
+import re
+from collections.abc import Collection, Sequence
+from difflib import get_close_matches
+from numbers import Integral, Real
+
+from pydantic import BeforeValidator
+from pydantic_core import PydanticCustomError
+
+
+def refusal(must: str, path: str = "") -> PydanticCustomError:
+    """Return the error that the loader words as "<path> is <value>, but must be <must>".
+
+    Args:
+        must: What is allowed, as it continues "must be".
+        path: Keys below the place where the error is raised, such as ".takeoff".
+    """
+    return PydanticCustomError("must_be", "must be {must}", {"must": must, "path": path})
+
+
+def unknown_key(key: object, known: Collection[str]) -> PydanticCustomError:
+    """Return the error about a *key* that its section does not know."""
+    hint = did_you_mean(key, known)
+    return PydanticCustomError(
+        "unknown_key", "unknown key", {"key": str(key)[:40], "hint": hint, "known": sorted(known)}
+    )
+
+
+def did_you_mean(word: object, known: Collection[str]) -> str:
+    """Return " (did you mean 'height'?)", or nothing when no known word is near."""
+    near = get_close_matches(str(word)[:40], known, n=1)
+    return f" (did you mean '{near[0]}'?)" if near else ""
+
+
+def is_number(value: object, low: float, high: float) -> bool:
+    """Tell whether *value* is a real number in [low, high]: no NaN, and no boolean."""
+    return isinstance(value, Real) and not isinstance(value, bool) and low <= value <= high
+
+
+def number(low: float, high: float, unit: str = "") -> BeforeValidator:
+    """A real number in [low, high]."""
+    must = f"a number in [{low:g}, {high:g}] {unit}".rstrip()
+
+    def check(value: object) -> float:
+        if not is_number(value, low, high):
+            raise refusal(must)
+        return float(value)  # type: ignore[arg-type]
+
+    return BeforeValidator(check)
+
+
+def whole(low: int, high: int) -> BeforeValidator:
+    """A whole number in [low, high]."""
+    must = f"a whole number in [{low}, {high}]"
+
+    def check(value: object) -> int:
+        if not isinstance(value, Integral) or not is_number(value, low, high):
+            raise refusal(must)
+        return int(value)
+
+    return BeforeValidator(check)
+
+
+def choice(*known: str) -> BeforeValidator:
+    """One of a few words."""
+    must = "one of " + ", ".join(known) if len(known) > 1 else known[0]
+
+    def check(value: object) -> str:
+        if not isinstance(value, str) or value not in known:
+            raise refusal(must + did_you_mean(value, known))
+        return value
+
+    return BeforeValidator(check)
+
+
+def word(pattern: str, must: str) -> BeforeValidator:
+    """Text that matches *pattern*."""
+    compiled = re.compile(pattern)
+
+    def check(value: object) -> str:
+        if not isinstance(value, str) or not compiled.fullmatch(value):
+            raise refusal(must)
+        return value
+
+    return BeforeValidator(check)
+
+
+def point(*names: str, low: float = -1000.0, high: float = 1000.0, floor: float | None = None) -> BeforeValidator:
+    """A list of coordinates in meters.
+
+    Args:
+        names: The axes in order. An axis in brackets, such as "[z]", may be left out.
+        low: Lowest coordinate.
+        high: Highest coordinate.
+        floor: Lowest third coordinate, when it differs.
+    """
+    must = f"numbers [{', '.join(names)}] in [{low:g}, {high:g}] m"
+    if floor is not None:
+        must += f" with z >= {floor:g}"
+    shortest = sum(not name.startswith("[") for name in names)
+
+    def check(value: object) -> tuple[float, ...]:
+        if isinstance(value, str | bytes) or not isinstance(value, Sequence):
+            raise refusal(must)
+        if not shortest <= len(value) <= len(names) or not all(is_number(v, low, high) for v in value):
+            raise refusal(must)
+        if floor is not None and len(value) > 2 and value[2] < floor:
+            raise refusal(must)
+        return tuple(float(v) for v in value)
+
+    return BeforeValidator(check)
