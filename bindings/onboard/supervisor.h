@@ -79,10 +79,10 @@ const char *cf_supervisor_update(cf_supervisor_t *supervisor, const cf_superviso
 // step.
 void cf_supervisor_override_setpoint(const cf_supervisor_t *supervisor, setpoint_t *setpoint);
 
-// Are the motors allowed to run, in the present state.
+// May the motors run, in the present state.
 bool cf_supervisor_are_motors_allowed(const cf_supervisor_t *supervisor);
 
-// The same, and whether it flies or lies tumbled, as of the last update.
+// The same as of the last update, and whether the vehicle flew or lay tumbled then.
 bool cf_supervisor_can_fly(const cf_supervisor_t *supervisor);
 bool cf_supervisor_is_flying(const cf_supervisor_t *supervisor);
 bool cf_supervisor_is_tumbled(const cf_supervisor_t *supervisor);
