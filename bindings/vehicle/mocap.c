@@ -26,7 +26,7 @@ cf_status_t cf_mocap_init(cf_mocap_t *mocap, const cf_mocap_config_t *config, cf
 
   *mocap = (cf_mocap_t){
       .config = *config,
-      .phase  = TICKS_PER_SECOND - config->rate,
+      .phase  = (TICKS_PER_SECOND - config->rate) % TICKS_PER_SECOND,
       .random = random,
   };
   return CF_OK;
