@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from crazychoir_fw._core import ffi, lib
+from scipy.integrate import trapezoid
 from scipy.optimize import brentq
 
 Make = Callable[..., Any]
@@ -150,7 +151,7 @@ def test_hover_time_with_sag_is_what_the_equations_say(make_config: Make) -> Non
     charges, voltages = (np.array(x) for x in zip(*reversed(OPEN_CIRCUIT), strict=True))
     grid = np.linspace(0, 1, 2001)
     current = [7.877 / settled_voltage(7.877, u, 0.22) for u in np.interp(grid, charges, voltages)]
-    expected = np.trapezoid(1 / np.array(current), grid) * 900 / 60
+    expected = trapezoid(1 / np.array(current), grid) * 900 / 60
     assert minutes_to_empty(make_battery(make_config), 29.0) == pytest.approx(expected, rel=0.01)
 
 
