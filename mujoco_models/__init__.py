@@ -1,4 +1,4 @@
-"""MJCF of the vehicles and scenes: `model_path("crazyflie_2")`, `model_path("scene_arena")`."""
+"""MJCF of the vehicles and scenes: `model_path("cf2")`, `model_path("arena")`."""
 
 from pathlib import Path
 
@@ -6,23 +6,23 @@ __all__ = ["SCENES", "VEHICLES", "model_path"]
 
 _FOLDER = Path(__file__).resolve().parent
 
-VEHICLES = ("crazyflie_2", "crazyflie_21bl")
-"""Airframes, one MJCF each: Crazyflie 2.1+ and Crazyflie 2.1 Brushless."""
+VEHICLES = {"cf2": "crazyflie_2.xml", "cf21bl": "crazyflie_21bl.xml"}
+"""Platform to MJCF file: Crazyflie 2.1+ and Crazyflie 2.1 Brushless."""
 
-SCENES = ("scene_arena", "scene_flight_lab")
-"""Worlds to fly in, without drones."""
+SCENES = {"arena": "scene_arena.xml", "flight_lab": "scene_flight_lab.xml"}
+"""Name to MJCF file of the worlds to fly in; they hold no drones."""
 
 
 def model_path(name: str) -> Path:
-    """Return the MJCF file of a vehicle or scene.
+    """Return the MJCF file of a platform or scene.
 
     Args:
-        name: One of `VEHICLES` or `SCENES`; a scene may be named without `scene_`.
+        name: A key of `VEHICLES` or `SCENES`.
 
     Raises:
         ValueError: If there is no such model.
     """
-    for known in (name, f"scene_{name}"):
-        if known in VEHICLES or known in SCENES:
-            return _FOLDER / f"{known}.xml"
-    raise ValueError(f"no model {name!r}; there are {', '.join(VEHICLES + SCENES)}")
+    files = {**VEHICLES, **SCENES}
+    if name not in files:
+        raise ValueError(f"no model {name!r}; there are {', '.join(files)}")
+    return _FOLDER / files[name]
