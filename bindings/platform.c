@@ -5,10 +5,11 @@
 static const cf_platform_facts_t FACTS[CF_PLATFORM_COUNT] = {
     [CF_PLATFORM_CF2] =
         {
-            .name       = "cf2",
-            .title      = "Crazyflie 2.1+",
-            .mass       = 0.029f,
-            .arm_length = 0.046f,
+            .name            = "cf2",
+            .title           = "Crazyflie 2.1+",
+            .mass            = 0.029f,
+            .arm_length      = 0.046f,
+            .requires_arming = false,
             .thrust =
                 {
                     .c0               = -0.02476537915958403f,
@@ -22,10 +23,11 @@ static const cf_platform_facts_t FACTS[CF_PLATFORM_COUNT] = {
         },
     [CF_PLATFORM_CF21BL] =
         {
-            .name       = "cf21bl",
-            .title      = "Crazyflie 2.1 Brushless",
-            .mass       = 0.0393f,
-            .arm_length = 0.050f,
+            .name            = "cf21bl",
+            .title           = "Crazyflie 2.1 Brushless",
+            .mass            = 0.0393f,
+            .arm_length      = 0.050f,
+            .requires_arming = true,
             .thrust =
                 {
                     .c0               = -0.014058926705279723f,

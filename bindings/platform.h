@@ -4,6 +4,8 @@
 #ifndef CF_PLATFORM_H
 #define CF_PLATFORM_H
 
+#include <stdbool.h>
+
 #include "status.h"
 
 typedef enum {
@@ -30,6 +32,8 @@ typedef struct {
 
   float mass;        // [kg], as the onboard software believes it
   float arm_length;  // [m], motor axis to center
+
+  bool requires_arming;  // a client must arm it; otherwise it arms itself
 
   cf_thrust_curve_t thrust;
 } cf_platform_facts_t;

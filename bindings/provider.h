@@ -73,6 +73,8 @@ typedef struct {
   bool (*power_cap)(void *state, const motors_thrust_uncapped_t *uncapped,
                     motors_thrust_pwm_t *pwm);
   uint32_t (*idle_thrust)(const void *state);
+  // The test override motorPowerSet.*, applied to every duty that is set; battery [V].
+  void (*motor_override)(void *state, float battery_voltage, motors_thrust_pwm_t *pwm);
 
   // Kalman filter. acc in m/s^2 and gyro in rad/s for predict; acc in g for externalize; gyro in
   // deg/s for update.

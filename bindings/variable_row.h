@@ -23,4 +23,8 @@
 #define CF_ROW(group_, name_, type_, flags_, struct_, member_) \
   {group_, name_, CF_TYPE_##type_, flags_, CF_CHECKED_OFFSET(type_, struct_, member_)}
 
+// A whole array of rows as a table with base 0.
+#define CF_TABLE(rows_) \
+  ((cf_variables_t){.rows = rows_, .count = (int)(sizeof(rows_) / sizeof((rows_)[0])), .base = 0})
+
 #endif  // CF_VARIABLE_ROW_H

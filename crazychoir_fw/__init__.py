@@ -1,5 +1,12 @@
-"""Swarms of Crazyflies in MuJoCo, flown by their own onboard software."""
+"""Swarms of Crazyflies in MuJoCo, flown by their own onboard software.
 
+Importing the package registers the engine plugin ``crazychoir.crazyflie`` with MuJoCo: from then on any MJCF file
+that names it flies.
+"""
+
+from crazychoir_fw.core import register_plugin
 from crazychoir_fw.version import __version__
+
+register_plugin()
 
 __all__ = ["__version__"]

@@ -13,16 +13,9 @@ BINDINGS = Path(__file__).resolve().parents[1]
 ROOT = BINDINGS.parent
 SOURCES = (BINDINGS / "sources.txt").read_text().split()
 
-# -fno-builtin-*: with constant arguments gcc would fold these calls with another rounding than libm's
-# (control-pid dossier section 7), and the two providers would differ by an ulp
-CFLAGS = [
-    "-std=c11",
-    "-O3",
-    "-ffp-contract=off",
-    "-fno-math-errno",
-    "-fvisibility=hidden",
-    *(f"-fno-builtin-{name}f" for name in ("tan", "sin", "cos", "exp", "pow")),
-]
+# the flags that decide the bits; -fno-builtin-*: with constant arguments gcc would fold these calls with another
+# rounding than libm's (control-pid dossier section 7), and the two providers would differ by an ulp
+CFLAGS = ["-std=c11", *(BINDINGS / "cflags.txt").read_text().split()]
 
 _LOCAL_INCLUDE = re.compile(r'#include "(.+)"')
 _INTEGER_CONSTANT = re.compile(r"#define \w+ +-?\d+\s*(//.*)?$")
@@ -54,9 +47,10 @@ ffi = FFI()
 ffi.cdef(declarations("cffi/core.h", seen=set()))
 ffi.set_source(
     "crazychoir_fw._core",
-    f'#include "cffi/core.h"\n#define CF_BUILD_FLAGS "{" ".join(CFLAGS)}"\n',
+    '#include "cffi/core.h"',
     sources=SOURCES,
     include_dirs=[str(BINDINGS), mujoco_include()],
+    define_macros=[("CF_BUILD_FLAGS", f'"{" ".join(CFLAGS)}"')],
     extra_compile_args=CFLAGS,
     extra_link_args=["-pthread"],
     depends=[str(path) for path in sorted(BINDINGS.rglob("*.h"))],

@@ -1,0 +1,154 @@
+#include "commands.h"
+
+#include <math.h>
+
+#define HIGH_LEVEL(cf_) \
+  &(cf_)->onboard.high_level, cf_provider((cf_)->config.provider), (cf_)->provider_state
+
+static uint64_t now_us(const cf_t *cf) {
+  return (uint64_t)cf->onboard.tick * 1000;
+}
+
+// ---------------------------------------------------------------------------- low-level setpoints
+
+cf_status_t cf_send_setpoint(cf_t *cf, const setpoint_t *setpoint) {
+  cf->onboard.client_setpoint = *setpoint;
+  const bool is_taken         = cf_commander_set_setpoint(
+      &cf->onboard.commander, cf_provider(cf->config.provider), cf->provider_state, setpoint,
+      COMMANDER_PRIORITY_CRTP, cf->onboard.tick);
+  return is_taken ? CF_OK : CF_ERR_STATE;
+}
+
+static cf_status_t send_if(cf_t *cf, cf_status_t status, const setpoint_t *setpoint) {
+  return status == CF_OK ? cf_send_setpoint(cf, setpoint) : status;
+}
+
+cf_status_t cf_send_stop(cf_t *cf) {
+  setpoint_t setpoint;
+  cf_setpoint_stop(&setpoint);
+  return cf_send_setpoint(cf, &setpoint);
+}
+
+cf_status_t cf_send_rpyt(cf_t *cf, float roll, float pitch, float yaw_rate, uint16_t thrust) {
+  setpoint_t        setpoint = cf->onboard.client_setpoint;
+  const int         priority = cf_commander_active_priority(&cf->onboard.commander);
+  const cf_status_t status =
+      cf_setpoint_rpyt(&setpoint, &cf->onboard.rpyt, priority, roll, pitch, yaw_rate, thrust);
+  return send_if(cf, status, &setpoint);
+}
+
+cf_status_t cf_send_velocity_world(cf_t *cf, float vx, float vy, float vz, float yaw_rate) {
+  setpoint_t setpoint;
+  return send_if(cf, cf_setpoint_velocity_world(&setpoint, vx, vy, vz, yaw_rate), &setpoint);
+}
+
+cf_status_t cf_send_zdistance(cf_t *cf, float roll, float pitch, float yaw_rate, float z) {
+  setpoint_t setpoint;
+  return send_if(cf, cf_setpoint_zdistance(&setpoint, roll, pitch, yaw_rate, z), &setpoint);
+}
+
+cf_status_t cf_send_altitude_hold(cf_t *cf, float roll, float pitch, float yaw_rate, float vz) {
+  setpoint_t setpoint;
+  return send_if(cf, cf_setpoint_altitude_hold(&setpoint, roll, pitch, yaw_rate, vz), &setpoint);
+}
+
+cf_status_t cf_send_hover(cf_t *cf, float vx, float vy, float yaw_rate, float z) {
+  setpoint_t setpoint;
+  return send_if(cf, cf_setpoint_hover(&setpoint, vx, vy, yaw_rate, z), &setpoint);
+}
+
+cf_status_t cf_send_position(cf_t *cf, float x, float y, float z, float yaw) {
+  setpoint_t setpoint;
+  return send_if(cf, cf_setpoint_position(&setpoint, x, y, z, yaw), &setpoint);
+}
+
+cf_status_t cf_send_full_state(cf_t *cf, const cf_full_state_t *full_state) {
+  setpoint_t setpoint;
+  return send_if(cf, cf_setpoint_full_state(&setpoint, full_state), &setpoint);
+}
+
+cf_status_t cf_send_manual(cf_t *cf, float roll, float pitch, float yaw_rate, uint16_t thrust,
+                           bool rate) {
+  setpoint_t setpoint;
+  return send_if(cf, cf_setpoint_manual(&setpoint, roll, pitch, yaw_rate, thrust, rate), &setpoint);
+}
+
+void cf_notify_setpoint_stop(cf_t *cf) {
+  cf_commander_relax_priority(&cf->onboard.commander, &cf->onboard.high_level,
+                              &cf->onboard.estimate);
+}
+
+// -------------------------------------------------------------------------- high-level commander
+
+cf_status_t cf_takeoff(cf_t *cf, float height, float duration, float yaw, bool use_current_yaw) {
+  return cf_high_level_commander_takeoff(HIGH_LEVEL(cf), height, duration, yaw, use_current_yaw,
+                                         now_us(cf));
+}
+
+cf_status_t cf_land(cf_t *cf, float height, float duration, float yaw, bool use_current_yaw) {
+  return cf_high_level_commander_land(HIGH_LEVEL(cf), height, duration, yaw, use_current_yaw,
+                                      now_us(cf));
+}
+
+cf_status_t cf_stop(cf_t *cf) {
+  return cf_high_level_commander_stop(HIGH_LEVEL(cf));
+}
+
+cf_status_t cf_go_to(cf_t *cf, float x, float y, float z, float yaw, float duration, bool relative,
+                     bool linear) {
+  const struct vec position = {x, y, z};
+  return cf_high_level_commander_go_to(HIGH_LEVEL(cf), position, yaw, duration, relative, linear,
+                                       now_us(cf));
+}
+
+cf_status_t cf_write_trajectory(cf_t *cf, uint32_t offset, uint32_t length, const uint8_t *data) {
+  return cf_high_level_commander_write_trajectory(&cf->onboard.high_level, offset, length, data);
+}
+
+cf_status_t cf_define_trajectory(cf_t *cf, uint8_t id, uint32_t offset, uint8_t n_pieces) {
+  return cf_high_level_commander_define_trajectory(&cf->onboard.high_level, id,
+                                                   CF_TRAJECTORY_TYPE_POLY4D, offset, n_pieces);
+}
+
+cf_status_t cf_start_trajectory(cf_t *cf, uint8_t id, float timescale, bool relative_position,
+                                bool relative_yaw, bool reversed) {
+  return cf_high_level_commander_start_trajectory(HIGH_LEVEL(cf), id, timescale, relative_position,
+                                                  relative_yaw, reversed, now_us(cf));
+}
+
+bool cf_is_trajectory_finished(const cf_t *cf) {
+  return cf_high_level_commander_is_trajectory_finished(HIGH_LEVEL(cf), now_us(cf));
+}
+
+// ------------------------------------------------------------------- supervisor and localization
+
+cf_status_t cf_arm(cf_t *cf, bool arm) {
+  return cf_supervisor_request_arming(&cf->onboard.supervisor, arm) ? CF_OK : CF_ERR_STATE;
+}
+
+cf_status_t cf_recover_from_crash(cf_t *cf) {
+  return cf_supervisor_request_crash_recovery(&cf->onboard.supervisor, true) ? CF_OK : CF_ERR_STATE;
+}
+
+void cf_emergency_stop(cf_t *cf) {
+  cf_supervisor_request_emergency_stop(&cf->onboard.supervisor);
+}
+
+cf_status_t cf_send_external_position(cf_t *cf, float x, float y, float z) {
+  if (!isfinite(x + y + z)) {
+    return CF_ERR_VALUE;
+  }
+  return cf_onboard_external_position(&cf->onboard, x, y, z) ? CF_OK : CF_ERR_CAPACITY;
+}
+
+cf_status_t cf_send_external_pose(cf_t *cf, float x, float y, float z, const float quat_xyzw[4]) {
+  const float sum = (x + y + z) + (quat_xyzw[0] + quat_xyzw[1] + quat_xyzw[2] + quat_xyzw[3]);
+  if (!isfinite(sum)) {
+    return CF_ERR_VALUE;
+  }
+  const poseMeasurement_t pose = {
+      .pos  = {x, y, z},
+      .quat = {.x = quat_xyzw[0], .y = quat_xyzw[1], .z = quat_xyzw[2], .w = quat_xyzw[3]},
+  };
+  return cf_onboard_external_pose(&cf->onboard, &pose) ? CF_OK : CF_ERR_CAPACITY;
+}

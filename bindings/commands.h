@@ -1,0 +1,53 @@
+/* What a client may ask of one Crazyflie, with cflib's vocabulary. Angles are degrees in setpoints
+ * and radians in the high-level commander, as in cflib; world frame x forward, y left, z up.
+ *
+ * Every function returns CF_OK or the reason of the refusal, and changes nothing when it refuses.
+ */
+#ifndef CF_COMMANDS_H
+#define CF_COMMANDS_H
+
+#include "crazyflie.h"
+
+// Hands a setpoint to the commander with the priority of a radio client. CF_ERR_STATE when a higher
+// priority holds it.
+cf_status_t cf_send_setpoint(cf_t *cf, const setpoint_t *setpoint);
+
+// The low-level setpoints of onboard/setpoints.h, built and handed over in one call.
+cf_status_t cf_send_stop(cf_t *cf);
+cf_status_t cf_send_rpyt(cf_t *cf, float roll, float pitch, float yaw_rate, uint16_t thrust);
+cf_status_t cf_send_velocity_world(cf_t *cf, float vx, float vy, float vz, float yaw_rate);
+cf_status_t cf_send_zdistance(cf_t *cf, float roll, float pitch, float yaw_rate, float z);
+cf_status_t cf_send_altitude_hold(cf_t *cf, float roll, float pitch, float yaw_rate, float vz);
+cf_status_t cf_send_hover(cf_t *cf, float vx, float vy, float yaw_rate, float z);
+cf_status_t cf_send_position(cf_t *cf, float x, float y, float z, float yaw);
+cf_status_t cf_send_full_state(cf_t *cf, const cf_full_state_t *full_state);
+cf_status_t cf_send_manual(cf_t *cf, float roll, float pitch, float yaw_rate, uint16_t thrust,
+                           bool rate);
+
+// Low-level setpoints have ended: the high-level commander may take over. It must be told what to
+// do within its next 10 ms, otherwise the motors stop (planner-commander dossier section 8.2).
+void cf_notify_setpoint_stop(cf_t *cf);
+
+// High-level commander; heights [m], positions [m], yaw [rad], durations [s].
+cf_status_t cf_takeoff(cf_t *cf, float height, float duration, float yaw, bool use_current_yaw);
+cf_status_t cf_land(cf_t *cf, float height, float duration, float yaw, bool use_current_yaw);
+cf_status_t cf_stop(cf_t *cf);
+cf_status_t cf_go_to(cf_t *cf, float x, float y, float z, float yaw, float duration, bool relative,
+                     bool linear);
+cf_status_t cf_write_trajectory(cf_t *cf, uint32_t offset, uint32_t length, const uint8_t *data);
+cf_status_t cf_define_trajectory(cf_t *cf, uint8_t id, uint32_t offset, uint8_t n_pieces);
+cf_status_t cf_start_trajectory(cf_t *cf, uint8_t id, float timescale, bool relative_position,
+                                bool relative_yaw, bool reversed);
+bool        cf_is_trajectory_finished(const cf_t *cf);
+
+// Supervisor. Arming: CF_ERR_STATE unless the pre-flight checks have passed.
+cf_status_t cf_arm(cf_t *cf, bool arm);
+cf_status_t cf_recover_from_crash(cf_t *cf);
+void        cf_emergency_stop(cf_t *cf);
+
+// An external position or pose, as the localization service receives it. CF_ERR_VALUE unless
+// finite, CF_ERR_CAPACITY when the estimator's queue is full.
+cf_status_t cf_send_external_position(cf_t *cf, float x, float y, float z);
+cf_status_t cf_send_external_pose(cf_t *cf, float x, float y, float z, const float quat_xyzw[4]);
+
+#endif  // CF_COMMANDS_H

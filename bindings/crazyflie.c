@@ -1,0 +1,193 @@
+#include "crazyflie.h"
+
+#include <math.h>
+#include <string.h>
+
+_Static_assert(sizeof(cf_t) % sizeof(double) == 0, "MuJoCo stores states as doubles");
+
+#define MAX_POSITION 1e4f  // [m], farther away than this the simulation has run wild
+
+cf_status_t cf_config_default(cf_config_t *config, cf_platform_t platform) {
+  memset(config, 0, sizeof *config);
+  config->platform    = platform;
+  config->controller  = ControllerTypeAutoSelect;
+  config->estimator   = StateEstimatorTypeKalman;
+  config->positioning = CF_POSITIONING_MOCAP;
+  return cf_vehicle_default_config(&config->vehicle, platform);
+}
+
+int cf_state_bytes(void) {
+  return (int)sizeof(cf_t);
+}
+
+// --------------------------------------------------------------------------------------- booting
+
+static void set_parameter(const cf_provider_t *provider, void *provider_state, const char *group,
+                          const char *name, float value) {
+  cf_variables_t tables[16];
+  const int      count = provider->parameters(tables, 16);
+  for (int i = 0; i < count && i < 16; i++) {
+    for (int k = 0; k < tables[i].count; k++) {
+      const cf_variable_t *row = &tables[i].rows[k];
+      if (strcmp(row->group, group) == 0 && strcmp(row->name, name) == 0) {
+        memcpy((char *)provider_state + tables[i].base + row->offset, &value, sizeof value);
+      }
+    }
+  }
+}
+
+static cf_status_t boot(cf_t *cf) {
+  const cf_config_t   *config   = &cf->config;
+  const cf_provider_t *provider = cf_provider(config->provider);
+  memset(cf->provider_state, 0, sizeof cf->provider_state);
+  const cf_status_t status = provider->init(cf->provider_state, config->platform, 0);
+  if (status != CF_OK) {
+    return status;
+  }
+
+  set_parameter(provider, cf->provider_state, "kalman", "initialX", config->start_position[0]);
+  set_parameter(provider, cf->provider_state, "kalman", "initialY", config->start_position[1]);
+  set_parameter(provider, cf->provider_state, "kalman", "initialZ", config->start_position[2]);
+  set_parameter(provider, cf->provider_state, "kalman", "initialYaw", config->start_yaw);
+
+  const cf_boot_t onboard = {
+      .controller  = config->controller,
+      .estimator   = config->estimator,
+      .auto_arming = !cf_platform_facts(config->platform)->requires_arming,
+  };
+  return cf_onboard_init(&cf->onboard, provider, cf->provider_state, &onboard);
+}
+
+cf_status_t cf_init(cf_t *cf, const cf_config_t *config) {
+  const cf_config_t copy = *config;  // the caller may pass the drone's own
+  memset(cf, 0, sizeof *cf);
+  cf->config = copy;
+  if (cf_provider(copy.provider) == NULL || cf_platform_facts(copy.platform) == NULL) {
+    return CF_ERR_UNKNOWN;
+  }
+  const cf_status_t status = cf_vehicle_init(&cf->vehicle, &copy.vehicle, copy.seed, copy.id);
+  return status == CF_OK ? boot(cf) : status;
+}
+
+void cf_reboot(cf_t *cf) {
+  boot(cf);  // succeeded with the same configuration before
+}
+
+// ------------------------------------------------------------------------------------------ tick
+
+static bool is_sane(const cf_motion_t *motion) {
+  float sum = 0.0f;
+  for (int i = 0; i < 3; i++) {
+    sum += fabsf(motion->position[i]) + fabsf(motion->velocity[i]) + fabsf(motion->rates[i]) +
+           fabsf(motion->quat_wxyz[i]) + fabsf(motion->specific_force[i]);
+  }
+  return isfinite(sum) && fabsf(motion->position[0]) < MAX_POSITION &&
+         fabsf(motion->position[1]) < MAX_POSITION && fabsf(motion->position[2]) < MAX_POSITION;
+}
+
+// Without a position nothing can be flown, but the inertial sensors go on.
+static void sense_position(cf_t *cf, const cf_motion_t *motion) {
+  if (cf->config.positioning == CF_POSITIONING_MOCAP) {
+    poseMeasurement_t pose;
+    if (cf_vehicle_mocap(&cf->vehicle, motion->position, motion->quat_wxyz, &pose)) {
+      cf_onboard_external_pose(&cf->onboard, &pose);
+    }
+  } else if (cf->config.positioning == CF_POSITIONING_FLOW) {
+    measurement_t range = {.type = MeasurementTypeTOF};
+    measurement_t flow  = {.type = MeasurementTypeFlow};
+    const int     what =
+        cf_vehicle_flow_deck(&cf->vehicle, cf->onboard.tick, motion->position[2], motion->rotation,
+                             motion->velocity, motion->rates, &range.data.tof, &flow.data.flow);
+    if (what & CF_FLOW_DECK_RANGE) {
+      cf_estimator_enqueue(&cf->onboard.estimator, &range);
+    }
+    if (what & CF_FLOW_DECK_FLOW) {
+      cf_estimator_enqueue(&cf->onboard.estimator, &flow);
+    }
+  }
+}
+
+void cf_sense(cf_t *cf, const cf_motion_t *motion, cf_hardware_t *hardware) {
+  memset(hardware, 0, sizeof *hardware);
+  hardware->battery_voltage = cf->vehicle.battery.voltage;
+  if (!is_sane(motion)) {
+    cf_onboard_fail(&cf->onboard, CF_FAULT_MOTION);
+    return;
+  }
+  cf_vehicle_imu(&cf->vehicle, motion->rates, motion->specific_force, &hardware->gyro,
+                 &hardware->acc);
+  sense_position(cf, motion);
+}
+
+void cf_think(cf_t *cf, const cf_hardware_t *hardware) {
+  cf_onboard_tick(&cf->onboard, cf_provider(cf->config.provider), cf->provider_state, hardware);
+}
+
+void cf_actuate(cf_t *cf) {
+  cf_vehicle_actuate(&cf->vehicle, cf->onboard.motors.list);
+}
+
+void cf_tick(cf_t *cf, const cf_motion_t *motion) {
+  cf_hardware_t hardware;
+  cf_sense(cf, motion, &hardware);
+  cf_think(cf, &hardware);
+  cf_actuate(cf);
+}
+
+void cf_wrench(const cf_t *cf, const cf_motion_t *motion, float force[3], float torque[3]) {
+  cf_vehicle_wrench(&cf->vehicle, motion->rotation, motion->velocity, motion->rates, force, torque);
+  const float sum = (force[0] + force[1] + force[2]) + (torque[0] + torque[1] + torque[2]);
+  if (!isfinite(sum)) {
+    memset(force, 0, 3 * sizeof *force);
+    memset(torque, 0, 3 * sizeof *torque);
+  }
+}
+
+// ------------------------------------------------------------------------------------- variables
+
+static int add(cf_variables_t *tables, int capacity, int count, cf_variables_t table, size_t base) {
+  if (count < capacity) {
+    table.base += (uint32_t)base;
+    tables[count] = table;
+  }
+  return count + 1;
+}
+
+static int add_provider(cf_variables_t *tables, int capacity, int count,
+                        int (*list)(cf_variables_t *tables, int capacity)) {
+  cf_variables_t own[16];
+  const int      found = list(own, 16);
+  for (int i = 0; i < found && i < 16; i++) {
+    count = add(tables, capacity, count, own[i], offsetof(cf_t, provider_state));
+  }
+  return count;
+}
+
+#define ONBOARD(member_) (offsetof(cf_t, onboard) + offsetof(cf_onboard_t, member_))
+
+int cf_parameters(int provider, cf_variables_t *tables, int capacity) {
+  if (cf_provider(provider) == NULL) {
+    return 0;
+  }
+  int n = 0;
+  n     = add(tables, capacity, n, cf_onboard_parameters(), offsetof(cf_t, onboard));
+  n     = add(tables, capacity, n, cf_supervisor_parameters(), ONBOARD(supervisor));
+  n     = add(tables, capacity, n, cf_commander_parameters(), ONBOARD(commander));
+  n     = add(tables, capacity, n, cf_high_level_commander_parameters(), ONBOARD(high_level));
+  n     = add(tables, capacity, n, cf_estimator_parameters(), ONBOARD(estimator));
+  n     = add(tables, capacity, n, cf_sensors_parameters(), ONBOARD(sensors));
+  return add_provider(tables, capacity, n, cf_provider(provider)->parameters);
+}
+
+int cf_logs(int provider, cf_variables_t *tables, int capacity) {
+  if (cf_provider(provider) == NULL) {
+    return 0;
+  }
+  int n = 0;
+  n     = add(tables, capacity, n, cf_onboard_logs(), offsetof(cf_t, onboard));
+  n     = add(tables, capacity, n, cf_supervisor_logs(), ONBOARD(supervisor));
+  n     = add(tables, capacity, n, cf_estimator_logs(), ONBOARD(estimator));
+  n     = add(tables, capacity, n, cf_sensors_logs(), ONBOARD(sensors));
+  n     = add_provider(tables, capacity, n, cf_provider(provider)->logs);
+  return add(tables, capacity, n, cf_vehicle_logs(), offsetof(cf_t, vehicle));
+}

@@ -1,0 +1,97 @@
+/* One Crazyflie: onboard software and vehicle in one flat struct.
+ *
+ * cf_t holds everything that a drone is: no pointers into itself, no clock but its tick. A snapshot
+ * is a memcpy, a swarm is an array, and two threads may step two drones without a lock. */
+#ifndef CF_CRAZYFLIE_H
+#define CF_CRAZYFLIE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "onboard/onboard.h"
+#include "platform.h"
+#include "provider.h"
+#include "status.h"
+#include "variables.h"
+#include "vehicle/vehicle.h"
+
+// What tells the drone where it is.
+typedef enum {
+  CF_POSITIONING_NONE  = 0,  // inertial sensors only
+  CF_POSITIONING_MOCAP = 1,  // poses of a motion-capture system, by radio
+  CF_POSITIONING_FLOW  = 2,  // flow deck: optical flow and range to the floor
+} cf_positioning_t;
+
+// Everything that is chosen before a drone exists. `cf_config_default` fills it.
+typedef struct {
+  int              provider;  // number for cf_provider()
+  cf_platform_t    platform;
+  int              controller;  // ControllerType
+  int              estimator;   // StateEstimatorType
+  cf_positioning_t positioning;
+  uint32_t         seed;  // of the world
+  uint32_t         id;    // of the drone: equal seeds and different ids give independent noise
+
+  float start_position[3];  // [m], told to the estimator as kalman.initialX, Y, Z
+  float start_yaw;          // [rad], told as kalman.initialYaw
+
+  cf_vehicle_config_t vehicle;
+} cf_config_t;
+
+// True motion of the body, as the simulator knows it.
+typedef struct {
+  float position[3];        // [m], world
+  float quat_wxyz[4];       // body to world
+  float rotation[9];        // the same as a matrix, row by row
+  float velocity[3];        // [m/s], world
+  float rates[3];           // [rad/s], body
+  float specific_force[3];  // [m/s^2], body: +9.81 on z at rest
+} cf_motion_t;
+
+typedef struct {
+  cf_config_t config;
+
+  cf_onboard_t onboard;
+  cf_vehicle_t vehicle;
+
+  // for the IMU: specific force is the change of velocity over a tick
+  double last_velocity[3];  // [m/s], world, at the end of the last tick
+  bool   has_last_velocity;
+
+  uint64_t provider_state[CF_PROVIDER_STATE_BYTES / 8];
+} cf_t;
+
+// Fills the configuration of a stock drone. Returns CF_ERR_UNKNOWN for an unknown platform.
+cf_status_t cf_config_default(cf_config_t *config, cf_platform_t platform);
+
+// Boots a drone at tick 0. Returns CF_ERR_UNKNOWN for a provider, controller or estimator that does
+// not exist and CF_ERR_VALUE for a vehicle that cannot be built; the drone is then unusable.
+cf_status_t cf_init(cf_t *cf, const cf_config_t *config);
+
+// Boots the onboard software again, as a power cycle would. Battery, rotors and sensor biases stay
+// as they are.
+void cf_reboot(cf_t *cf);
+
+// One millisecond: sensors, onboard software, motors, rotors and battery. Cannot fail; a drone
+// whose numbers are no longer finite stops its motors, locks and says why in onboard.fault.
+void cf_tick(cf_t *cf, const cf_motion_t *motion);
+
+// The three parts of a tick, to be called in this order: the vehicle's sensors measure, the onboard
+// software decides, the vehicle's motors turn.
+void cf_sense(cf_t *cf, const cf_motion_t *motion, cf_hardware_t *hardware);
+void cf_think(cf_t *cf, const cf_hardware_t *hardware);
+void cf_actuate(cf_t *cf);
+
+// Force [N, world] and torque [N m, body, about the body origin] of rotors and air at this motion.
+// Has no effect on the drone. A wrench that is not finite is returned as zero.
+void cf_wrench(const cf_t *cf, const cf_motion_t *motion, float force[3], float torque[3]);
+
+// Bytes of one drone, a whole number of doubles.
+int cf_state_bytes(void);
+
+// Tables of parameters and log variables over a cf_t with this provider; bases count from its
+// start. They fill at most `capacity` tables and return how many there are.
+int cf_parameters(int provider, cf_variables_t *tables, int capacity);
+int cf_logs(int provider, cf_variables_t *tables, int capacity);
+
+#endif  // CF_CRAZYFLIE_H

@@ -1,0 +1,24 @@
+/* The engine plugin crazychoir.crazyflie: the only place where the core and MuJoCo meet.
+ *
+ * One plugin instance per drone, on a body with a free joint. The whole cf_t lives in
+ * mjData.plugin_state. */
+#ifndef CF_MUJOCO_PLUGIN_PLUGIN_H
+#define CF_MUJOCO_PLUGIN_PLUGIN_H
+
+#include "crazyflie.h"
+
+// Registers the plugin with the MuJoCo library at this path, which must already be loaded. Returns
+// 0, or -1 when the library or one of its functions is not found, or -2 when it is of another
+// version than the headers this was built with.
+int cf_plugin_register(const char *libmujoco_path);
+
+// Version of the MuJoCo headers this was built with, e.g. 4000000.
+int cf_plugin_mujoco_version(void);
+
+// Nanoseconds spent so far in [0] onboard software and [1] vehicles (sensors, motors and wrenches),
+// summed over threads, when timing is on. Timing is off at first and never influences the
+// simulation.
+void cf_plugin_timing(int enabled);
+void cf_plugin_timing_read(uint64_t nanoseconds[2]);
+
+#endif  // CF_MUJOCO_PLUGIN_PLUGIN_H

@@ -1,0 +1,142 @@
+#include "mujoco_plugin/swarm.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "mujoco_plugin/attributes.h"
+
+#define TICK 0.001  // [s]
+
+static const char *body_name(const cf_mujoco_api_t *mj, const mjModel *model, int body) {
+  const char *name = mj->id2name(model, mjOBJ_BODY, body);
+  return name != NULL && name[0] != '\0' ? name : "(unnamed)";
+}
+
+static int find_body(const mjModel *model, int instance) {
+  for (int body = 0; body < model->nbody; body++) {
+    if (model->body_plugin[body] == instance) {
+      return body;
+    }
+  }
+  return -1;
+}
+
+// R diag(d) R^T for the frame that MuJoCo aligned with the principal axes.
+static void rotated_diagonal(const double quat[4], const double diagonal[3], double out[9]) {
+  const double w = quat[0], x = quat[1], y = quat[2], z = quat[3];
+  const double r[9] = {
+      1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
+      2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
+      2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y),
+  };
+  for (int i = 0; i < 3; i++) {
+    for (int j = 0; j < 3; j++) {
+      double sum = 0;
+      for (int k = 0; k < 3; k++) {
+        sum += r[3 * i + k] * diagonal[k] * r[3 * j + k];
+      }
+      out[3 * i + j] = sum;
+    }
+  }
+}
+
+static void read_inertia(drone_t *drone, const mjModel *model) {
+  const double *diagonal   = model->body_inertia + 3 * drone->body;
+  const double  inverse[3] = {1 / diagonal[0], 1 / diagonal[1], 1 / diagonal[2]};
+  rotated_diagonal(model->body_iquat + 4 * drone->body, diagonal, drone->inertia);
+  rotated_diagonal(model->body_iquat + 4 * drone->body, inverse, drone->inverse_inertia);
+}
+
+// The estimator starts where the model places the drone, as careful users set kalman.initial*
+// (estimators dossier 18).
+static void read_start_pose(drone_t *drone, const mjModel *model) {
+  const double *pose = model->qpos0 + drone->qpos_address;
+  for (int i = 0; i < 3; i++) {
+    drone->config.start_position[i] = (float)pose[i];
+  }
+  const double w = pose[3], x = pose[4], y = pose[5], z = pose[6];
+  drone->config.start_yaw = (float)atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+}
+
+static void read_attributes(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model,
+                            int index) {
+  cf_config_default(&drone->config, CF_PLATFORM_CF2);
+  drone->config.id = (uint32_t)index;
+  for (int i = 0; i < cf_attribute_count(); i++) {
+    char        message[CF_ATTRIBUTE_MESSAGE_BYTES];
+    const char *text = mj->get_config(model, drone->instance, cf_attribute_name(i));
+    if (cf_attribute_set(&drone->config, i, text, message) != CF_OK) {
+      mj->error("crazyflie %s: %s", body_name(mj, model, drone->body), message);
+    }
+  }
+}
+
+static void bind(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model, int index) {
+  drone->body = find_body(model, drone->instance);
+  if (drone->body < 0) {
+    mj->error("crazyflie: plugin instance %d is not used by any body", drone->instance);
+  }
+  const int joint = model->body_jntadr[drone->body];
+  if (joint < 0 || model->jnt_type[joint] != mjJNT_FREE) {
+    mj->error("crazyflie %s: the body has no free joint; add <freejoint/> to it",
+              body_name(mj, model, drone->body));
+  }
+
+  drone->tree          = model->body_treeid[drone->body];
+  drone->qpos_address  = model->jnt_qposadr[joint];
+  drone->dof_address   = model->jnt_dofadr[joint];
+  drone->state_address = model->plugin_stateadr[drone->instance];
+  read_inertia(drone, model);
+  read_attributes(mj, drone, model, index);
+  read_start_pose(drone, model);
+}
+
+swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot) {
+  swarm_t *swarm  = calloc(1, sizeof *swarm);
+  drone_t *drones = calloc((size_t)model->nplugin, sizeof *drones);
+  if (swarm == NULL || drones == NULL) {
+    free(swarm);
+    free(drones);
+    mj->error("crazyflie: out of memory");
+    return NULL;
+  }
+
+  swarm->drones = drones;
+  for (int instance = 0; instance < model->nplugin; instance++) {
+    if (model->plugin[instance] == slot) {
+      drone_t *drone       = &drones[swarm->count];
+      drone->swarm         = swarm;
+      drone->instance      = instance;
+      swarm->last_instance = instance;
+      bind(mj, drone, model, swarm->count);
+      swarm->count++;
+    }
+  }
+  return swarm;
+}
+
+void cf_swarm_free(swarm_t *swarm) {
+  free(swarm->drones);
+  free(swarm);
+}
+
+drone_t *cf_swarm_find(swarm_t *swarm, int instance) {
+  for (int i = 0; i < swarm->count; i++) {
+    if (swarm->drones[i].instance == instance) {
+      return &swarm->drones[i];
+    }
+  }
+  return NULL;
+}
+
+void cf_swarm_check_timestep(const cf_mujoco_api_t *mj, double timestep) {
+  const double ratio  = timestep > TICK ? timestep / TICK : TICK / timestep;
+  const double excess = fabs(ratio - nearbyint(ratio));
+  if (!(timestep > 0) || !(ratio <= 20) || excess > 1e-6) {
+    mj->error(
+        "crazyflie: option timestep is %g s, allowed: 0.001 s times or divided by a whole "
+        "number up to 20",
+        timestep);
+  }
+}

@@ -1,0 +1,44 @@
+/* All drones of one model: where each finds its body, its joint and its state. Internal to the
+ * plugin. */
+#ifndef CF_MUJOCO_PLUGIN_SWARM_H
+#define CF_MUJOCO_PLUGIN_SWARM_H
+
+#include "crazyflie.h"
+#include "mujoco_plugin/mujoco_api.h"
+
+typedef struct swarm_s swarm_t;
+
+typedef struct {
+  swarm_t    *swarm;
+  cf_config_t config;
+
+  int instance;       // of the plugin
+  int body;           // carries the free joint
+  int tree;           // kinematic tree of that body
+  int qpos_address;   // 7 numbers: position, quaternion
+  int dof_address;    // 6 numbers: world velocity, body rates
+  int state_address;  // in mjData.plugin_state
+
+  double inertia[9];          // [kg m^2], body frame
+  double inverse_inertia[9];  // [1/(kg m^2)]
+} drone_t;
+
+struct swarm_s {
+  int      references;
+  int      count;
+  int      last_instance;  // works for all
+  drone_t *drones;
+};
+
+// Finds every drone of the model and reads its attributes. Ends in mju_error with one sentence when
+// the model is wrong.
+swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot);
+void     cf_swarm_free(swarm_t *swarm);
+
+// The drone that belongs to a plugin instance.
+drone_t *cf_swarm_find(swarm_t *swarm, int instance);
+
+// Checks that steps and ticks fit together. Ends in mju_error otherwise.
+void cf_swarm_check_timestep(const cf_mujoco_api_t *mj, double timestep);
+
+#endif  // CF_MUJOCO_PLUGIN_SWARM_H

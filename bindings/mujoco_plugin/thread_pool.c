@@ -1,0 +1,160 @@
+#include "mujoco_plugin/thread_pool.h"
+
+#include <pthread.h>
+#include <sched.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+
+// A loop lasts some microseconds and the next one follows within microseconds, so a waiting thread
+// looks a while before it sleeps.
+#define SPINS_BEFORE_SLEEP 4000
+
+typedef struct {
+  void (*body)(void *context, int begin, int end);
+  void *context;
+  int   count;
+  int   parts;
+} loop_t;
+
+// The pool belongs to the process, not to a drone: this is the only mutable state of the C side
+// outside mjData.
+static struct {
+  pthread_mutex_t turn;  // one loop at a time
+  pthread_mutex_t lock;  // guards the sleep of the workers
+  pthread_cond_t  wake;
+  pthread_t       workers[CF_MAX_THREADS];
+  int             threads;
+  bool            is_stopping;
+  loop_t          loop;
+  atomic_uint     generation;  // counts loops; workers wait for a change
+  atomic_int      unfinished;  // workers still busy with the present loop
+} pool = {.turn    = PTHREAD_MUTEX_INITIALIZER,
+          .lock    = PTHREAD_MUTEX_INITIALIZER,
+          .wake    = PTHREAD_COND_INITIALIZER,
+          .threads = 1};
+
+static void run_part(const loop_t *loop, int part) {
+  const int begin = (int)((long)loop->count * part / loop->parts);
+  const int end   = (int)((long)loop->count * (part + 1) / loop->parts);
+  if (begin < end) {
+    loop->body(loop->context, begin, end);
+  }
+}
+
+static unsigned wait_for_change(unsigned seen) {
+  for (int i = 0; i < SPINS_BEFORE_SLEEP; i++) {
+    const unsigned now = atomic_load_explicit(&pool.generation, memory_order_acquire);
+    if (now != seen) {
+      return now;
+    }
+  }
+  pthread_mutex_lock(&pool.lock);
+  while (atomic_load(&pool.generation) == seen) {
+    pthread_cond_wait(&pool.wake, &pool.lock);
+  }
+  pthread_mutex_unlock(&pool.lock);
+  return atomic_load(&pool.generation);
+}
+
+typedef struct {
+  int      part;
+  unsigned generation;
+} worker_start_t;
+
+static worker_start_t starts[CF_MAX_THREADS];
+
+static void *work(void *argument) {
+  const worker_start_t *start = argument;
+  const int             part  = start->part;
+  unsigned              seen  = start->generation;
+  for (;;) {
+    seen = wait_for_change(seen);
+    if (pool.is_stopping) {
+      return NULL;
+    }
+    if (part < pool.loop.parts) {
+      run_part(&pool.loop, part);
+    }
+    atomic_fetch_sub_explicit(&pool.unfinished, 1, memory_order_release);
+  }
+}
+
+static void announce(void) {
+  pthread_mutex_lock(&pool.lock);
+  atomic_fetch_add_explicit(&pool.generation, 1, memory_order_release);
+  pthread_cond_broadcast(&pool.wake);
+  pthread_mutex_unlock(&pool.lock);
+}
+
+static void stop_workers(void) {
+  pool.is_stopping = true;
+  announce();
+  for (int i = 1; i < pool.threads; i++) {
+    pthread_join(pool.workers[i], NULL);
+  }
+  pool.is_stopping = false;
+  pool.threads     = 1;
+}
+
+// A forked child has the memory of its parent but none of its workers.
+static void forget_workers_after_fork(void) {
+  pool.threads = 1;
+  pthread_mutex_init(&pool.turn, NULL);
+  pthread_mutex_init(&pool.lock, NULL);
+  pthread_cond_init(&pool.wake, NULL);
+}
+
+int cf_threads_set(int count) {
+  if (count < 1) {
+    count = 1;
+  }
+  if (count > CF_MAX_THREADS) {
+    count = CF_MAX_THREADS;
+  }
+
+  pthread_mutex_lock(&pool.turn);
+  if (count != pool.threads) {
+    static bool is_fork_handled = false;
+    if (!is_fork_handled) {
+      is_fork_handled = pthread_atfork(NULL, NULL, forget_workers_after_fork) == 0;
+    }
+    stop_workers();
+    for (int i = 1; i < count; i++) {
+      starts[i] = (worker_start_t){.part = i, .generation = atomic_load(&pool.generation)};
+      if (pthread_create(&pool.workers[i], NULL, work, &starts[i]) != 0) {
+        break;  // fewer threads than asked for: the loop still covers everything
+      }
+      pool.threads = i + 1;
+    }
+  }
+  const int result = pool.threads;
+  pthread_mutex_unlock(&pool.turn);
+  return result;
+}
+
+int cf_threads_get(void) {
+  return pool.threads;
+}
+
+void cf_parallel_for(int count, int grain, void (*body)(void *context, int begin, int end),
+                     void *context) {
+  if (pool.threads == 1 || count < 2 * grain) {
+    body(context, 0, count);
+    return;
+  }
+
+  pthread_mutex_lock(&pool.turn);
+  const int wanted = count / grain;
+  const int parts  = wanted < pool.threads ? wanted : pool.threads;
+  pool.loop        = (loop_t){.body = body, .context = context, .count = count, .parts = parts};
+  atomic_store(&pool.unfinished, pool.threads - 1);
+  announce();
+
+  run_part(&pool.loop, 0);
+  for (int spins = 0; atomic_load_explicit(&pool.unfinished, memory_order_acquire) > 0; spins++) {
+    if (spins > SPINS_BEFORE_SLEEP) {
+      sched_yield();  // fewer cores than threads
+    }
+  }
+  pthread_mutex_unlock(&pool.turn);
+}

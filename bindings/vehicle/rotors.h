@@ -1,0 +1,81 @@
+/* Four motors with propellers: from the duty that the onboard software sets to speed and thrust.
+ *
+ * One step of 1 ms (vehicle dossier sections 3, 4, 5 and 13):
+ *
+ *   duty  = level / top level, level = ratio >> (16 - duty_bits)
+ *   V     = duty * V_pack
+ *   n_c   = (-f1 + sqrt(f1^2 + 4 f2 F(V))) / (2 f2),  F the thrust curve of the platform
+ *   n     = n_c + (n - n_c) exp(-h / tau)
+ *   f     = efficiency * (f1 n + f2 n^2),  Q = thrust_to_torque * f
+ *
+ * so that a steady motor gives exactly the thrust curve that the onboard battery compensation
+ * inverts. Below `linear_voltage` the curve bends through zero; there n_c falls linearly to 0.
+ *
+ * M1 front right, M2 back right, M3 back left, M4 front left; M1 and M3 turn counter-clockwise seen
+ * from above, so their reaction torque on the body is negative about z. */
+#ifndef CF_VEHICLE_ROTORS_H
+#define CF_VEHICLE_ROTORS_H
+
+#include <stdint.h>
+
+#include "platform.h"
+#include "status.h"
+
+#define CF_ROTOR_COUNT 4
+
+typedef struct {
+  cf_thrust_curve_t curve;  // thrust against voltage, and torque per thrust
+
+  float linear_voltage;     // [V] > 0, below it the speed is proportional to the voltage
+  float thrust_per_rpm;     // [N/rpm], f1
+  float thrust_per_rpm2;    // [N/rpm^2] > 0, f2
+  float hover_rpm;          // [rpm] > 0, speed at which vibration is 1
+  float time_constant;      // [s] > 0, of the speed
+  float inertia;            // [kg m^2] >= 0, of one rotor about its axis
+  float arm_x;              // [m] > 0, motors stand at x = +-arm_x
+  float arm_y;              // [m] > 0, and y = +-arm_y
+  float height;             // [m], rotor plane above the center of mass
+  int   duty_bits;          // 8 brushed PWM, 11 DSHOT, 16 no quantization; 1 to 16
+  int   duty_lowest_level;  // levels below this one stop the motor; 0 when all count
+} cf_rotors_config_t;
+
+typedef struct {
+  cf_rotors_config_t config;
+
+  // settings
+  float
+      efficiency[CF_ROTOR_COUNT];  // [0, 2], thrust and torque at a given speed; 0 stops the rotor
+  float driven[CF_ROTOR_COUNT];    // 1, or 0 where the efficiency is 0
+  float duty_per_level;            // derived from the config, as the next two
+  float speed_decay;               // exp(-h / tau)
+  float vibration_per_rpm2;        // [1/rpm^2]
+
+  // state
+  float rpm[CF_ROTOR_COUNT];  // [rpm] >= 0
+
+  // outputs of the last step
+  float thrust[CF_ROTOR_COUNT];   // [N] along body z, >= 0
+  float torque[CF_ROTOR_COUNT];   // [N m] >= 0, aerodynamic reaction, against the spin
+  float spin_up[CF_ROTOR_COUNT];  // [N m], reaction to dn/dt, against the spin when speeding up
+  float vibration;                // mean of (n / hover_rpm)^2
+} cf_rotors_t;
+
+// Fills the rotors, at rest. Returns CF_ERR_VALUE when a number of the config is outside its range.
+cf_status_t cf_rotors_init(cf_rotors_t *rotors, const cf_rotors_config_t *config);
+
+// Sets the efficiency of motor 0..3. Returns CF_ERR_CAPACITY for another motor, CF_ERR_VALUE
+// outside [0, 2].
+cf_status_t cf_rotors_set_efficiency(cf_rotors_t *rotors, int motor, float efficiency);
+
+// Advances by 1 ms with the ratios [0, 65535] of the motor layer (duty, after battery compensation)
+// and the pack voltage [V].
+void cf_rotors_step(cf_rotors_t *rotors, const uint16_t ratios[CF_ROTOR_COUNT], float pack_voltage);
+
+// Returns the sum of the four thrusts [N].
+float cf_rotors_total_thrust(const cf_rotors_t *rotors);
+
+// Pure: steady speed [rpm] and thrust [N] of one healthy rotor at a motor voltage [V].
+float cf_rotor_steady_rpm(const cf_rotors_config_t *config, float voltage);
+float cf_rotor_steady_thrust(const cf_rotors_config_t *config, float voltage);
+
+#endif  // CF_VEHICLE_ROTORS_H

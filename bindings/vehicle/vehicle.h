@@ -1,0 +1,77 @@
+/* What the firmware does not know of one Crazyflie: battery, rotors, air, sensors.
+ *
+ * Order of one tick of 1 ms (vehicle dossier section 13): the onboard software sets its motors,
+ * `actuate` turns them, `wrench` is what the body feels during the following physics step, then the
+ * sensors read the new motion. One flat struct, no pointers: copy it with memcpy. */
+#ifndef CF_VEHICLE_VEHICLE_H
+#define CF_VEHICLE_VEHICLE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "api/imu_types.h"
+#include "api/stabilizer_types.h"
+#include "platform.h"
+#include "status.h"
+#include "variables.h"
+#include "vehicle/aerodynamics.h"
+#include "vehicle/airframe.h"
+#include "vehicle/battery.h"
+#include "vehicle/flow_deck.h"
+#include "vehicle/imu.h"
+#include "vehicle/mocap.h"
+#include "vehicle/random.h"
+#include "vehicle/rotors.h"
+
+// Start from the default of a platform and change what differs.
+typedef struct {
+  cf_airframe_t         airframe;
+  cf_mocap_config_t     mocap;
+  cf_flow_deck_config_t flow_deck;
+} cf_vehicle_config_t;
+
+typedef struct {
+  float mass;  // [kg]
+
+  cf_rotors_t       rotors;
+  cf_battery_t      battery;
+  cf_aerodynamics_t aerodynamics;
+  cf_imu_t          imu;
+  cf_flow_deck_t    flow_deck;
+  cf_mocap_t        mocap;
+  cf_random_t       random;  // spare dice, for whoever disturbs this drone
+} cf_vehicle_t;
+
+// Writes the default config. Returns CF_ERR_UNKNOWN for an unknown platform.
+cf_status_t cf_vehicle_default_config(cf_vehicle_config_t *config, cf_platform_t platform);
+
+// Fills the vehicle, rotors at rest. The sequences of noise depend on seed and id only. Returns
+// CF_ERR_VALUE (CF_ERR_CAPACITY for the delay line of the motion capture) and leaves the vehicle
+// untouched when the config holds a number outside its range.
+cf_status_t cf_vehicle_init(cf_vehicle_t *vehicle, const cf_vehicle_config_t *config, uint64_t seed,
+                            uint64_t id);
+
+// Runs motors and battery for one tick with the ratios [0, 65535] that the onboard software set.
+void cf_vehicle_actuate(cf_vehicle_t *vehicle, const uint16_t ratios[CF_ROTOR_COUNT]);
+
+// Pure: force in the world frame [N] and torque in the body frame about the center of mass [N m],
+// without gravity, at an attitude (body to world, row-major), a velocity relative to the air in the
+// world frame [m/s] and body rates [rad/s].
+void cf_vehicle_wrench(const cf_vehicle_t *vehicle, const float rotation[9],
+                       const float velocity_world[3], const float rates_body[3],
+                       float force_world[3], float torque_body[3]);
+
+// The sensors, once per tick each; see imu.h, mocap.h and flow_deck.h.
+void cf_vehicle_imu(cf_vehicle_t *vehicle, const float rates_body[3], const float specific_force[3],
+                    Axis3i16 *gyro_raw, Axis3i16 *acc_raw);
+bool cf_vehicle_mocap(cf_vehicle_t *vehicle, const float position[3], const float quat_wxyz[4],
+                      poseMeasurement_t *pose);
+int  cf_vehicle_flow_deck(cf_vehicle_t *vehicle, uint32_t tick, float height,
+                          const float rotation[9], const float velocity_world[3],
+                          const float rates_body[3], tofMeasurement_t *range,
+                          flowMeasurement_t *flow);
+
+// Log variables of group `sim`: what only the simulator knows. Offsets count from cf_vehicle_t.
+cf_variables_t cf_vehicle_logs(void);
+
+#endif  // CF_VEHICLE_VEHICLE_H

@@ -1,0 +1,8 @@
+"""Worlds of MuJoCo in which Crazyflies fly with their own onboard software."""
+
+from crazychoir_fw.simulation.drone import Drone
+from crazychoir_fw.simulation.drone_config import DroneConfig
+from crazychoir_fw.simulation.recorder import FlightRecorder
+from crazychoir_fw.simulation.world import World, set_threads
+
+__all__ = ["Drone", "DroneConfig", "FlightRecorder", "World", "set_threads"]

@@ -1,0 +1,118 @@
+"""One MJCF model from a scene and a list of drones."""
+
+from __future__ import annotations
+
+import colorsys
+from collections.abc import Sequence
+from pathlib import Path
+
+import mujoco
+import numpy as np
+
+from crazychoir_fw.core import PLUGIN
+from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
+from crazychoir_fw.mujoco_models import SCENES, VEHICLES, model_path
+from crazychoir_fw.simulation.drone_config import DroneConfig
+
+_GOLDEN_RATIO = 0.618034
+
+
+def build_model(drones: Sequence[DroneConfig], scene: str | Path, seed: int) -> mujoco.MjModel:
+    """Compile a world.
+
+    Args:
+        drones: The drones, with unique names.
+        scene: ``arena``, ``flight_lab`` or the path of an MJCF file.
+        seed: Seed of all noise.
+
+    Raises:
+        RangeError: If a drone's configuration is impossible; the message names the drone and what is allowed.
+        UnknownNameError: If there is no such scene or platform.
+    """
+    _check(drones, seed)
+    spec = _scene(scene)
+    spec.activate_plugin(PLUGIN)
+    vehicles: dict[str, mujoco.MjSpec] = {}
+    for index, drone in enumerate(drones):
+        if drone.platform not in vehicles:
+            vehicles[drone.platform] = _vehicle(drone)
+        _add_drone(spec, vehicles[drone.platform], drone, index, seed)
+    try:
+        return spec.compile()
+    except ValueError as error:
+        sentence = str(error).splitlines()[0].removeprefix("Error: ").removeprefix("engine error: ")
+        raise RangeError(sentence) from error
+
+
+def _check(drones: Sequence[DroneConfig], seed: int) -> None:
+    if not drones:
+        raise RangeError("drones: the list is empty, a world has at least 1 drone")
+    if not (isinstance(seed, int) and 0 <= seed < 2**32):
+        raise RangeError(f"seed is {seed!r}, allowed: a whole number from 0 to 4294967295")
+    seen: set[str] = set()
+    for drone in drones:
+        if not drone.id or drone.id in seen:
+            raise RangeError(f"drones: id '{drone.id}' is used twice or empty, every drone has a name of its own")
+        seen.add(drone.id)
+        numbers = [value for value in (*drone.position, drone.yaw_deg) if value is not None]
+        if len(drone.position) not in (2, 3) or not np.all(np.isfinite(numbers)):
+            raise RangeError(f"{drone.id}: position is {drone.position}, allowed: finite (x, y) or (x, y, z) in m")
+        if drone.mass is not None and not 0.005 <= drone.mass <= 0.5:
+            raise RangeError(f"{drone.id}: mass is {drone.mass}, allowed: 0.005 to 0.5 kg")
+
+
+def _scene(scene: str | Path) -> mujoco.MjSpec:
+    path = model_path(str(scene)) if str(scene) in SCENES else Path(scene)
+    if not path.is_file():
+        raise UnknownNameError(f"scene '{scene}' is neither a file nor one of: {', '.join(SCENES)}")
+    return mujoco.MjSpec.from_file(str(path))
+
+
+def _vehicle(drone: DroneConfig) -> mujoco.MjSpec:
+    if drone.platform not in VEHICLES:
+        raise UnknownNameError(f"{drone.id}: platform is '{drone.platform}', allowed: {', '.join(VEHICLES)}")
+    return mujoco.MjSpec.from_file(str(model_path(drone.platform)))
+
+
+def _add_drone(spec: mujoco.MjSpec, vehicle: mujoco.MjSpec, drone: DroneConfig, index: int, seed: int) -> None:
+    template = vehicle.worldbody.first_body()
+    x, y, *rest = drone.position
+    height = rest[0] if rest and rest[0] is not None else template.pos[2]
+    half_yaw = np.radians(drone.yaw_deg) / 2
+
+    frame = spec.worldbody.add_frame()
+    body = frame.attach_body(template, f"{drone.id}/", "")
+    body.name = drone.id
+    body.pos = [x, y, height]
+    body.quat = [np.cos(half_yaw), 0.0, 0.0, np.sin(half_yaw)]
+    if drone.mass is not None:
+        body.inertia = body.inertia * (drone.mass / body.mass)
+        body.mass = drone.mass
+    _paint(body, drone, index)
+
+    attributes = {"seed": str(seed), "id": str(index), **drone.plugin_attributes()}
+    plugin = spec.add_plugin(name=f"{drone.id}/crazyflie", plugin_name=PLUGIN, active=True)
+    plugin.config = attributes
+    body.plugin = plugin
+
+
+def _paint(body: mujoco.MjsBody, drone: DroneConfig, index: int) -> None:
+    """Color the accents, so that drones can be told apart: hues a golden angle from each other."""
+    color = drone.color or colorsys.hsv_to_rgb((0.58 + index * _GOLDEN_RATIO) % 1.0, 0.75, 0.95)
+    for geom in body.geoms:
+        if "accent" in geom.name:
+            geom.rgba = [*color, 1.0]
+
+
+def body_addresses(model: mujoco.MjModel, name: str) -> tuple[int, int, int]:
+    """Return where a drone lives: address in qpos, in qvel and in plugin_state.
+
+    Raises:
+        CrazychoirError: If the body carries no Crazyflie.
+    """
+    body = model.body(name)
+    instance = int(model.body_plugin[body.id])
+    if instance < 0:
+        raise CrazychoirError(f"{name}: the body carries no {PLUGIN}")
+    joint = int(model.body_jntadr[body.id])
+    return int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]), int(model.plugin_stateadr[instance])

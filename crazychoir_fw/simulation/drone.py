@@ -1,0 +1,191 @@
+"""One drone of a world: what a client sees of it, and what only the simulator knows."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw._core import ffi, lib
+from crazychoir_fw.core import address_of, check, struct_view
+from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.simulation.builder import body_addresses
+from crazychoir_fw.simulation.clients import Commander, HighLevelCommander, Log, Param
+from crazychoir_fw.simulation.drone_config import DroneConfig
+from crazychoir_fw.variables import log_table, parameter_table
+
+if TYPE_CHECKING:
+    from crazychoir_fw.simulation.world import World
+
+
+class DroneSnapshot:
+    """Everything that one drone is at one instant: onboard software, vehicle and motion."""
+
+    def __init__(self, state: NDArray[np.uint8], qpos: NDArray, qvel: NDArray) -> None:
+        self.state = state.copy()
+        self.qpos = qpos.copy()
+        self.qvel = qvel.copy()
+
+
+class Drone:
+    """A handle of one drone; its memory belongs to the world's `mjData`."""
+
+    def __init__(self, world: World, config: DroneConfig) -> None:
+        self._world = world  # keeps the memory alive
+        self.config = config
+        self.id = config.id
+        qpos, qvel, state = body_addresses(world.model, config.id)
+        self.qpos_address = qpos
+        size = lib.cf_state_bytes()
+        self._qpos = world.data.qpos[qpos : qpos + 7]
+        self._qvel = world.data.qvel[qvel : qvel + 6]
+        self.memory: NDArray[np.uint8] = world.data.plugin_state[state : state + size // 8].view(np.uint8)
+        self._cf: Any = struct_view("cf_t", address_of(self.memory))
+
+        provider = self._cf.config.provider
+        self.commander = Commander(self.id, self._cf)
+        self.high_level_commander = HighLevelCommander(self.id, self._cf)
+        self.param = Param(self.id, self.memory, parameter_table(provider))
+        self.log = Log(self.id, self.memory, log_table(provider))
+
+    def __repr__(self) -> str:
+        x, y, z = self.true_position
+        return f"<Drone {self.id} ({self.config.platform}) at {x:.2f}, {y:.2f}, {z:.2f} m: {self.supervisor_state}>"
+
+    @property
+    def struct(self) -> Any:
+        """The drone as a cffi pointer to ``cf_t``, for whoever tests a part of it."""
+        return self._cf
+
+    # ---------------------------------------------------------------- what only the simulator knows
+
+    @property
+    def true_position(self) -> NDArray[np.float64]:
+        """Position of the body (m, world), shape (3,)."""
+        return self._qpos[:3].copy()
+
+    @property
+    def true_velocity(self) -> NDArray[np.float64]:
+        """Velocity of the body (m/s, world), shape (3,)."""
+        return self._qvel[:3].copy()
+
+    @property
+    def true_quat_wxyz(self) -> NDArray[np.float64]:
+        """Attitude, body to world, shape (4,)."""
+        return self._qpos[3:7].copy()
+
+    @property
+    def true_rates(self) -> NDArray[np.float64]:
+        """Angular velocity (rad/s, body), shape (3,)."""
+        return self._qvel[3:6].copy()
+
+    # ---------------------------------------------------------------- what the drone believes and is
+
+    @property
+    def estimated_position(self) -> NDArray[np.float64]:
+        """Position by the state estimator (m, world), shape (3,)."""
+        position = self._cf.onboard.estimate.position
+        return np.array([position.x, position.y, position.z])
+
+    @property
+    def supervisor_state(self) -> str:
+        """State of the supervisor in words, e.g. ``Flying``."""
+        return ffi.string(lib.supervisorGetStateName(self._cf.onboard.supervisor.state)).decode()
+
+    @property
+    def can_fly(self) -> bool:
+        """Whether the motors may run."""
+        return bool(lib.cf_supervisor_are_motors_allowed(self._supervisor))
+
+    @property
+    def can_arm(self) -> bool:
+        """Whether a request to arm would be granted."""
+        return bool(lib.cf_supervisor_can_arm(self._supervisor))
+
+    @property
+    def is_flying(self) -> bool:
+        """Whether the supervisor sees the drone flying."""
+        return bool(lib.cf_supervisor_is_flying(self._supervisor))
+
+    @property
+    def is_crashed(self) -> bool:
+        """Whether the supervisor has seen a crash."""
+        return bool(lib.cf_supervisor_is_crashed(self._supervisor))
+
+    @property
+    def is_locked(self) -> bool:
+        """Whether only a reboot helps."""
+        return bool(lib.cf_supervisor_is_locked(self._supervisor))
+
+    @property
+    def failure(self) -> str | None:
+        """Why the core stopped this drone for good, as a sentence, or None."""
+        onboard = self._cf.onboard
+        if onboard.fault == lib.CF_FAULT_NONE:
+            return None
+        reason = ffi.string(lib.cf_fault_text(onboard.fault)).decode()
+        return f"{self.id}: {reason} (at {onboard.fault_tick / 1000:.3f} s)"
+
+    @property
+    def battery_voltage(self) -> float:
+        """Voltage at the terminals of the battery (V)."""
+        return float(self._cf.vehicle.battery.voltage)
+
+    @property
+    def _supervisor(self) -> Any:
+        return ffi.addressof(self._cf.onboard, "supervisor")
+
+    # ---------------------------------------------------------------- requests
+
+    def arm(self, do_arm: bool = True) -> None:
+        """Arm or disarm, as cflib's `supervisor.send_arming_request`.
+
+        Raises:
+            StateError: If the drone cannot be armed in its present state.
+        """
+        if lib.cf_arm(self._cf, do_arm) != lib.CF_OK:
+            raise StateError(f"{self.id}: cannot be armed in state '{self.supervisor_state}'")
+
+    def recover_from_crash(self) -> None:
+        """Clear a crash; refused while the drone still lies tumbled."""
+        if lib.cf_recover_from_crash(self._cf) != lib.CF_OK:
+            raise StateError(f"{self.id}: cannot recover while it lies tumbled")
+
+    def emergency_stop(self) -> None:
+        """Stop the motors and lock the drone until it is rebooted."""
+        lib.cf_emergency_stop(self._cf)
+
+    def reboot(self) -> None:
+        """Boot the onboard software again; battery, rotors and motion go on."""
+        lib.cf_reboot(self._cf)
+
+    def send_extpos(self, x: float, y: float, z: float) -> None:
+        """Tell the drone its position (m, world), as cflib's `extpos.send_extpos`."""
+        check(lib.cf_send_external_position(self._cf, x, y, z), f"{self.id}: send_extpos({x}, {y}, {z})")
+
+    def send_extpose(self, x: float, y: float, z: float, qx: float, qy: float, qz: float, qw: float) -> None:
+        """Tell the drone its pose (m, quaternion xyzw), as cflib's `extpos.send_extpose`."""
+        status = lib.cf_send_external_pose(self._cf, x, y, z, [qx, qy, qz, qw])
+        check(status, f"{self.id}: send_extpose({x}, {y}, {z}, …)")
+
+    # ---------------------------------------------------------------- snapshots
+
+    def place(self, position: NDArray | tuple[float, float, float], yaw_deg: float = 0.0) -> None:
+        """Put the body somewhere else (m, world; deg), at rest and level."""
+        if not np.all(np.isfinite([*position, yaw_deg])):
+            raise RangeError(f"{self.id}: place({position}, {yaw_deg}): allowed: finite numbers")
+        half_yaw = np.radians(yaw_deg) / 2
+        self._qpos[:] = [*position, np.cos(half_yaw), 0.0, 0.0, np.sin(half_yaw)]
+        self._qvel[:] = 0.0
+        self._cf.has_last_velocity = False
+
+    def snapshot(self) -> DroneSnapshot:
+        """Return everything that this drone is."""
+        return DroneSnapshot(self.memory, self._qpos, self._qvel)
+
+    def restore(self, snapshot: DroneSnapshot) -> None:
+        """Make the drone what it was."""
+        self.memory[:] = snapshot.state
+        self._qpos[:] = snapshot.qpos
+        self._qvel[:] = snapshot.qvel

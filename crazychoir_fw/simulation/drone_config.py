@@ -1,0 +1,61 @@
+"""What is chosen for one drone before a world is built."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+@dataclass
+class DroneConfig:
+    """One drone of a world. What is left at None follows the platform.
+
+    The fields from `platform` on become attributes of the engine plugin, which checks them; `crazychoir info` and
+    docs list names and ranges.
+    """
+
+    id: str
+    """Name of the drone; also the name of its body in the model."""
+    position: tuple[float, float] | tuple[float, float, float | None] = (0.0, 0.0, None)
+    """Start position (m, world). Without a height the drone stands on the floor."""
+    yaw_deg: float = 0.0
+    """Start yaw (deg, counter-clockwise seen from above)."""
+    color: tuple[float, float, float] | None = None
+    """Color of the accents (red, green, blue in [0, 1]); by default each drone gets its own."""
+    mass: float | None = None
+    """Mass (kg); by default that of the vehicle model. The inertia scales along."""
+
+    platform: str = "cf2"
+    """Airframe: ``cf2`` (Crazyflie 2.1+) or ``cf21bl`` (2.1 Brushless)."""
+    provider: str = "builtin"
+    """Implementation of the onboard algorithms."""
+    controller: str | None = None
+    """Controller at boot."""
+    estimator: str | None = None
+    """State estimator at boot."""
+    positioning: str | None = None
+    """``mocap`` (default), ``flow`` or ``none``."""
+    battery: float | None = None
+    """State of charge at the start, in [0, 1]."""
+    noise: float | None = None
+    """Factor on the noise of the inertial sensors; 0 is ideal."""
+    attributes: Mapping[str, str | float | int] = field(default_factory=dict)
+    """Any further attribute of the engine plugin, such as ``mocap_noise`` (m)."""
+
+    def plugin_attributes(self) -> dict[str, str]:
+        """Return the attributes for the engine plugin as text."""
+        named = {
+            "platform": self.platform,
+            "provider": self.provider,
+            "controller": self.controller,
+            "estimator": self.estimator,
+            "positioning": self.positioning,
+            "battery": self.battery,
+            "noise": self.noise,
+        }
+        chosen = {**named, **self.attributes}
+        return {name: _text(value) for name, value in chosen.items() if value is not None}
+
+
+def _text(value: str | float | int) -> str:
+    return repr(float(value)) if isinstance(value, float) else str(value)

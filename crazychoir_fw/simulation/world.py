@@ -1,0 +1,135 @@
+"""A world: one MuJoCo model with its drones, stepped at 1 kHz."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw._core import lib
+from crazychoir_fw.core import register_plugin
+from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.simulation.builder import build_model
+from crazychoir_fw.simulation.drone import Drone
+from crazychoir_fw.simulation.drone_config import DroneConfig
+
+TICKS_PER_SECOND = 1000
+
+
+class World:
+    """Drones in a scene. Time advances only through `step` and `run`."""
+
+    def __init__(
+        self,
+        drones: Sequence[DroneConfig],
+        scene: str | Path = "arena",
+        seed: int = 0,
+        threads: int | None = None,
+    ) -> None:
+        """Build the world.
+
+        Args:
+            drones: The drones; names must differ.
+            scene: ``arena``, ``flight_lab`` or the path of an MJCF file.
+            seed: Seed of all noise; same seed and same commands give the same bits.
+            threads: Threads that share the drones, for the whole process; None leaves the number as it is.
+
+        Raises:
+            RangeError: If a value is outside its range; the message names drone, value and range.
+            UnknownNameError: If there is no such scene or platform.
+        """
+        register_plugin()
+        if threads is not None:
+            set_threads(threads)
+        self.seed = seed
+        self.scene = str(scene)
+        self.model = build_model(drones, scene, seed)
+        self.data = mujoco.MjData(self.model)
+        mujoco.mj_forward(self.model, self.data)
+        self.drones = tuple(Drone(self, config) for config in drones)
+        self._by_id = {drone.id: drone for drone in self.drones}
+        self._steps_per_tick = max(1, round(0.001 / self.model.opt.timestep))
+        self._ticks_per_step = max(1, round(self.model.opt.timestep / 0.001))
+
+    def __repr__(self) -> str:
+        return f"<World {self.scene} with {len(self.drones)} drones at {self.time:.3f} s>"
+
+    def __getitem__(self, drone_id: str) -> Drone:
+        if drone_id not in self._by_id:
+            raise UnknownNameError(f"no drone named '{drone_id}', there are: {', '.join(self._by_id)}")
+        return self._by_id[drone_id]
+
+    @property
+    def time(self) -> float:
+        """Simulated time (s)."""
+        return float(self.data.time)
+
+    def step(self, n_ticks: int = 1) -> None:
+        """Advance by whole milliseconds."""
+        mujoco.mj_step(self.model, self.data, nstep=n_ticks * self._steps_per_tick // self._ticks_per_step)
+
+    def run(self, seconds: float) -> None:
+        """Advance by seconds, rounded to whole milliseconds."""
+        if not (np.isfinite(seconds) and seconds >= 0):
+            raise RangeError(f"run({seconds}): allowed: 0 s or more")
+        self.step(round(seconds * TICKS_PER_SECOND))
+
+    def wait_until_ready(self, timeout_s: float = 5.0) -> None:
+        """Advance until every drone can fly; drones that must be armed are armed as soon as they can be.
+
+        A drone needs about 1.6 s: sensors start after 1 s, the gyro bias takes 0.5 s, then come the supervisor's
+        pre-flight checks.
+
+        Raises:
+            StateError: If a drone is not ready in time; the message names it and its state.
+        """
+        deadline = self.time + timeout_s
+        while not all(drone.can_fly for drone in self.drones):
+            if self.time >= deadline:
+                late = next(drone for drone in self.drones if not drone.can_fly)
+                raise StateError(f"{late.id}: not ready after {timeout_s} s, state '{late.supervisor_state}'")
+            self.run(0.02)
+            for drone in self.drones:
+                if drone.can_arm:
+                    drone.arm()
+
+    def positions(self) -> NDArray[np.float64]:
+        """Return the true positions of all drones (m, world), shape (N, 3)."""
+        return np.array([drone.true_position for drone in self.drones])
+
+    def reset(self) -> None:
+        """Go back to the start: time 0, drones booting at their start poses."""
+        mujoco.mj_resetData(self.model, self.data)
+        mujoco.mj_forward(self.model, self.data)
+
+    def snapshot(self) -> NDArray[np.float64]:
+        """Return the whole state of the world: time, motion and every byte of every drone."""
+        spec = mujoco.mjtState.mjSTATE_INTEGRATION
+        state = np.empty(mujoco.mj_stateSize(self.model, spec))
+        mujoco.mj_getState(self.model, self.data, state, spec)
+        return state
+
+    def restore(self, snapshot: NDArray[np.float64]) -> None:
+        """Make the world what it was."""
+        spec = mujoco.mjtState.mjSTATE_INTEGRATION
+        if snapshot.shape != (mujoco.mj_stateSize(self.model, spec),):
+            raise RangeError(f"snapshot of shape {snapshot.shape} belongs to another world")
+        mujoco.mj_setState(self.model, self.data, snapshot, spec)
+
+    def render(self, width: int = 1280, height: int = 720, camera: str | int | mujoco.MjvCamera = -1) -> NDArray[np.uint8]:
+        """Return a picture of the world, shape (height, width, 3). Needs OpenGL (see `report.video`)."""
+        self.model.vis.global_.offwidth = max(width, self.model.vis.global_.offwidth)
+        self.model.vis.global_.offheight = max(height, self.model.vis.global_.offheight)
+        with mujoco.Renderer(self.model, height=height, width=width) as renderer:
+            renderer.update_scene(self.data, camera=camera)
+            return renderer.render()
+
+
+def set_threads(count: int) -> int:
+    """Set how many threads of this process share the drones of a world. Returns the number in force."""
+    if not (isinstance(count, int) and 1 <= count <= lib.CF_MAX_THREADS):
+        raise RangeError(f"threads is {count!r}, allowed: 1 to {lib.CF_MAX_THREADS}")
+    return int(lib.cf_threads_set(count))
