@@ -52,6 +52,7 @@ def trivial_world(count: int) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return the same world whose drones are held up by a constant thrust."""
     spec = mujoco.MjSpec.from_file(str(model_path("arena")))
     spec.activate_plugin("crazychoir.thrust")
+    spec.copy_during_attach = True
     vehicle = mujoco.MjSpec.from_file(str(model_path("cf2")))
     template = vehicle.worldbody.first_body()
     for i, (x, y) in enumerate(grid(count)):

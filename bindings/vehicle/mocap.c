@@ -18,15 +18,15 @@ cf_status_t cf_mocap_init(cf_mocap_t *mocap, const cf_mocap_config_t *config, cf
   if (!is_valid(config)) {
     return CF_ERR_VALUE;
   }
-  // samples under way at once; 64 bits, because the latency may be any number
-  const uint64_t under_way = (uint64_t)config->rate * config->latency_ms / TICKS_PER_SECOND;
-  if (under_way >= CF_MOCAP_CAPACITY) {
+  // a sample waits over latency + 1 steps; 64 bits, because the latency may be any number
+  const uint64_t steps = (uint64_t)config->latency_ms + 1;
+  if (steps * config->rate > (uint64_t)CF_MOCAP_CAPACITY * TICKS_PER_SECOND) {
     return CF_ERR_CAPACITY;
   }
 
   *mocap = (cf_mocap_t){
       .config = *config,
-      .phase  = TICKS_PER_SECOND - config->rate,
+      .phase  = (TICKS_PER_SECOND - config->rate) % TICKS_PER_SECOND,
       .random = random,
   };
   return CF_OK;

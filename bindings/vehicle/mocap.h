@@ -16,7 +16,7 @@
 
 typedef struct {
   uint32_t rate;            // [Hz], 0 (off) to 1000
-  uint32_t latency_ms;      // [ms]; rate * latency_ms / 1000 < CF_MOCAP_CAPACITY
+  uint32_t latency_ms;      // [ms]; (latency_ms + 1) rate <= 1000 CF_MOCAP_CAPACITY
   float    position_noise;  // [m] >= 0, standard deviation per axis
   float    attitude_noise;  // [rad] >= 0, standard deviation per axis
   float    position_std;    // [m] > 0, what the filter is told

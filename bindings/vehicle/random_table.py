@@ -7,6 +7,7 @@ Run it from anywhere: `python bindings/vehicle/random_table.py`.
 """
 
 import struct
+from itertools import pairwise
 from pathlib import Path
 from statistics import NormalDist
 
@@ -23,7 +24,7 @@ def magnitude(f: float) -> float:
 def pieces() -> list[tuple[float, float, float, float]]:
     """Return f and |x| at both ends of every piece, of unit variance as a whole."""
     knots = [2.0**octave * (1 + piece / PIECES) for octave in range(OCTAVES) for piece in range(PIECES)] + [FULL]
-    rows = [(lo, hi, magnitude(lo), magnitude(hi)) for lo, hi in zip(knots, knots[1:], strict=False)]
+    rows = [(lo, hi, magnitude(lo), magnitude(hi)) for lo, hi in pairwise(knots)]
     variance = sum((hi - lo) / FULL * (a * a + a * b + b * b) / 3 for lo, hi, a, b in rows)
     return [(lo, hi, a / variance**0.5, b / variance**0.5) for lo, hi, a, b in rows]
 

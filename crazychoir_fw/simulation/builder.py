@@ -32,6 +32,7 @@ def build_model(drones: Sequence[DroneConfig], scene: str | Path, seed: int) -> 
     _check(drones, seed)
     spec = _scene(scene)
     spec.activate_plugin(PLUGIN)
+    spec.copy_during_attach = True
     vehicles: dict[str, mujoco.MjSpec] = {}
     for index, drone in enumerate(drones):
         if drone.platform not in vehicles:
