@@ -45,7 +45,7 @@ class Settings(Section):
     battery: Annotated[float, number(0.01, 1.0)] | None = None
     """State of charge at start: 1 is full."""
 
-    mass: Annotated[float, number(0.01, 1.0, "kg")] | None = None
+    mass: Annotated[float, number(0.005, 0.5, "kg")] | None = None
     """Mass of the vehicle (kg); without it, that of the airframe."""
 
 

@@ -88,23 +88,12 @@ class _Loader(yaml.SafeLoader):
 
 def _read(path: Path) -> Any:
     """Return the content of a YAML file."""
-    try:
-        size = path.stat().st_size
-        if path.is_file() and size > LARGEST_FILE:
-            raise MissionError(f"{path} has {size} bytes, but a mission file must have at most {LARGEST_FILE}")
-        text = path.read_text(encoding="utf-8")
-    except OSError as error:
-        raise MissionError(f"{path} cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise MissionError(f"{path} is not a text file, but must be YAML in UTF-8") from None
-    except ValueError:
-        raise MissionError(f"{_show(str(path))} is no file name") from None
-
+    text = _text(path)
     try:
         # a subclass of the safe loader: it builds plain data only
         data = yaml.load(text, Loader=_Loader)
     except yaml.YAMLError as error:
-        raise MissionError(f"{path}{_complaint(error)}") from None
+        raise MissionError(f"{path}{_complaint(error, text)}") from None
     except RecursionError:
         raise MissionError(f"{path} is nested too deeply for a mission file") from None
     except (ValueError, OverflowError, TypeError, KeyError, IndexError, AttributeError) as error:
@@ -115,8 +104,28 @@ def _read(path: Path) -> Any:
     return data
 
 
-def _complaint(error: yaml.YAMLError) -> str:
+def _text(path: Path) -> str:
+    """Return the text of a file of reasonable size."""
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise MissionError(f"{path} cannot be read: {error.strerror}") from None
+    except ValueError:
+        raise MissionError(f"{_show(str(path))} is no file name") from None
+    if len(content) > LARGEST_FILE:
+        raise MissionError(f"{path} is larger than {LARGEST_FILE} bytes, which no mission needs")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise MissionError(f"{path} is not a text file, but must be YAML in UTF-8") from None
+
+
+def _complaint(error: yaml.YAMLError, text: str) -> str:
     """Return where and why a text is not YAML."""
+    if isinstance(error, yaml.reader.ReaderError):
+        line = text.count("\n", 0, error.position) + 1
+        return f", line {line}: the character {error.character!r} cannot stand in YAML"
     mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
     reason = getattr(error, "problem", None) or getattr(error, "reason", None) or str(error)
     where = f", line {mark.line + 1}, column {mark.column + 1}" if mark else ""

@@ -36,7 +36,7 @@ class Command:
     tick: int
     drone: int  # index into the fleet
     verb: str  # name of the method
-    arguments: dict[str, float | bool | int]
+    arguments: dict[str, float | bool | int | None]
 
 
 @dataclass(frozen=True)
@@ -80,7 +80,7 @@ class FlightPlan:
     uploads: list[Upload] = field(default_factory=list)
     ticks: int = 0
 
-    def command(self, tick: int, drone: int, verb: str, **arguments: float | bool | int) -> None:
+    def command(self, tick: int, drone: int, verb: str, **arguments: float | bool | int | None) -> None:
         """Add a command."""
         if len(self.commands) >= LARGEST_PLAN:
             raise MissionError(f"flight asks for more than {LARGEST_PLAN} commands, one per drone, leg and repetition")
@@ -181,8 +181,10 @@ def _takeoff(plan: FlightPlan, takeoff: Takeoff, path: str, now: int) -> int:
                 f"{path} takes {plan.fleet[i]} to {height:g} m, but must end above its start at {course.start[2]:g} m"
             )
         if again:
+            # twice, because for some 100 ms after its landing a vehicle cannot be armed
             plan.command(now, i, "arm")
-        plan.command(begin, i, "takeoff", absolute_height_m=height, duration_s=takeoff.duration)
+            plan.command(now + ARMING_TICKS // 2, i, "arm")
+        plan.command(begin, i, "takeoff", absolute_height_m=height, duration_s=takeoff.duration, yaw=None)
         plan.aim(end, i, path, (*course.position[:2], height))
         course.is_flying = True
         course.airborne.append((begin, end))
@@ -282,7 +284,8 @@ def _land(plan: FlightPlan, land: Land, path: str, now: int) -> int:
     end = now + _ticks(land.duration)
     for i in _flying(plan, land, path):
         course = plan.courses[i]
-        plan.command(now, i, "land", absolute_height_m=land.height + course.start[2], duration_s=land.duration)
+        height = land.height + course.start[2]
+        plan.command(now, i, "land", absolute_height_m=height, duration_s=land.duration, yaw=None)
         course.position = (*course.position[:2], course.start[2])
         course.is_flying = False
         course.airborne[-1] = (course.airborne[-1][0], end)

@@ -15,10 +15,13 @@ from crazychoir_fw.mission.summary import judge, summarize
 
 if TYPE_CHECKING:
     from crazychoir_fw.report.flight_log import FlightLog
-    from crazychoir_fw.simulation import World
+    from crazychoir_fw.simulation import FlightRecorder, World
 
 LOG_RATE = 100
 """Rate of the log (Hz)."""
+
+SUPERVISOR_TICKS = 40
+"""Ticks between two looks at the supervisors: as often as they look at their drones."""
 
 READY_TIMEOUT = 10.0
 """Longest time until all drones are ready to fly (s, simulated)."""
@@ -88,9 +91,12 @@ def fly(
     Raises:
         CrazychoirError: If the world cannot be built.
     """
+    from crazychoir_fw.simulation import FlightRecorder
+
     plan = plan_flight(mission)
     world = build_world(mission, threads)
-    return Flight(mission, plan, world, Film(frames_per_second), observe).run()
+    recorder = FlightRecorder(world, rate_hz=LOG_RATE)
+    return Flight(mission, plan, world, recorder, Film(frames_per_second), observe).run()
 
 
 def build_world(mission: Mission, threads: int | None = None) -> "World":
@@ -105,16 +111,20 @@ class Flight:
     """One flight while it runs."""
 
     def __init__(
-        self, mission: Mission, plan: FlightPlan, world: "World", film: Film, observe: Observer | None = None
+        self,
+        mission: Mission,
+        plan: FlightPlan,
+        world: "World",
+        recorder: "FlightRecorder",
+        film: Film,
+        observe: Observer | None = None,
     ) -> None:
-        from crazychoir_fw.simulation import FlightRecorder
-
         self._mission = mission
         self._plan = plan
         self._world = world
         self._film = film
         self._observe = observe
-        self._recorder = FlightRecorder(world, rate_hz=LOG_RATE)
+        self._recorder = recorder
         self._failures: list[str] = []
 
     def run(self) -> FlightResult:
@@ -138,23 +148,15 @@ class Flight:
         return FlightResult(self._mission, self._world, log, self._film, summary)
 
     def _get_ready(self) -> bool:
-        """Wait for calibration and checks, arm, upload; return whether all drones can fly."""
+        """Wait for calibration, checks and arming, then upload; return whether all drones can fly."""
         try:
             self._world.wait_until_ready(timeout_s=READY_TIMEOUT)
-            for drone in self._world.drones:
-                if not drone.can_fly:
-                    drone.arm()
-            # the supervisor sees the request within 40 ms
-            self._world.run(0.1)
             for drone in self._world.drones:
                 for upload in self._plan.uploads:
                     commander = drone.high_level_commander
                     commander.upload_trajectory(upload.number, upload.rows, offset=upload.offset)
         except CrazychoirError as error:
             self._failures.append(str(error))
-        for drone in self._world.drones:
-            if not drone.can_fly:
-                self._failures.append(f"{drone.id}: is not ready to fly ({drone.supervisor_state})")
         return not self._failures
 
     def _follow_plan(self) -> None:
@@ -164,23 +166,26 @@ class Flight:
         upcoming = next(commands, None)
         flown = 0
         for tick, is_sample, is_frame in self._stops():
-            self._world.step(tick - flown)
-            flown = tick
-            while upcoming is not None and upcoming.tick == tick:
-                self._send(upcoming)
-                upcoming = next(commands, None)
+            if tick > flown:
+                self._world.step(tick - flown)
+                flown = tick
             if is_frame:
                 self._film.times.append(self._world.time)
                 self._film.qpos.append(np.array(self._world.data.qpos))
             if is_sample:
                 self._recorder.sample()
-                self._look_for_failures()
+                if tick % SUPERVISOR_TICKS == 0:
+                    self._look_for_failures()
                 if self._observe is not None:
                     wall = time.perf_counter() - wall_start
                     total = self._plan.ticks / TICKS_PER_SECOND
                     self._observe(self._world, Progress(tick / TICKS_PER_SECOND, total, wall))
+            while upcoming is not None and upcoming.tick == tick:
+                self._send(upcoming)
+                upcoming = next(commands, None)
             if self._failures:
                 return
+        self._look_for_failures()
 
     def _stops(self) -> Iterator[tuple[int, bool, bool]]:
         """Yield the ticks at which something happens, with whether it is a sample of the log and a frame."""
@@ -195,12 +200,15 @@ class Flight:
     def _send(self, command: Command) -> None:
         """Hand one command to its drone."""
         drone = self._world.drones[command.drone]
-        receiver = drone if command.verb == "arm" else drone.high_level_commander
+        if command.verb == "arm":
+            if drone.can_arm:
+                drone.arm()
+            return
         if command.verb == "takeoff" and not drone.can_fly:
             self._failures.append(f"{drone.id}: is not ready to take off ({drone.supervisor_state})")
             return
         try:
-            getattr(receiver, command.verb)(**command.arguments)
+            getattr(drone.high_level_commander, command.verb)(**command.arguments)
         except CrazychoirError as error:
             self._failures.append(str(error))
 
@@ -208,12 +216,8 @@ class Flight:
         """Note every drone that crashed, locked or stopped."""
         for drone in self._world.drones:
             if drone.failure:
-                self._fail(drone.id, drone.failure)
-            elif drone.is_crashed:
-                self._fail(drone.id, "crashed")
-            elif drone.is_locked:
-                self._fail(drone.id, "locked up")
-
-    def _fail(self, drone_id: str, what: str) -> None:
-        sentence = what if what.startswith(f"{drone_id}:") else f"{drone_id}: {what}"
-        self._failures.append(f"{sentence} at {self._world.time:.2f} s")
+                # a sentence with drone and time
+                self._failures.append(drone.failure)
+            elif drone.is_crashed or drone.is_locked:
+                what = "crashed" if drone.is_crashed else "locked up"
+                self._failures.append(f"{drone.id}: {what} at {self._world.time:.2f} s")

@@ -60,7 +60,11 @@ class Mission(Section):
         if scene in SCENES:
             return scene
         path = (info.context or {}).get("folder", Path()) / scene
-        if path.suffix != ".xml" or not path.is_file():
+        try:
+            is_model = path.suffix == ".xml" and path.is_file()
+        except (OSError, ValueError):  # a name that no file can have
+            is_model = False
+        if not is_model:
             raise refusal(f"one of {', '.join(SCENES)}{did_you_mean(scene, SCENES)} or an existing .xml file")
         return str(path)
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.report.flight_log import FlightLog
     from crazychoir_fw.simulation import World
 
-TRUE_POSITION = ("true.x", "true.y", "true.z")
+TRUE_POSITION = ("sim.x", "sim.y", "sim.z")
 ESTIMATE = ("stateEstimate.x", "stateEstimate.y", "stateEstimate.z")
 SETPOINT = ("ctrltarget.x", "ctrltarget.y", "ctrltarget.z")
 THRUST = "stabilizer.thrust"

@@ -33,8 +33,9 @@ def read_pieces(path: Path) -> NDArray[np.float32]:
         text = path.read_bytes()[:LARGEST_FILE].decode()
     except OSError as error:
         raise MissionError(f"{path} cannot be read: {error.strerror}") from None
-    except UnicodeDecodeError:
-        raise MissionError(f"{path} is not a text file") from None
+    except ValueError:
+        # no text, or a name that no file can have
+        raise MissionError(f"{str(path)!r} is not a text file") from None
 
     pieces = []
     for number, line in enumerate(text.splitlines(), start=1):

@@ -1,0 +1,142 @@
+"""The command line, as far as it goes without flying."""
+
+import json
+import subprocess
+import sys
+from types import ModuleType
+
+import pytest
+from typer.testing import CliRunner
+
+from crazychoir_fw.cli import app
+from crazychoir_fw.cli.tables import MANY, flight_table, verdict
+
+FACTS = {"version": "1.2.3", "providers": ["builtin"], "parameters": 200, "ros": None}
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+@pytest.fixture
+def bad_mission(tmp_path):
+    path = tmp_path / "bad.yaml"
+    path.write_text("drones: {count: 2}\nflight:\n- takeoff: {hieght: 1}\n")
+    return path
+
+
+@pytest.fixture
+def core_with_facts(monkeypatch):
+    """A core that knows a few facts."""
+    core = ModuleType("crazychoir_fw.core")
+    core.info = lambda: FACTS
+    monkeypatch.setitem(sys.modules, "crazychoir_fw.core", core)
+
+
+def test_bad_mission_prints_one_sentence_and_exits_with_2(bad_mission):
+    result = run("fly", bad_mission)
+    assert result.exit_code == 2
+    assert result.stderr.count("\n") == 1
+    assert result.stderr.startswith(f"{bad_mission}: flight[0].takeoff has no key 'hieght' (did you mean 'height'?)")
+    assert result.stdout == ""
+
+
+def test_missing_mission_is_one_sentence_too(tmp_path):
+    result = run("fly", tmp_path / "gone.yaml")
+    assert result.exit_code == 2
+    assert result.stderr == f"{tmp_path / 'gone.yaml'} cannot be read: No such file or directory\n"
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "says"),
+    [
+        ("--seed", "-1", "--seed"),
+        ("--seed", "one", "--seed"),
+        ("--threads", "0", "--threads"),
+        ("--provider", "bitkraze", "provider is 'bitkraze', but must be"),
+    ],
+)
+def test_bad_option_exits_with_2(tmp_path, option, value, says):
+    path = tmp_path / "good.yaml"
+    path.write_text("drones: {count: 2}\nflight: [takeoff]\n")
+    result = run("fly", path, option, value)
+    assert result.exit_code == 2
+    assert says in result.stderr
+    assert "Traceback" not in result.stderr
+
+
+def test_output_folder_that_cannot_be_made_is_one_sentence(tmp_path):
+    path = tmp_path / "good.yaml"
+    path.write_text("drones: {count: 2}\nflight: [takeoff]\n")
+    result = run("fly", path, "--out", path / "below_a_file")
+    assert result.exit_code == 2
+    assert result.stderr == f"{path / 'below_a_file'} cannot be written: Not a directory\n"
+
+
+def test_no_command_shows_the_help():
+    result = run()
+    assert "fly" in result.output
+    assert "info" in result.output
+
+
+@pytest.mark.usefixtures("core_with_facts")
+def test_info_as_json_is_what_core_says():
+    result = run("info", "--json")
+    assert result.exit_code == 0
+    assert json.loads(result.stdout) == FACTS
+
+
+@pytest.mark.usefixtures("core_with_facts")
+def test_info_is_a_table_for_people():
+    result = run("info")
+    assert result.exit_code == 0
+    lines = [line.split() for line in result.stdout.splitlines()]
+    assert ["version", "1.2.3"] in lines
+    assert ["ros", "no"] in lines
+
+
+def test_command_line_starts_without_the_slow_imports():
+    code = (
+        "import sys, crazychoir_fw; before = set(sys.modules); import crazychoir_fw.cli\n"
+        "slow = {'mujoco', 'matplotlib', 'pydantic', 'yaml', 'imageio', 'numpy'}\n"
+        "print(sorted((set(sys.modules) - before) & slow))"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+def summary_of(count):
+    drone = {
+        "rms_error_m": 0.012,
+        "max_error_m": 0.034,
+        "endpoint_error_m": 0.001,
+        "estimator_rms_m": None,
+        "hover_thrust_percent": 59.27,
+        "battery_V": 3.914,
+        "supervisor_state": "Landed",
+    }
+    drones = [drone | {"id": f"cf{i}", "max_error_m": 0.001 * i} for i in range(1, count + 1)]
+    head = {"mission": "hop", "provider": "builtin", "success": True, "sim_seconds": 10.0, "wall_seconds": 0.5}
+    return head | {"real_time_factor": 20.0, "drones": drones}
+
+
+def cells(table, row):
+    return [list(column.cells)[row] for column in table.columns]
+
+
+def test_table_has_a_row_per_drone_in_centimeters():
+    table = flight_table(summary_of(4))
+    assert table.row_count == 4
+    assert cells(table, 1) == ["cf2", "1.2", "0.2", "0.1", "-", "59.3", "3.91", "Landed"]
+
+
+def test_table_of_a_large_swarm_shows_the_worst():
+    table = flight_table(summary_of(1000))
+    assert table.row_count == MANY
+    assert cells(table, 0)[0] == "cf1000"
+
+
+def test_verdict_says_how_it_went_how_fast_and_where(tmp_path):
+    assert verdict(summary_of(1), tmp_path).plain == (
+        f"success: 10.0 s flown in 0.5 s (20.0 x real time), see {tmp_path}/"
+    )
