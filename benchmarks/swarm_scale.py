@@ -119,7 +119,12 @@ def machine() -> dict[str, Any]:
     model = next(
         (line.split(":", 1)[1].strip() for line in _lines("/proc/cpuinfo") if line.startswith("model name")), "unknown"
     )
-    return {"cpu": model, "system": platform.platform(), "python": platform.python_version(), "mujoco": mujoco.__version__}
+    return {
+        "cpu": model,
+        "system": platform.platform(),
+        "python": platform.python_version(),
+        "mujoco": mujoco.__version__,
+    }
 
 
 def _lines(path: str) -> list[str]:

@@ -46,7 +46,7 @@ static const cf_platform_defaults_t DEFAULTS[CF_PLATFORM_COUNT] = {
             .thrust_base    = 36000,
             .thrust_min     = 20000,
 
-            .idle_thrust     = 0,
+            .idle_thrust = 0,
         },
     [CF_PLATFORM_CF21BL] =
         {
@@ -91,7 +91,7 @@ static const cf_platform_defaults_t DEFAULTS[CF_PLATFORM_COUNT] = {
             .thrust_base    = 30000,
             .thrust_min     = 20000,
 
-            .idle_thrust     = 7000,
+            .idle_thrust = 7000,
         },
 };
 

@@ -1,4 +1,5 @@
-/* The smallest engine plugin that keeps a body in the air: crazychoir.thrust, a constant force along body z.
+/* The smallest engine plugin that keeps a body in the air: crazychoir.thrust, a constant force
+ * along body z.
  *
  * Baseline of the benchmarks: what a world costs without onboard software and vehicle. */
 #ifndef CF_MUJOCO_PLUGIN_THRUST_PLUGIN_H

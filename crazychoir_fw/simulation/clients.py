@@ -59,7 +59,9 @@ class Commander:
         """Position (m, world) and yaw (deg)."""
         self._check(lib.cf_send_position(self._cf, x, y, z, yaw), "send_position_setpoint")
 
-    def send_setpoint_manual(self, roll: float, pitch: float, yawrate: float, thrust_percentage: float, rate: bool) -> None:
+    def send_setpoint_manual(
+        self, roll: float, pitch: float, yawrate: float, thrust_percentage: float, rate: bool
+    ) -> None:
         """Roll and pitch as angles (deg) or rates (deg/s), yaw rate (deg/s), thrust (%)."""
         if not 0 <= thrust_percentage <= 100:
             raise RangeError(f"{self._name}: thrust_percentage {thrust_percentage} is outside [0, 100]")
@@ -108,7 +110,9 @@ class HighLevelCommander:
             raise StateError(f"{self._name}: {call} is refused: {reason}")
         check(status, f"{self._name}: {call}")
 
-    def takeoff(self, absolute_height_m: float, duration_s: float, group_mask: int = 0, yaw: float | None = 0.0) -> None:
+    def takeoff(
+        self, absolute_height_m: float, duration_s: float, group_mask: int = 0, yaw: float | None = 0.0
+    ) -> None:
         """Rise straight up to a height (m, world), turning to yaw (rad; None keeps the present one)."""
         if not self._is_meant(group_mask):
             return
@@ -178,15 +182,13 @@ class HighLevelCommander:
         time_scale: float = 1.0,
         relative_position: bool = False,
         relative_yaw: bool = False,
-        reversed: bool = False,  # noqa: A002 - cflib's name
+        reversed: bool = False,
         group_mask: int = 0,
     ) -> None:
         """Follow an uploaded trajectory; a time scale above 1 slows it down."""
         if not self._is_meant(group_mask):
             return
-        status = lib.cf_start_trajectory(
-            self._cf, trajectory_id, time_scale, relative_position, relative_yaw, reversed
-        )
+        status = lib.cf_start_trajectory(self._cf, trajectory_id, time_scale, relative_position, relative_yaw, reversed)
         check(status, f"{self._name}: start_trajectory({trajectory_id}, time_scale={time_scale})")
 
     @property

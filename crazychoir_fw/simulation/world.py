@@ -119,7 +119,9 @@ class World:
             raise RangeError(f"snapshot of shape {snapshot.shape} belongs to another world")
         mujoco.mj_setState(self.model, self.data, snapshot, spec)
 
-    def render(self, width: int = 1280, height: int = 720, camera: str | int | mujoco.MjvCamera = -1) -> NDArray[np.uint8]:
+    def render(
+        self, width: int = 1280, height: int = 720, camera: str | int | mujoco.MjvCamera = -1
+    ) -> NDArray[np.uint8]:
         """Return a picture of the world, shape (height, width, 3). Needs OpenGL (see `report.video`)."""
         self.model.vis.global_.offwidth = max(width, self.model.vis.global_.offwidth)
         self.model.vis.global_.offheight = max(height, self.model.vis.global_.offheight)

@@ -85,7 +85,7 @@ def test_z_step_of_half_a_meter():
     world = reference_world()
     drone = hovering(world)
     position = drone.true_position
-    hold = lambda z: drone.commander.send_position_setpoint(position[0], position[1], z, 0.0)  # noqa: E731
+    hold = lambda z: drone.commander.send_position_setpoint(position[0], position[1], z, 0.0)
     record(world, 12.0, lambda: None, lambda: hold(1.0))  # the change of mode resets the integrators
     start = drone.true_position[2]
     times, z = record(world, 5.0, lambda: drone.true_position[2], lambda: hold(1.5))
@@ -113,7 +113,7 @@ def test_roll_step_of_10_degrees():
         w, x, y, z = drone.true_quat_wxyz
         return np.degrees(np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)))
 
-    level = lambda roll: drone.commander.send_zdistance_setpoint(roll, 0.0, 0.0, 1.0)  # noqa: E731
+    level = lambda roll: drone.commander.send_zdistance_setpoint(roll, 0.0, 0.0, 1.0)
     record(world, 2.0, lambda: None, lambda: level(0.0))
     times, roll = record(world, 1.2, roll_deg, lambda: level(10.0), every=2)
     rise, overshoot = rise_and_overshoot(times, roll, roll[0], 10.0)
@@ -187,7 +187,7 @@ def test_landing_ends_on_the_spot_with_motors_off(platform):
     world = World([DroneConfig("cf1", (0.5, 0.5), platform=platform)], seed=5)
     drone = hovering(world, settle=4.0)
     drone.high_level_commander.land(0.0, 2.5)
-    # an armed brushless idles on the floor until it disarms: 2 s after its last thrust it has landed, 3 s later it rests
+    # an armed brushless idles on the floor until it disarms: landed 2 s after its last thrust, at rest 3 s later
     world.run(2.5 + 2.0 + 3.0 + 0.5)
     assert np.linalg.norm(drone.true_position[:2] - [0.5, 0.5]) < 0.05
     assert drone.true_position[2] < 0.03

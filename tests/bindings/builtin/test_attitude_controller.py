@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import ffi, lib
 from hypothesis import given
 from hypothesis import strategies as st
+
+from crazychoir_fw._core import ffi, lib
 
 F = np.float32
 LOOPS = ("roll_rate", "pitch_rate", "yaw_rate", "roll", "pitch", "yaw")

@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import ffi, lib
 from hypothesis import given
 from hypothesis import strategies as st
+
+from crazychoir_fw._core import ffi, lib
 
 CURVES = {
     "cf2": lib.cf_platform_facts(lib.CF_PLATFORM_CF2).thrust,

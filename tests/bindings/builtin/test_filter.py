@@ -4,10 +4,11 @@ import math
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import ffi, lib
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
+
+from crazychoir_fw._core import ffi, lib
 
 # control-pid dossier section 7, relative tolerance 1e-6: the last bit of tanf is the platform's
 COEFFICIENTS = [

@@ -2,9 +2,10 @@ import math
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import lib
 from hypothesis import given
 from hypothesis import strategies as st
+
+from crazychoir_fw._core import lib
 
 angles = st.floats(-1000.0, 1000.0, width=32)
 

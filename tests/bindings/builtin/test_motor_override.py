@@ -1,6 +1,7 @@
 """The test override of the motors (control-pid dossier sections 14 and 17)."""
 
 import pytest
+
 from crazychoir_fw._core import ffi, lib
 
 CURVE = ffi.addressof(lib.cf_platform_facts(lib.CF_PLATFORM_CF2).thrust)

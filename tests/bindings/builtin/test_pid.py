@@ -2,9 +2,10 @@
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import ffi, lib
 from hypothesis import given
 from hypothesis import strategies as st
+
+from crazychoir_fw._core import ffi, lib
 
 F = np.float32
 GAINS = {"kp": 2.0, "ki": 0.5, "kd": 0.25, "kff": 0.125}

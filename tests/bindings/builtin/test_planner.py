@@ -5,10 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import ffi, lib
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+
+from crazychoir_fw._core import ffi, lib
 
 DATA = Path(__file__).parent / "data"
 TAKEOFF = np.loadtxt(DATA / "takeoff.csv", delimiter=",")

@@ -3,9 +3,10 @@
 import math
 
 import pytest
-from crazychoir_fw._core import ffi, lib
 from hypothesis import given
 from hypothesis import strategies as st
+
+from crazychoir_fw._core import ffi, lib
 
 LOOPS = ("x", "y", "z", "vx", "vy", "vz")
 ABS, VELOCITY = lib.modeAbs, lib.modeVelocity

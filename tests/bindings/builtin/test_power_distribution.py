@@ -3,9 +3,10 @@
 import math
 
 import pytest
-from crazychoir_fw._core import ffi, lib
 from hypothesis import given
 from hypothesis import strategies as st
+
+from crazychoir_fw._core import ffi, lib
 
 CF2, CF21BL = lib.CF_PLATFORM_CF2, lib.CF_PLATFORM_CF21BL
 INT32 = (-(2**31), 2**31 - 1)

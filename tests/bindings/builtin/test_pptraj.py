@@ -5,13 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import ffi, lib
 from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
 from scipy.interpolate import BPoly
 from scipy.spatial.transform import Rotation
+
+from crazychoir_fw._core import ffi, lib
 
 DATA = Path(__file__).parent / "data"
 FIGURE8 = np.loadtxt(DATA / "figure8.csv", delimiter=",")

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import pytest
+
 from crazychoir_fw._core import ffi, lib
 
 PLAN_ENTRIES = [

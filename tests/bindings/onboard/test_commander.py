@@ -1,6 +1,7 @@
 """Priorities of the commander (planner-commander dossier section 8)."""
 
 import pytest
+
 from crazychoir_fw._core import ffi, lib
 
 HIGH_LEVEL = lib.COMMANDER_PRIORITY_HIGHLEVEL

@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import ffi, lib
 from hypothesis import given
 from hypothesis import strategies as st
+
+from crazychoir_fw._core import ffi, lib
 
 IDLE = lib.TRAJECTORY_STATE_IDLE
 FLYING = lib.TRAJECTORY_STATE_FLYING

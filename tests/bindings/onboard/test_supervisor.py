@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass, field
 
 import pytest
+
 from crazychoir_fw._core import ffi, lib
 
 BOOT = lib.supervisorStateNotInitialized

@@ -1,9 +1,10 @@
 """The table of transitions and the rule that reads it (planner-commander dossier sections 14 and 17.1)."""
 
 import pytest
-from crazychoir_fw._core import ffi, lib
 from hypothesis import given
 from hypothesis import strategies as st
+
+from crazychoir_fw._core import ffi, lib
 
 A = lib.SUPERVISOR_CB_ARMED
 F = lib.SUPERVISOR_CB_IS_FLYING

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from crazychoir_fw._core import ffi, lib
 
 PLATFORMS = {"cf2": lib.CF_PLATFORM_CF2, "cf21bl": lib.CF_PLATFORM_CF21BL}

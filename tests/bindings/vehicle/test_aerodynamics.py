@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import lib
 from scipy.spatial.transform import Rotation
+
+from crazychoir_fw._core import lib
 
 Make = Callable[..., Any]
 GRAVITY = 9.81

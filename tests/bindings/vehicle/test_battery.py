@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import ffi, lib
 from scipy.integrate import trapezoid
 from scipy.optimize import brentq
+
+from crazychoir_fw._core import ffi, lib
 
 Make = Callable[..., Any]
 NEWTON_PER_GRAM = 9.80665e-3

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from crazychoir_fw._core import ffi, lib
 
 Make = Callable[..., Any]

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import ffi, lib
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
+
+from crazychoir_fw._core import ffi, lib
 
 COUNT = 1_000_000
 

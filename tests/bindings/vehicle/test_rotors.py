@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import ffi, lib
 from hypothesis import given
 from hypothesis import strategies as st
+
+from crazychoir_fw._core import ffi, lib
 
 Make = Callable[..., Any]
 GRAVITY = 9.81

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import ffi, lib
 from scipy.spatial.transform import Rotation
+
+from crazychoir_fw._core import ffi, lib
 
 Make = Callable[..., Any]
 
