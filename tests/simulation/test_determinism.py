@@ -1,0 +1,106 @@
+"""Same seed and same commands give the same bits: on every run, at any number of threads, from any snapshot."""
+
+import numpy as np
+import pytest
+from conftest import make_world
+
+from crazychoir_fw.simulation import set_threads
+
+SECONDS = 10.0
+
+
+def command(world, i):
+    """The commands of the test flight, sent at 10 Hz."""
+    if i == 17:
+        for k, drone in enumerate(world.drones):
+            drone.high_level_commander.takeoff(0.5 + 0.1 * k, 1.5)
+    if i == 45:
+        world.drones[0].high_level_commander.go_to(0.3, 0.2, 0.6, 1.0, 2.0)
+        world.drones[3].high_level_commander.land(0.0, 2.0)
+    if i > 50:
+        world.drones[1].commander.send_hover_setpoint(0.1, -0.1, 20.0, 0.7)
+
+
+def fly(world, first=0, last=round(10 * SECONDS)):
+    for i in range(first, last):
+        command(world, i)
+        world.run(0.1)
+    return world.data.plugin_state.tobytes() + world.data.qpos.tobytes() + world.data.qvel.tobytes()
+
+
+@pytest.fixture(scope="module")
+def reference():
+    """The bytes of all states after the flight with one thread."""
+    set_threads(1)
+    return fly(make_world(8, seed=7))
+
+
+def test_same_seed_gives_the_same_bytes_again(reference):
+    assert fly(make_world(8, seed=7)) == reference
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_do_not_change_a_bit(reference, threads):
+    set_threads(threads)
+    assert fly(make_world(8, seed=7)) == reference
+
+
+def test_another_seed_gives_other_bytes(reference):
+    assert fly(make_world(8, seed=8)) != reference
+
+
+def test_flight_goes_on_alike_after_a_snapshot_of_the_world(reference):
+    world = make_world(8, seed=7)
+    fly(world, 0, 40)
+    snapshot = world.snapshot()
+    fly(world, 40, 60)
+    world.restore(snapshot)
+    assert fly(world, 40) == reference
+
+
+def test_snapshot_may_be_restored_into_a_world_built_anew(reference):
+    world = make_world(8, seed=7)
+    fly(world, 0, 40)
+    other = make_world(8, seed=7)
+    other.restore(world.snapshot())
+    assert fly(other, 40) == reference
+
+
+def test_reset_world_flies_the_same_flight(reference):
+    world = make_world(8, seed=7)
+    fly(world, 0, 30)
+    world.reset()
+    assert fly(world) == reference
+
+
+def test_a_drone_does_not_notice_how_large_its_swarm_is():
+    """Far apart, the state of a drone does not depend on the others, nor on where it stands in the world's arrays."""
+    states = []
+    for count in (1, 5):
+        world = make_world(count, seed=3)
+        world.wait_until_ready()
+        world.drones[0].high_level_commander.takeoff(0.5, 1.0)
+        world.run(2.0)
+        states.append(world.drones[0].memory.tobytes())
+    assert states[0] == states[1]
+
+
+def test_one_drone_returns_to_its_snapshot():
+    world = make_world(2, seed=5)
+    world.wait_until_ready()
+    first, second = world.drones
+    for drone in world.drones:
+        drone.high_level_commander.takeoff(0.5, 1.0)
+    world.run(2.0)
+    snapshot = first.snapshot()
+    bytes_before = first.memory.tobytes()
+    first.high_level_commander.go_to(0.5, 0.5, 1.0, 0.0, 1.0)
+    world.run(1.0)
+    assert first.memory.tobytes() != bytes_before
+
+    height_of_second = second.true_position[2]
+    first.restore(snapshot)
+    assert first.memory.tobytes() == bytes_before
+    assert second.true_position[2] == height_of_second
+    world.run(1.0)
+    assert np.linalg.norm(first.true_position - snapshot.qpos[:3]) < 0.2

@@ -1,0 +1,43 @@
+import numpy as np
+import pytest
+from conftest import make_world
+
+from crazychoir_fw.errors import RangeError
+from crazychoir_fw.simulation import FlightRecorder
+from crazychoir_fw.simulation.recorder import roll_pitch_yaw_deg, swarm_views
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_views_of_the_swarm_are_the_logs_of_its_drones(count):
+    world = make_world(count)
+    views = swarm_views(world)
+    world.wait_until_ready()
+    world.run(0.3)
+    for name, view in views.items():
+        for value, drone in zip(view, world.drones, strict=True):
+            assert value == pytest.approx(drone.log[name], nan_ok=True)
+
+
+def test_log_holds_every_signal_of_every_drone():
+    world = make_world(2)
+    recorder = FlightRecorder(world)
+    recorder.run(0.5)
+    log = recorder.finish({"mission": "test"})
+    assert log.time == pytest.approx(np.arange(1, 51) / 100)
+    assert log.drone_ids == ["cf1", "cf2"]
+    assert all(signal.shape == (50, 2) for signal in log.signals.values())
+    assert log.signals["sim.x"][-1] == pytest.approx([0.0, 0.5], abs=1e-3)
+    assert set(world.drones[0].log) <= set(log.signals)
+    assert recorder.qpos.shape == (50, world.model.nq)
+
+
+def test_rate_must_divide_a_thousand():
+    with pytest.raises(RangeError, match="rate_hz is 300"):
+        FlightRecorder(make_world(), rate_hz=300)
+
+
+def test_attitude_has_the_sign_of_the_firmware():
+    """Nose up is positive pitch, although it is a negative rotation about y."""
+    half = np.radians(10.0) / 2
+    nose_up = np.array([np.cos(half), 0.0, -np.sin(half), 0.0])
+    assert roll_pitch_yaw_deg(nose_up) == pytest.approx([0.0, 10.0, 0.0])
