@@ -6,7 +6,7 @@ from conftest import make_world
 
 from crazychoir_fw.simulation import set_threads
 
-SECONDS = 10.0
+TENTHS = 100  # of a second: the flight lasts 10 s
 
 
 def command(world, i):
@@ -21,7 +21,7 @@ def command(world, i):
         world.drones[1].commander.send_hover_setpoint(0.1, -0.1, 20.0, 0.7)
 
 
-def fly(world, first=0, last=round(10 * SECONDS)):
+def fly(world, first=0, last=TENTHS):
     for i in range(first, last):
         command(world, i)
         world.run(0.1)
