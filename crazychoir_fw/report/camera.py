@@ -1,0 +1,96 @@
+"""A camera that keeps the whole swarm in the picture and moves calmly.
+
+All positions are known before the first frame is drawn, so the path of the camera is planned over the flight as a whole:
+center and radius of the swarm are averaged over a window centered on each instant, which has no lag.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+_WINDOW_S = 3.0  # averaging of center and radius
+_MARGIN_M = 0.25  # around the outermost drones
+_SMALLEST_M = 0.35  # radius shown around a lonely drone
+_AZIMUTH_DEG, _DRIFT_DEG_PER_S = 120.0, 2.5
+_ELEVATION_DEG = -24.0
+
+
+@dataclass
+class CameraPath:
+    """Where a free camera looks at each of F instants."""
+
+    center: NDArray[np.float64]  # (F, 3)
+    """Point in the middle of the picture (m, world frame)."""
+
+    radius: NDArray[np.float64]  # (F,)
+    """Radius of the sphere that the picture shows (m)."""
+
+    azimuth_deg: NDArray[np.float64]  # (F,)
+    """Heading of the view; MuJoCo's convention."""
+
+    def place(self, camera: mujoco.MjvCamera, frame: int, *, fovy_deg: float, aspect: float) -> None:
+        """Set *camera* for one instant.
+
+        Args:
+            camera: Camera to change; becomes a free one.
+            frame: Index of the instant.
+            fovy_deg: Vertical field of view of the model.
+            aspect: Width of the picture over its height.
+        """
+        half = np.radians(fovy_deg) / 2.0
+        narrower = min(half, np.arctan(np.tan(half) * aspect))
+        camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+        camera.lookat[:] = self.center[frame]
+        camera.distance = self.radius[frame] / np.sin(narrower)
+        camera.azimuth = self.azimuth_deg[frame]
+        camera.elevation = _ELEVATION_DEG
+
+
+def follow(positions: NDArray[np.float64], times: NDArray[np.float64]) -> CameraPath:
+    """Plan a camera that follows a swarm.
+
+    Args:
+        positions: Where the drones are (m, world frame), shape (F, N, 3); a drone whose position is NaN is left out.
+        times: Instants of the frames (s of the film), shape (F,).
+
+    Returns:
+        The path; a drone that flies off alone is given up once it is far outside the others.
+    """
+    frames = len(times)
+    step = float(times[-1] - times[0]) / (frames - 1) if frames > 1 else 1.0
+    window = max(1, round(_WINDOW_S / step)) if step > 0.0 else 1
+    known = np.where(np.isfinite(positions).all(axis=-1, keepdims=True), positions, np.nan)
+    center = np.zeros((frames, 3))
+    radius = np.zeros(frames)
+    for k, points in enumerate(known):
+        points = points[~np.isnan(points[:, 0])]
+        if not len(points):
+            continue
+        middle = np.median(points, axis=0)
+        away = np.linalg.norm(points - middle, axis=1)
+        kept = points[away <= 3.0 * np.median(away) + 2.0]
+        center[k] = (kept.min(axis=0) + kept.max(axis=0)) / 2.0
+        radius[k] = np.linalg.norm(kept - center[k], axis=1).max() + _MARGIN_M
+    calm = _widest(np.maximum(radius, _SMALLEST_M), window)
+    azimuth = _AZIMUTH_DEG + _DRIFT_DEG_PER_S * (times - times[0])
+    return CameraPath(_average(center, window), _average(calm, window), azimuth)
+
+
+def _average(values: NDArray[np.float64], window: int) -> NDArray[np.float64]:
+    """Return a centered moving average along the first axis, applied twice; the ends are held."""
+    half = window // 2
+    for _ in range(2):
+        edges = [(half, half)] + [(0, 0)] * (values.ndim - 1)
+        total = np.cumsum(np.pad(values, edges, mode="edge"), axis=0)
+        total = np.concatenate([np.zeros_like(total[:1]), total])
+        values = (total[2 * half + 1 :] - total[: -2 * half - 1]) / (2 * half + 1)
+    return values
+
+
+def _widest(values: NDArray[np.float64], window: int) -> NDArray[np.float64]:
+    """Return the running maximum over a centered window, so that the average never cuts a drone off."""
+    half = window // 2
+    padded = np.pad(values, half, mode="edge")
+    return np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).max(axis=-1)

@@ -1,0 +1,216 @@
+"""Films: an H.264 file from pictures, and the pictures of a recorded flight."""
+
+import itertools
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+
+import imageio_ffmpeg
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from crazychoir_fw.report.camera import CameraPath, follow
+from crazychoir_fw.report.opengl import RenderingError, rendering_available
+from crazychoir_fw.report.renderer import Renderer
+from crazychoir_fw.report.replacing import replacing
+from crazychoir_fw.report.trails import Trails
+
+__all__ = ["RenderingError", "VideoWriter", "film_flight", "rendering_available"]
+
+
+class VideoWriter:
+    """Writes pictures to an mp4 file (H.264, yuv420p) that appears under its name when it is complete.
+
+    Use it as a context manager; if the block raises, nothing is left behind.
+
+    Args:
+        path: The file, `.mp4`.
+        fps: Pictures per second.
+        crf: Quality of the encoder, 0 (lossless) to 51; 20 looks good.
+    """
+
+    def __init__(self, path: Path, *, fps: float = 25.0, crf: int = 20) -> None:
+        if not 0.0 < fps <= 1000.0:
+            raise ValueError(f"fps {fps} is outside (0, 1000]")
+        self._path = Path(path)
+        self._fps = fps
+        self._crf = crf
+        self._size: tuple[int, int] | None = None
+        self._sink = None
+
+    def __enter__(self) -> "VideoWriter":
+        self._replacing = replacing(self._path)
+        self._temporary = self._replacing.__enter__()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._sink is not None:
+            self._sink.close()
+        elif kind is None:
+            # leave through the door for failures, so that no empty file takes the place of an older film
+            error = ValueError(f"no pictures were written to {self._path}")
+            kind = ValueError
+            self._replacing.__exit__(kind, error, None)
+            raise error
+        self._replacing.__exit__(kind, error, trace)
+
+    def write(self, picture: NDArray[np.uint8]) -> None:
+        """Append one picture.
+
+        Args:
+            picture: RGB, shape (height, width, 3); an odd last row or column is cut off, which the format asks for.
+
+        Raises:
+            ValueError: If the picture is not RGB of 8 bits, or its size differs from that of the first.
+        """
+        if picture.ndim != 3 or picture.shape[2] != 3 or picture.dtype != np.uint8:
+            raise ValueError(f"picture has shape {picture.shape} and type {picture.dtype}, expected (H, W, 3) uint8")
+        height, width = picture.shape[0] // 2 * 2, picture.shape[1] // 2 * 2
+        if self._sink is None:
+            if not height or not width:
+                raise ValueError(f"picture has shape {picture.shape}, expected at least 2 x 2 pixels")
+            self._size = (width, height)
+            self._sink = imageio_ffmpeg.write_frames(
+                str(self._temporary),
+                self._size,
+                fps=self._fps,
+                codec="libx264",
+                pix_fmt_out="yuv420p",
+                quality=None,
+                macro_block_size=2,
+                ffmpeg_log_level="error",
+                output_params=["-crf", str(self._crf), "-preset", "veryfast", "-movflags", "+faststart"],
+            )
+            self._sink.send(None)
+        if (width, height) != self._size:
+            raise ValueError(f"picture is {width} x {height} pixels, the film is {self._size[0]} x {self._size[1]}")
+        self._sink.send(np.ascontiguousarray(picture[:height, :width]))
+
+
+def film_flight(
+    model: mujoco.MjModel,
+    qpos: ArrayLike,
+    times: ArrayLike,
+    path: Path,
+    *,
+    camera: str = "follow",
+    width: int = 1280,
+    height: int = 720,
+    fps: float = 25.0,
+    speed: float = 1.0,
+    trail_s: float = 3.0,
+    progress: Callable[[int, int], None] | None = None,
+) -> None:
+    """Film recorded states of a world.
+
+    Args:
+        model: The world; every free joint counts as a drone.
+        qpos: Recorded positions, shape (F, nq). States between them are interpolated.
+        times: Instants of the states (s), shape (F,), increasing.
+        path: The film, `.mp4`.
+        camera: `follow` for a camera that keeps the swarm in the picture, else the name of a camera of the model.
+        width: Width of the pictures (pixels).
+        height: Height of the pictures (pixels).
+        fps: Pictures per second.
+        speed: Seconds of flight per second of film.
+        trail_s: Length of the lines behind the drones (s of flight); 0 for none.
+        progress: Called after each picture with how many are drawn and how many there will be.
+
+    Raises:
+        RenderingError: If there is no OpenGL on this machine.
+        ValueError: If the shapes do not fit or there is no such camera.
+    """
+    recorded, instants = np.asarray(qpos, dtype=float), np.asarray(times, dtype=float)
+    if instants.ndim != 1 or not len(instants) or recorded.shape != (len(instants), model.nq):
+        raise ValueError(f"qpos has shape {recorded.shape}, times {instants.shape}; expected (F, {model.nq}) and (F,)")
+    if not np.all(np.diff(instants) > 0.0):
+        raise ValueError("times must increase")
+    if not 0.0 < speed < np.inf:
+        raise ValueError(f"speed {speed} is not positive")
+    fixed = _named_camera(model, camera)
+
+    count = int((instants[-1] - instants[0]) * fps / speed) + 1
+    states = resample(model, recorded, instants, instants[0] + np.arange(count) * speed / fps)
+    drones = _free_joints(model)
+    positions = states[:, model.jnt_qposadr[drones][:, None] + np.arange(3)]
+    shot = follow(positions, np.arange(count) / fps)
+    trails = Trails(positions, _colors(model, drones), length=round(trail_s * fps / speed))
+
+    data = mujoco.MjData(model)
+    view = fixed or mujoco.MjvCamera()
+    with Renderer(model, width, height) as renderer, VideoWriter(path, fps=fps) as film:
+        for frame, state in enumerate(states):
+            data.qpos[:] = state
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_comPos(model, data)
+            mujoco.mj_camlight(model, data)
+            if fixed is None:
+                shot.place(view, frame, fovy_deg=model.vis.global_.fovy, aspect=width / height)
+            renderer.update(data, view)
+            _move_shadows(renderer, shot, frame)
+            trails.draw(renderer.scene, frame)
+            film.write(renderer.draw())
+            if progress is not None:
+                progress(frame + 1, count)
+
+
+def resample(
+    model: mujoco.MjModel, qpos: NDArray[np.float64], times: NDArray[np.float64], wanted: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the states at the *wanted* instants, shape (len(wanted), nq): linear, the quaternions normalized."""
+    right = np.clip(np.searchsorted(times, wanted, side="right"), 1, max(1, len(times) - 1))
+    left = right - 1
+    right = np.minimum(right, len(times) - 1)
+    before, after = qpos[left], qpos[right]
+    share = np.clip((wanted - times[left]) / np.maximum(times[right] - times[left], 1e-12), 0.0, 1.0)[:, None]
+    quats = model.jnt_qposadr[_free_joints(model)][:, None] + np.arange(3, 7)
+    # q and -q are one attitude: take the one on the near side
+    far = np.sum(before[:, quats] * after[:, quats], axis=-1, keepdims=True) < 0.0
+    after[:, quats] = np.where(far, -after[:, quats], after[:, quats])
+    states = (1.0 - share) * before + share * after
+    states[:, quats] /= np.maximum(np.linalg.norm(states[:, quats], axis=-1, keepdims=True), 1e-9)
+    return states
+
+
+def _free_joints(model: mujoco.MjModel) -> NDArray[np.int32]:
+    return np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
+
+
+def _named_camera(model: mujoco.MjModel, name: str) -> mujoco.MjvCamera | None:
+    """Return the camera called *name*, None for `follow`."""
+    if name == "follow":
+        return None
+    names = [model.camera(k).name for k in range(model.ncam)]
+    if name not in names:
+        raise ValueError(f"no camera {name!r}; there are {', '.join(['follow', *names])}")
+    camera = mujoco.MjvCamera()
+    camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
+    camera.fixedcamid = names.index(name)
+    return camera
+
+
+def _colors(model: mujoco.MjModel, joints: NDArray[np.int32]) -> NDArray[np.float64]:
+    """Return the color of each drone, that of its geom `accent`, shape (N, 3)."""
+    colors = np.tile([0.95, 0.45, 0.10], (len(joints), 1))
+    row = {int(body): k for k, body in enumerate(model.jnt_bodyid[joints])}
+    for geom, body in enumerate(model.geom_bodyid):
+        name = model.geom(geom).name
+        if int(body) in row and (name == "accent" or name.endswith("/accent")):
+            material = model.geom_matid[geom]
+            # the color of a geom wins over that of its material once it has been changed
+            own = material < 0 or not np.array_equal(model.geom_rgba[geom], np.float32([0.5, 0.5, 0.5, 1.0]))
+            colors[row[int(body)]] = (model.geom_rgba[geom] if own else model.mat_rgba[material])[:3]
+    return colors
+
+
+def _move_shadows(renderer: Renderer, shot: CameraPath, frame: int) -> None:
+    """Bring the shadow map of directional lights to the swarm: it covers a square around the axis of the light."""
+    center, radius = shot.center[frame], shot.radius[frame]
+    renderer.drawer.shadowClip = max(1.5, 1.5 * radius + center[2])
+    for light in itertools.islice(renderer.scene.lights, renderer.scene.nlight):
+        if light.type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL and light.castshadow and light.dir[2] < 0.0:
+            above = max(light.pos[2], center[2] + radius)
+            light.pos[:] = center - light.dir * ((above - center[2]) / -light.dir[2])
