@@ -122,6 +122,25 @@ typedef struct {
   int            ticks;
 } advance_t;
 
+static bool is_finite_state(const drone_t *drone, const mjData *data) {
+  double sum = 0;
+  for (int i = 0; i < 7; i++) {
+    sum += fabs(data->qpos[drone->qpos_address + i]);
+  }
+  for (int i = 0; i < 6; i++) {
+    sum += fabs(data->qvel[drone->dof_address + i]);
+  }
+  return sum < 1e10;  // false for NaN as well
+}
+
+// A drone whose motion is no number would spoil the collision detection of all: it goes back to its
+// start pose and stays there, locked.
+static void park(const drone_t *drone, const mjModel *model, mjData *data) {
+  memcpy(data->qpos + drone->qpos_address, model->qpos0 + drone->qpos_address, 7 * sizeof(mjtNum));
+  memset(data->qvel + drone->dof_address, 0, 6 * sizeof(mjtNum));
+  memset(data->qacc_warmstart + drone->dof_address, 0, 6 * sizeof(mjtNum));
+}
+
 static void wake_if_thrusting(const drone_t *drone, mjData *data, const cf_t *cf) {
   const bool is_asleep = data->tree_asleep[drone->tree] >= 0;
   if (is_asleep && cf_rotors_total_thrust(&cf->vehicle.rotors) > WAKE_THRUST) {
@@ -172,6 +191,9 @@ static void advance_block(const advance_t *job, int begin, int end) {
   for (int i = 0; i < block.count; i++) {
     const drone_t *drone = &job->swarm->drones[begin + i];
     cf_t          *cf    = block.cf[i];
+    if (!is_finite_state(drone, job->data)) {
+      park(drone, job->model, job->data);
+    }
     memcpy(cf->last_velocity, job->data->qvel + drone->dof_address, sizeof cf->last_velocity);
     cf->has_last_velocity = true;
     wake_if_thrusting(drone, job->data, cf);

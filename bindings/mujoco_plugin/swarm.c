@@ -72,6 +72,27 @@ static void read_attributes(const cf_mujoco_api_t *mj, drone_t *drone, const mjM
   }
 }
 
+// Numbers that are fine by themselves may not fit together.
+static void check_config(const cf_mujoco_api_t *mj, const drone_t *drone, const mjModel *model) {
+  cf_t *trial = malloc(sizeof *trial);
+  if (trial == NULL) {
+    return;
+  }
+  const cf_status_t status = cf_init(trial, &drone->config);
+  free(trial);
+  if (status == CF_ERR_CAPACITY) {
+    mj->error(
+        "crazyflie %s: mocap_latency_ms is %u at a mocap_rate of %u Hz, allowed: fewer than %d "
+        "poses "
+        "under way",
+        body_name(mj, model, drone->body), (unsigned)drone->config.vehicle.mocap.latency_ms,
+        (unsigned)drone->config.vehicle.mocap.rate, CF_MOCAP_CAPACITY);
+  } else if (status != CF_OK) {
+    mj->error("crazyflie %s: cannot be built: %s", body_name(mj, model, drone->body),
+              cf_status_text(status));
+  }
+}
+
 static void bind(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model, int index) {
   drone->body = find_body(model, drone->instance);
   if (drone->body < 0) {
@@ -90,6 +111,7 @@ static void bind(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model
   read_inertia(drone, model);
   read_attributes(mj, drone, model, index);
   read_start_pose(drone, model);
+  check_config(mj, drone, model);
 }
 
 swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot) {

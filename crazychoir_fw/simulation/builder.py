@@ -39,10 +39,13 @@ def build_model(drones: Sequence[DroneConfig], scene: str | Path, seed: int) -> 
             vehicles[drone.platform] = _vehicle(drone)
         _add_drone(spec, vehicles[drone.platform], drone, index, seed)
     try:
-        return spec.compile()
+        model = spec.compile()
     except ValueError as error:
         sentence = str(error).splitlines()[0].removeprefix("Error: ").removeprefix("engine error: ")
         raise RangeError(sentence) from error
+    # one body gone wild must not send the whole world back to its start; the plugin parks that drone alone
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    return model
 
 
 def _check(drones: Sequence[DroneConfig], seed: int) -> None:

@@ -253,7 +253,7 @@ class Param(_Variables):
             number = float("nan")
         kind = variable.dtype
         if kind.kind == "f":
-            if np.isfinite(number) and abs(number) <= np.finfo(kind).max:
+            if np.isfinite(number) and abs(number) <= float(np.finfo(kind).max):
                 return number
             raise RangeError(f"{self._name}: {variable.name} is {value!r}, allowed: a finite number")
         limits = np.iinfo(kind)

@@ -175,13 +175,9 @@ def test_value_that_does_not_fit_is_refused(ready_world, name, value, sentence):
 
 def test_unknown_name_proposes_similar_ones(ready_world):
     drone = ready_world.drones[0]
-    with pytest.raises(
-        UnknownNameError, match="no parameter named 'stabilizer.controler'; did you mean stabilizer.controller"
-    ):
+    with pytest.raises(UnknownNameError, match="no parameter .*controler'; did you mean stabilizer.controller"):
         drone.param["stabilizer.controler"] = 1
-    with pytest.raises(
-        UnknownNameError, match=r"no log variable named 'stateEstimate.X'; did you mean stateEstimate.x"
-    ):
+    with pytest.raises(UnknownNameError, match="no log variable .*stateEstimate.X'; did you mean .*stateEstimate.x"):
         drone.log["stateEstimate.X"]
 
 
