@@ -3,6 +3,7 @@
 #include "api/measurement.h"
 #include "api/stabilizer_types.h"
 #include "api/vec.h"
+#include "builtin/fast_math.h"
 #include "platform.h"
 #include "status.h"
 #include "variables.h"
