@@ -1,0 +1,127 @@
+/* The extended Kalman filter of the firmware, with its names (estimators dossier 3, 4 and 15).
+ *
+ * Three things differ from upstream's header, none of them in a number. kalmanCoreData_t lacks
+ * `Pm`, the matrix view of P: it would be a pointer into the struct itself, and our state is copied
+ * with memcpy. For the same reason there are no matrix instances, and kalmanCoreScalarUpdate takes
+ * the row H as nine floats. And `settled`, which saves work, sits in bytes that upstream leaves
+ * unused.
+ *
+ * World frame: x forward, y left, z up. Body frame: the same, carried by the vehicle. */
+#ifndef KALMAN_CORE_H
+#define KALMAN_CORE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "api/imu_types.h"
+#include "api/stabilizer_types.h"
+
+typedef enum {
+  KC_STATE_X   = 0,  // [m], position in the world
+  KC_STATE_Y   = 1,
+  KC_STATE_Z   = 2,
+  KC_STATE_PX  = 3,  // [m/s], velocity in the body frame
+  KC_STATE_PY  = 4,
+  KC_STATE_PZ  = 5,
+  KC_STATE_D0  = 6,  // [rad], attitude error in the body frame, a rotation vector
+  KC_STATE_D1  = 7,
+  KC_STATE_D2  = 8,
+  KC_STATE_DIM = 9,
+} kalmanCoreStateIdx_t;
+
+typedef struct {
+  float S[9];     // the state, see kalmanCoreStateIdx_t
+  float q[4];     // attitude w, x, y, z, body to world
+  float R[3][3];  // the same as a matrix, of the latest finalize
+  float P[9][9];  // covariance of S; whoever writes it from outside sets `settled` to 0
+
+  float   baroReferenceHeight;   // [m]
+  float   initialQuaternion[4];  // w, x, y, z
+  bool    isUpdated;             // something changed since the latest finalize
+  uint8_t settled;  // ours, in upstream's padding: how often P was bounded since it last changed,
+                    // at most 2. From 1 on P is symmetric, at 2 bounding it again changes nothing
+
+  uint32_t lastPredictionMs;
+  uint32_t lastProcessNoiseUpdateMs;
+} kalmanCoreData_t;
+
+typedef struct {
+  // standard deviations after init
+  float stdDevInitialPosition_xy;         // [m]
+  float stdDevInitialPosition_z;          // [m]
+  float stdDevInitialVelocity;            // [m/s]
+  float stdDevInitialAttitude_rollpitch;  // [rad]
+  float stdDevInitialAttitude_yaw;        // [rad]
+
+  // noise
+  float procNoiseAcc_xy;          // [m/s^2]
+  float procNoiseAcc_z;           // [m/s^2]
+  float procNoiseVel;             // [m/s]
+  float procNoisePos;             // [m]
+  float procNoiseAtt;             // [rad]
+  float measNoiseBaro;            // [m]
+  float measNoiseGyro_rollpitch;  // [rad/s]
+  float measNoiseGyro_yaw;        // [rad/s]
+
+  // state after init
+  float initialX;    // [m]
+  float initialY;    // [m]
+  float initialZ;    // [m]
+  float initialYaw;  // [rad], 0 faces +x, pi/2 faces +y
+
+  float attitudeReversion;  // share of the initial attitude mixed in per prediction on the ground
+
+  // drag of platforms that ask for it; zero on every quadrotor
+  float dragB_x;  // [1/s]
+  float dragB_y;  // [1/s]
+  float dragB_z;  // [1/s]
+  float cop_x;    // [m], center of pressure in the body frame, from the center of mass
+  float cop_y;    // [m]
+  float cop_z;    // [m]
+} kalmanCoreParams_t;
+
+void kalmanCoreDefaultParams(kalmanCoreParams_t *params);
+
+// Starts the filter at the initial position and yaw of params. R is the identity until the first
+// finalize.
+void kalmanCoreInit(kalmanCoreData_t *self, const kalmanCoreParams_t *params, uint32_t nowMs);
+
+// Advances state, attitude and covariance from the latest prediction to nowMs. acc [m/s^2] and gyro
+// [rad/s] are averages over that time; in flight only acc->z is used.
+void kalmanCorePredict(kalmanCoreData_t *self, const kalmanCoreParams_t *params, const Axis3f *acc,
+                       const Axis3f *gyro, uint32_t nowMs, bool quadIsFlying);
+
+// Adds the noise of the time since the latest call, if any, and bounds the covariance. The noise is
+// quadratic in that time: the rate of calls (1 kHz) is part of the tuning.
+void kalmanCoreAddProcessNoise(kalmanCoreData_t *self, const kalmanCoreParams_t *params,
+                               uint32_t nowMs);
+
+// Fuses one number: `error` is measured minus predicted, Hm its derivative by the state. Never
+// fails; a NaN that reaches the covariance becomes 100, one that reaches the state stays to be
+// seen.
+void kalmanCoreScalarUpdate(kalmanCoreData_t *self, const float Hm[9], float error,
+                            float stdMeasNoise);
+
+// Moves the attitude error into q and R and bounds the covariance. Returns false, and does nothing,
+// when no prediction or update came since the latest call.
+bool kalmanCoreFinalize(kalmanCoreData_t *self);
+
+// Writes the estimate as the controllers read it: attitude in deg with legacy pitch, velocity in
+// the world. acc is the latest sample [g].
+void kalmanCoreExternalizeState(const kalmanCoreData_t *self, state_t *state, const Axis3f *acc);
+
+// Forgets x, y and their velocities: zero, known to 10 m and 10 m/s, correlated with nothing.
+void kalmanCoreDecoupleXY(kalmanCoreData_t *self);
+
+// Measurement models. Each ends in one or more scalar updates.
+void kalmanCoreUpdateWithPosition(kalmanCoreData_t *self, const positionMeasurement_t *xyz);
+void kalmanCoreUpdateWithPose(kalmanCoreData_t *self, const poseMeasurement_t *pose);
+
+// Does nothing when the vehicle is tilted by 84 degrees or more. The floor is z = 0.
+void kalmanCoreUpdateWithTof(kalmanCoreData_t *self, const tofMeasurement_t *tof);
+
+// gyro is the latest sample [deg/s]. The sensor sits at the center of mass.
+void kalmanCoreUpdateWithFlow(kalmanCoreData_t *self, const flowMeasurement_t *flow,
+                              const Axis3f *gyro);
+
+#endif  // KALMAN_CORE_H
