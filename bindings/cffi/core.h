@@ -8,6 +8,7 @@
 #include "builtin/kalman/kalman.h"
 #include "builtin/kalman/mm_flow.h"
 #include "builtin/kalman/supervisor.h"
+#include "onboard/estimator.h"
 #include "platform.h"
 #include "status.h"
 #include "variables.h"

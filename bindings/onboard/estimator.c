@@ -1,0 +1,138 @@
+#include "onboard/estimator.h"
+
+#include "variable_row.h"
+
+#define PREDICT_INTERVAL_MS 10
+#define RATE_INTERVAL_MS 1000
+
+#define GRAVITY_MAGNITUDE 9.81f  // [m/s^2]
+#define DEG_TO_RAD (3.14159265358979f / 180.0f)
+
+static void restart_filter(cf_estimator_t *estimator, const cf_provider_t *provider,
+                           void *provider_state, uint32_t now_ms) {
+  axis3fSubSamplerInit(&estimator->accSubSampler, GRAVITY_MAGNITUDE);
+  axis3fSubSamplerInit(&estimator->gyroSubSampler, DEG_TO_RAD);
+  provider->kalman_init(provider_state, now_ms);
+}
+
+void cf_estimator_init(cf_estimator_t *estimator, const cf_provider_t *provider,
+                       void *provider_state, uint32_t now_ms) {
+  *estimator = (cf_estimator_t){.nextPredictionMs = now_ms, .rate_start_ms = now_ms};
+  restart_filter(estimator, provider, provider_state, now_ms);
+}
+
+bool cf_estimator_enqueue(cf_estimator_t *estimator, const measurement_t *measurement) {
+  estimator->events[CF_ESTIMATOR_APPENDED]++;
+
+  if (estimator->queue_count >= CF_ESTIMATOR_QUEUE_SIZE) {
+    estimator->events[CF_ESTIMATOR_REJECTED]++;
+    estimator->rejected++;
+    return false;
+  }
+
+  const uint32_t end = (estimator->queue_first + estimator->queue_count) % CF_ESTIMATOR_QUEUE_SIZE;
+  estimator->queue[end] = *measurement;
+  estimator->queue_count++;
+  return true;
+}
+
+void cf_estimator_get(const cf_estimator_t *estimator, state_t *estimate) {
+  *estimate = estimator->estimate;
+}
+
+static void predict(cf_estimator_t *estimator, const cf_provider_t *provider, void *provider_state,
+                    uint32_t now_ms, bool is_flying) {
+  const Axis3f *acc  = axis3fSubSamplerFinalize(&estimator->accSubSampler);
+  const Axis3f *gyro = axis3fSubSamplerFinalize(&estimator->gyroSubSampler);
+  provider->kalman_predict(provider_state, acc, gyro, now_ms, is_flying);
+
+  estimator->nextPredictionMs = now_ms + PREDICT_INTERVAL_MS;
+  estimator->events[CF_ESTIMATOR_PREDICTED]++;
+}
+
+static void fuse(cf_estimator_t *estimator, const cf_provider_t *provider, void *provider_state,
+                 const measurement_t *measurement, uint32_t now_ms) {
+  switch (measurement->type) {
+    case MeasurementTypeGyroscope:
+      estimator->gyroLatest = measurement->data.gyroscope.gyro;
+      axis3fSubSamplerAccumulate(&estimator->gyroSubSampler, &estimator->gyroLatest);
+      break;
+    case MeasurementTypeAcceleration:
+      estimator->accLatest = measurement->data.acceleration.acc;
+      axis3fSubSamplerAccumulate(&estimator->accSubSampler, &estimator->accLatest);
+      break;
+    default:
+      provider->kalman_update(provider_state, measurement, &estimator->gyroLatest, now_ms);
+      break;
+  }
+}
+
+static void drain_queue(cf_estimator_t *estimator, const cf_provider_t *provider,
+                        void *provider_state, uint32_t now_ms) {
+  // strictly in order: flow uses the gyroscope sample that came before it
+  while (estimator->queue_count > 0) {
+    fuse(estimator, provider, provider_state, &estimator->queue[estimator->queue_first], now_ms);
+    estimator->queue_first = (estimator->queue_first + 1) % CF_ESTIMATOR_QUEUE_SIZE;
+    estimator->queue_count--;
+  }
+}
+
+static void update_rates(cf_estimator_t *estimator, uint32_t now_ms) {
+  const uint32_t elapsed_ms = now_ms - estimator->rate_start_ms;
+  if (elapsed_ms < RATE_INTERVAL_MS) {
+    return;
+  }
+  for (int i = 0; i < CF_ESTIMATOR_EVENTS; i++) {
+    estimator->rates[i]  = (float)estimator->events[i] * 1000.0f / (float)elapsed_ms;
+    estimator->events[i] = 0;
+  }
+  estimator->rate_start_ms = now_ms;
+}
+
+void cf_estimator_run(cf_estimator_t *estimator, const cf_provider_t *provider,
+                      void *provider_state, uint32_t now_ms, bool is_flying) {
+  if (estimator->resetEstimation) {
+    restart_filter(estimator, provider, provider_state, now_ms);
+    estimator->resetEstimation = 0;
+  }
+
+  // the averages hold what earlier loops drained, so that the newest sample is one loop old
+  if (now_ms >= estimator->nextPredictionMs) {
+    predict(estimator, provider, provider_state, now_ms, is_flying);
+  }
+  provider->kalman_add_process_noise(provider_state, now_ms);
+  drain_queue(estimator, provider, provider_state, now_ms);
+
+  if (provider->kalman_finalize(provider_state)) {
+    estimator->events[CF_ESTIMATOR_FINALIZED]++;
+  }
+  if (!provider->kalman_is_within_bounds(provider_state)) {
+    estimator->resetEstimation = 1;
+  }
+  provider->kalman_externalize(provider_state, &estimator->estimate, &estimator->accLatest);
+
+  estimator->events[CF_ESTIMATOR_UPDATED]++;
+  update_rates(estimator, now_ms);
+}
+
+static const cf_variable_t PARAMETERS[] = {
+    CF_ROW("kalman", "resetEstimation", UINT8, CF_CORE, cf_estimator_t, resetEstimation),
+};
+
+#define RATE(group, name, event) CF_ROW(group, name, FLOAT, 0, cf_estimator_t, rates[event])
+
+static const cf_variable_t LOGS[] = {
+    RATE("kalman", "rtUpdate", CF_ESTIMATOR_UPDATED),
+    RATE("kalman", "rtPred", CF_ESTIMATOR_PREDICTED),
+    RATE("kalman", "rtFinal", CF_ESTIMATOR_FINALIZED),
+    RATE("estimator", "rtApnd", CF_ESTIMATOR_APPENDED),
+    RATE("estimator", "rtRej", CF_ESTIMATOR_REJECTED),
+};
+
+cf_variables_t cf_estimator_parameters(void) {
+  return (cf_variables_t){.rows = PARAMETERS, .count = sizeof(PARAMETERS) / sizeof(PARAMETERS[0])};
+}
+
+cf_variables_t cf_estimator_logs(void) {
+  return (cf_variables_t){.rows = LOGS, .count = sizeof(LOGS) / sizeof(LOGS[0])};
+}
