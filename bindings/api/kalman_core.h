@@ -1,12 +1,12 @@
 /* The extended Kalman filter of the firmware, with its names (estimators dossier 3, 4 and 15).
  *
- * Two things differ from upstream's header, neither in a number. kalmanCoreData_t lacks `Pm`, the
- * matrix view of P: it would be a pointer into the struct itself, and our state is copied with
- * memcpy. For the same reason there are no matrix instances, and kalmanCoreScalarUpdate takes the
- * row H as nine floats.
+ * Three things differ from upstream's header, none of them in a number. kalmanCoreData_t lacks
+ * `Pm`, the matrix view of P: it would be a pointer into the struct itself, and our state is copied
+ * with memcpy. For the same reason there are no matrix instances, and kalmanCoreScalarUpdate takes
+ * the row H as nine floats. And `settled`, which saves work, sits in bytes that upstream leaves
+ * unused.
  *
- * World frame: x forward, y left, z up. Body frame: x forward, y left, z up, rotating with the
- * vehicle. */
+ * World frame: x forward, y left, z up. Body frame: the same, carried by the vehicle. */
 #ifndef KALMAN_CORE_H
 #define KALMAN_CORE_H
 

@@ -96,11 +96,36 @@ static inline void bound(kalmanCoreData_t *core, const cf_row9_t P[KC_STATE_DIM]
 
 void cf_covariance_bound(kalmanCoreData_t *core, const cf_row9_t P[KC_STATE_DIM]) {
   bound(core, P, false, cf_row9_zero(), 0.0f);
-  core->settled = core->settled == 0 ? 1 : 2;
+  core->settled = 1;
 }
 
 void cf_covariance_bound_plus(kalmanCoreData_t *core, const cf_row9_t P[KC_STATE_DIM], cf_row9_t K,
                               float r) {
   bound(core, P, true, K, r);
   core->settled = 1;
+}
+
+// The mean of every entry with itself.
+static void bound_symmetric(kalmanCoreData_t *core) {
+  float *p = &core->P[0][0];
+  for (int n = 0; n < KC_STATE_DIM * KC_STATE_DIM; n++) {
+    p[n] = cf_covariance_limit(0.5f * p[n] + 0.5f * p[n]);
+  }
+  core->settled = 2;
+}
+
+void cf_covariance_settle(kalmanCoreData_t *core) {
+  if (core->settled == 0) {
+    cf_row9_t P[KC_STATE_DIM];
+    cf_covariance_load(P, core);
+    cf_covariance_bound(core, P);
+    return;
+  }
+
+  if (core->settled == 1) {
+    bound_symmetric(core);
+  }
+  for (int i = 0; i < KC_STATE_DIM; i++) {
+    core->P[i][i] = cf_covariance_limit_diagonal(core->P[i][i]);
+  }
 }

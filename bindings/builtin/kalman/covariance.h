@@ -31,6 +31,12 @@ void cf_covariance_bound(kalmanCoreData_t *core, const cf_row9_t P[KC_STATE_DIM]
 void cf_covariance_bound_plus(kalmanCoreData_t *core, const cf_row9_t P[KC_STATE_DIM], cf_row9_t K,
                               float r);
 
+// cf_covariance_bound of the covariance itself, whose diagonal may have grown. Does only what
+// `settled` leaves to do. After the first time P is symmetric, and the mean is that of each entry
+// with itself. That rounds once more where P is below 2^-125, to an even multiple of the smallest
+// float, and never again.
+void cf_covariance_settle(kalmanCoreData_t *core);
+
 static inline void cf_covariance_load(cf_row9_t P[KC_STATE_DIM], const kalmanCoreData_t *core) {
   for (int i = 0; i < KC_STATE_DIM; i++) {
     P[i] = cf_row9_load(core->P[i]);

@@ -42,7 +42,6 @@ static void turn_covariance(kalmanCoreData_t *self, const float v[3]) {
     T[i].b[3]      = d0 * block[1][0] + d1 * block[1][1] + d2 * block[1][2];
     T[i].c[0]      = d0 * block[2][0] + d1 * block[2][1] + d2 * block[2][2];
   }
-  self->settled = 0;
   cf_covariance_bound(self, T);
 }
 
@@ -77,10 +76,8 @@ bool kalmanCoreFinalize(kalmanCoreData_t *self) {
     cf_attitude_turn(turned, self->q, v);
     cf_attitude_normalize(self->q, turned);
     turn_covariance(self, v);
-  } else if (self->settled < 2) {
-    cf_row9_t P[KC_STATE_DIM];
-    cf_covariance_load(P, self);
-    cf_covariance_bound(self, P);
+  } else {
+    cf_covariance_settle(self);
   }
   rotation_matrix(self->R, self->q);
 

@@ -68,19 +68,28 @@ static void predict_covariance(kalmanCoreData_t *self, float A[KC_STATE_DIM][KC_
     A_transposed[k] = cf_row9_column(A, k);
   }
 
-  for (int i = 0; i < KC_STATE_DIM; i++) {
-    // row i of T = A P
+  // T = A P
+  float T[KC_STATE_DIM][KC_STATE_DIM];
+  for (int i = 0; i < KC_STATE_D0; i++) {
     cf_row9_t row = i < KC_STATE_PX ? P[i] : cf_row9_zero();
-    for (int k = i < KC_STATE_D0 ? KC_STATE_PX : KC_STATE_D0; k < KC_STATE_DIM; k++) {
+    for (int k = KC_STATE_PX; k < KC_STATE_DIM; k++) {
       row = cf_row9_plus(row, cf_row9_times(P[k], A[i][k]));
     }
+    cf_row9_store(T[i], row);
+  }
+  for (int i = KC_STATE_D0; i < KC_STATE_DIM; i++) {
+    cf_row9_t row = cf_row9_zero();
+    for (int k = KC_STATE_D0; k < KC_STATE_DIM; k++) {
+      row = cf_row9_plus(row, cf_row9_times(P[k], A[i][k]));
+    }
+    cf_row9_store(T[i], row);
+  }
 
-    // row i of T A'
-    float T[KC_STATE_DIM];
-    cf_row9_store(T, row);
-    row = (cf_row9_t){{T[0], T[1], T[2], 0.0f}, cf_all4(0.0f), cf_all4(0.0f)};
+  // P = T A'
+  for (int i = 0; i < KC_STATE_DIM; i++) {
+    cf_row9_t row = {{T[i][0], T[i][1], T[i][2], 0.0f}, cf_all4(0.0f), cf_all4(0.0f)};
     for (int k = KC_STATE_PX; k < KC_STATE_DIM; k++) {
-      row = cf_row9_plus(row, cf_row9_times(A_transposed[k], T[k]));
+      row = cf_row9_plus(row, cf_row9_times(A_transposed[k], T[i][k]));
     }
     cf_row9_store(self->P[i], row);
   }

@@ -30,15 +30,5 @@ void kalmanCoreAddProcessNoise(kalmanCoreData_t *self, const kalmanCoreParams_t 
   }
   self->lastProcessNoiseUpdateMs = nowMs;
   add_noise(self, params, dt);
-
-  // off the diagonal nothing moves in most of the calls
-  if (self->settled == 2) {
-    for (int i = 0; i < KC_STATE_DIM; i++) {
-      self->P[i][i] = cf_covariance_limit_diagonal(self->P[i][i]);
-    }
-  } else {
-    cf_row9_t P[KC_STATE_DIM];
-    cf_covariance_load(P, self);
-    cf_covariance_bound(self, P);
-  }
+  cf_covariance_settle(self);
 }

@@ -31,8 +31,6 @@ static void correct(kalmanCoreData_t *self, cf_row9_t K, float error) {
 // Row i of the first product is m_i P_h - P_i, of the second t_i m' - T_i, where m is column h of M
 // and t column h of T.
 void cf_scalar_update_single(kalmanCoreData_t *core, int h, float H, float error, float std_dev) {
-  cf_row9_t P[KC_STATE_DIM];
-  cf_covariance_load(P, core);
   const cf_row9_t row    = cf_row9_load(core->P[h]);
   const cf_row9_t column = cf_row9_column(core->P, h);
   const float     p_hh   = core->P[h][h];
@@ -51,12 +49,15 @@ void cf_scalar_update_single(kalmanCoreData_t *core, int h, float H, float error
   cf_row9_store(m_of, m);
   cf_row9_store(t_of, t);
 
-  // row h of T and column h of P have their -1 within m
-  P[h] = cf_row9_zero();
+  // column h has its -1 within m, and so has row h
+  cf_row9_t P[KC_STATE_DIM];
   for (int i = 0; i < KC_STATE_DIM; i++) {
-    const cf_row9_t T = cf_row9_minus(cf_row9_times(row, m_of[i]), P[i]);
+    const cf_row9_t T = cf_row9_minus(cf_row9_times(row, m_of[i]), cf_row9_load(core->P[i]));
     P[i]              = cf_row9_minus(cf_row9_times(m, t_of[i]), cf_row9_with(T, h, 0.0f));
   }
+  const cf_row9_t T_h = cf_row9_with(cf_row9_times(row, m_of[h]), h, 0.0f);
+  P[h]                = cf_row9_minus(cf_row9_times(m, t_of[h]), T_h);
+
   cf_covariance_bound_plus(core, P, K, r);
   core->isUpdated = true;
 }
