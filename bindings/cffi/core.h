@@ -36,7 +36,6 @@
 #include "onboard/setpoints.h"
 #include "onboard/supervisor.h"
 #include "onboard/supervisor_state_machine.h"
-#include "onboard/estimator.h"
 #include "platform.h"
 #include "provider.h"
 #include "status.h"
