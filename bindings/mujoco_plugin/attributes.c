@@ -194,13 +194,14 @@ static cf_status_t set_choice(cf_config_t *config, const attribute_t *a, const c
 }
 
 static cf_status_t set_number(cf_config_t *config, const attribute_t *a, const char *text) {
-  char        *end   = NULL;
-  const double value = strtod(text, &end);
+  char        *end       = NULL;
+  const double value     = strtod(text, &end);
+  const bool   is_number = end != text;
   while (*end == ' ') {
     end++;
   }
   // negated, so that NaN is refused as well
-  if (end == text || *end != '\0' || !(value >= a->low && value <= a->high)) {
+  if (!is_number || *end != '\0' || !(value >= a->low && value <= a->high)) {
     return CF_ERR_VALUE;
   }
 
