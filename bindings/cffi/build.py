@@ -51,7 +51,7 @@ ffi.set_source(
     sources=SOURCES,
     include_dirs=[str(BINDINGS), mujoco_include()],
     define_macros=[("CF_BUILD_FLAGS", f'"{" ".join(CFLAGS)}"')],
-    extra_compile_args=CFLAGS,
-    extra_link_args=["-pthread"],
+    extra_compile_args=[*CFLAGS, "-flto"],
+    extra_link_args=["-flto=auto", *CFLAGS, "-pthread"],
     depends=[str(path) for path in sorted(BINDINGS.rglob("*.h"))],
 )
