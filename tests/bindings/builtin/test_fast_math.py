@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import lib
 from hypothesis import given
 from hypothesis import strategies as st
+
+from crazychoir_fw._core import lib
 
 F = np.float32
 TABLE = np.array([round(math.sin(2 * math.pi * k / 512), 8) for k in range(513)], dtype=np.float32)

@@ -10,8 +10,9 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import ffi, lib
 from numpy.typing import NDArray
+
+from crazychoir_fw._core import ffi, lib
 
 F = np.float32
 Matrix = NDArray[np.float32]

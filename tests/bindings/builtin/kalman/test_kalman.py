@@ -5,6 +5,7 @@ import struct
 
 import numpy as np
 import pytest
+
 from crazychoir_fw._core import ffi, lib
 
 CORE, PERSISTENT = lib.CF_CORE, lib.CF_PERSISTENT

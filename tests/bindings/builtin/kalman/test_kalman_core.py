@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+
 from crazychoir_fw._core import ffi, lib
 
 F = np.float32

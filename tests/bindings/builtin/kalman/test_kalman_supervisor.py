@@ -3,6 +3,7 @@
 import math
 
 import pytest
+
 from crazychoir_fw._core import ffi, lib
 
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from crazychoir_fw._core import ffi, lib
 
 F = np.float32

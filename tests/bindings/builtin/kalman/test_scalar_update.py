@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from crazychoir_fw._core import ffi, lib
 from hypothesis import given
 from hypothesis import strategies as st
+
+from crazychoir_fw._core import ffi, lib
 
 F = np.float32
 moderate = st.floats(-10.0, 10.0, width=32)
