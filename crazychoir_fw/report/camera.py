@@ -1,6 +1,6 @@
 """A camera that keeps the whole swarm in the picture and moves calmly.
 
-All positions are known before the first frame is drawn, so the path of the camera is planned over the flight as a whole:
+All positions are known before the first frame is drawn, so the path of the camera is planned over the whole flight:
 center and radius of the swarm are averaged over a window centered on each instant, which has no lag.
 """
 

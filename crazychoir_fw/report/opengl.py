@@ -1,13 +1,13 @@
 """Find a way to draw without a screen.
 
-MuJoCo draws with OpenGL, and its own `Renderer` decides how when `mujoco` is imported: by the variable `MUJOCO_GL`, and by
-GLFW (a window) if that is unset, which fails on a machine without a screen. This module decides later and by trying:
+MuJoCo draws with OpenGL, and its own `Renderer` decides how when `mujoco` is imported: by the variable `MUJOCO_GL`, or
+GLFW (a window) if that is unset, which fails on a machine without a screen. This module decides later, by trying:
 
 1. `MUJOCO_GL`, if it names a way (`egl`, `osmesa`, `glfw`, `cgl`) or forbids drawing (`disable`, `off`, `false`, `0`);
 2. else `PYOPENGL_PLATFORM`, because PyOpenGL cannot change its way once it is imported;
 3. else on Linux EGL (GPU, or Mesa in software), then OSMesa (software), then GLFW if there is a screen; CGL on macOS.
 
-Libraries are tried with plain `dlopen` before PyOpenGL is imported, so that a missing one costs no exception and no noise.
+Libraries are tried with plain `dlopen` before PyOpenGL is imported, so that a missing one makes no noise.
 On Debian, EGL in software needs `libegl1` and `libgl1`, OSMesa needs `libosmesa6`.
 """
 

@@ -1,6 +1,6 @@
 """Pictures of a MuJoCo model without a screen.
 
-Stands in for `mujoco.Renderer`, which has to know how to draw when `mujoco` is imported; see `opengl` for how it is chosen here.
+Stands in for `mujoco.Renderer`, which has to know how to draw when `mujoco` is imported; `opengl` chooses later.
 """
 
 from types import TracebackType

@@ -1,5 +1,7 @@
 """Fading lines behind the drones of a film."""
 
+import itertools
+
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
@@ -28,10 +30,12 @@ class Trails:
     def draw(self, scene: mujoco.MjvScene, frame: int) -> None:
         """Add the trails that end at *frame* to a scene."""
         # one grid for all frames, so that the bends of a trail stay where they are while it moves on
-        stride = max(1, self._length // max(1, self._lines))
+        if self._lines < 1:
+            return
+        stride = -(-self._length // self._lines)
         corners = [k for k in range(frame - frame % stride, max(-1, frame - self._length - 1), -stride)]
         corners = corners if corners and corners[0] == frame else [frame, *corners]
-        for age, (new, old) in enumerate(zip(corners, corners[1:], strict=False)):
+        for age, (new, old) in enumerate(itertools.pairwise(corners)):
             alpha = 0.9 * (1.0 - age / len(corners))
             for drone, color in enumerate(self._colors):
                 self._line(scene, self._positions[new, drone], self._positions[old, drone], color, alpha)

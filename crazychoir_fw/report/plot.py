@@ -1,0 +1,272 @@
+"""One page about a flight: paths in space and from above, position against reference over time, motor commands."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d.axes3d import Axes3D
+from numpy.typing import NDArray
+
+from crazychoir_fw.report.flight_log import FlightLog
+from crazychoir_fw.report.replacing import replacing
+
+_FEW = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#6A3D9A", "#444444")
+"""Colors that people with any color vision tell apart (Okabe and Ito, yellow replaced for white paper)."""
+
+_MOST_SAMPLES = 2000  # per line: more than the page has pixels
+_INK, _SOFT = "#22262B", "#8A929B"
+_DASHES = (0, (4, 2))
+_FULL_MOTOR = 65535.0  # [PWM counts]
+
+
+def plot_flight(log: FlightLog, path: Path, title: str) -> None:
+    """Draw the page and write it; the format follows the suffix of *path*.
+
+    Positions are `sim.x, y, z`, or `stateEstimate.x, y, z` if the truth was not recorded.
+    The reference is `ctrltarget.x, y, z`; where all three are exactly zero there was none yet, and none is drawn.
+    Motor commands are `motor.m1` to `motor.m4`: each motor for a single drone, mean and range of the four for several.
+
+    Args:
+        log: The flight.
+        path: File to write, usually `flight.png`; replaced in one step.
+        title: Headline.
+    """
+    figure = Figure(figsize=(14.0, 9.0), dpi=110, layout="constrained", facecolor="white")
+    FigureCanvasAgg(figure)
+    figure.get_layout_engine().set(w_pad=0.08, h_pad=0.06, wspace=0.02)
+    left, right = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.1])
+    upper, lower = left.subgridspec(2, 1, height_ratios=[1.25, 1.0])
+    rows = right.subgridspec(4, 1, height_ratios=[1.0, 1.0, 1.0, 1.15])
+    space = figure.add_subplot(upper, projection="3d")
+    above = figure.add_subplot(lower)
+    axes = [figure.add_subplot(rows[0])]
+    axes += [figure.add_subplot(rows[k], sharex=axes[0]) for k in range(1, 4)]
+
+    log = _thinned(log)
+    colors = _colors(len(log.drone_ids))
+    truth = log.stack("sim.x", "sim.y", "sim.z")
+    if truth is None:
+        truth = log.stack("stateEstimate.x", "stateEstimate.y", "stateEstimate.z")
+    reference = _reference(log)
+
+    _draw_paths(space, truth, reference, colors)
+    _draw_from_above(above, truth, reference, colors)
+    _draw_positions(axes[:3], log.time, truth, reference, colors)
+    _draw_motors(axes[3], log, colors)
+    _explain_lines(space, reference is not None)
+    _name_drones(figure, above, log.drone_ids, colors)
+    figure.suptitle(title, fontsize=15, fontweight="bold", color=_INK, parse_math=False)
+    axes[0].set_title(_facts(log), fontsize=8, color=_SOFT, loc="right", parse_math=False)
+
+    with replacing(path) as temporary:
+        figure.savefig(temporary)
+
+
+def _thinned(log: FlightLog) -> FlightLog:
+    """Return the log with at most `_MOST_SAMPLES` instants."""
+    stride = -(-len(log.time) // _MOST_SAMPLES) or 1
+    signals = {name: samples[::stride] for name, samples in log.signals.items()}
+    return FlightLog(log.time[::stride], log.drone_ids, signals, log.metadata)
+
+
+def _colors(drones: int) -> list[str]:
+    """Return one color per drone: distinct ones for a few, a scale that is even in brightness for many."""
+    if drones <= len(_FEW):
+        return list(_FEW[:drones])
+    scale = [(0, "#00204C"), (0.25, "#31446B"), (0.45, "#0072B2"), (0.65, "#2A9D8F"), (0.82, "#E69F00"), (1, "#C8401A")]
+    stops = np.array([at for at, _ in scale])
+    values = np.array([[int(color[k : k + 2], 16) for k in (1, 3, 5)] for _, color in scale])
+    places = np.linspace(0.0, 1.0, drones)
+    mixed = np.column_stack([np.interp(places, stops, values[:, k]) for k in range(3)])
+    return ["#{:02x}{:02x}{:02x}".format(*rgb) for rgb in mixed.round().astype(int)]
+
+
+def _width(drones: int) -> float:
+    """Return the width of a line (points) for a page with that many."""
+    return float(np.clip(2.0 - 0.05 * drones, 0.7, 1.8))
+
+
+def _reference(log: FlightLog) -> NDArray[np.float64] | None:
+    """Return the reference positions, shape (T, N, 3), NaN where there was none; None if there never was one."""
+    reference = log.stack("ctrltarget.x", "ctrltarget.y", "ctrltarget.z")
+    if reference is None:
+        return None
+    reference[~np.any(reference, axis=-1)] = np.nan
+    return None if np.isnan(reference).all() else reference
+
+
+def _draw_paths(
+    axes: Axes3D, truth: NDArray[np.float64] | None, reference: NDArray[np.float64] | None, colors: Sequence[str]
+) -> None:
+    """Draw the paths in space with their shadow on the floor, start (ring) and end (dot)."""
+    axes.set_xlabel("x (m)")
+    axes.set_ylabel("y (m)")
+    axes.set_zlabel("z (m)", labelpad=-1.0)
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        axis.set_pane_color((0.96, 0.97, 0.98, 1.0))
+        axis._axinfo["grid"].update(color="#DDE1E6", linewidth=0.6)
+        axis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
+    axes.tick_params(labelsize=8, colors=_INK)
+    axes.view_init(elev=24.0, azim=-58.0)
+    if truth is None:
+        return
+    finite = truth[np.isfinite(truth).all(axis=-1)]
+    low, high = (finite.min(axis=0), finite.max(axis=0)) if len(finite) else (np.zeros(3), np.ones(3))
+    low[2] = min(low[2], 0.0)
+    # one meter is one meter in every direction, until the swarm is so wide that its heights would vanish
+    center, size = (low + high) / 2.0, np.maximum((high - low) * 1.08, 0.6)
+    size[:2] = np.maximum(size[:2], 0.5 * size.max())
+    floor = low[2]
+    axes.set(xlim=center[0] + size[0] * np.array([-0.5, 0.5]), ylim=center[1] + size[1] * np.array([-0.5, 0.5]))
+    axes.set_zlim(floor, floor + size[2])
+    axes.set_box_aspect((size[0], size[1], max(size[2], 0.35 * size.max())), zoom=1.12)
+
+    # a zoomed box reaches over the edge of its axes; the layout would take such lines for wide margins
+    whole = {"clip_on": False, "in_layout": False}
+    width = _width(len(colors))
+    for drone, color in enumerate(colors):
+        x, y, z = truth[:, drone].T
+        axes.plot(x, y, np.full_like(z, floor), color="#B9C0C8", linewidth=0.6 * width, zorder=1, **whole)
+        axes.plot(x, y, z, color=color, linewidth=width, zorder=3, **whole)
+        if reference is not None:
+            x, y, z = reference[:, drone].T
+            axes.plot(x, y, z, color=color, linewidth=0.7 * width, linestyle=_DASHES, zorder=2, **whole)
+        known = np.flatnonzero(np.isfinite(truth[:, drone]).all(axis=-1))
+        if len(known):
+            area = 10.0 if len(colors) > len(_FEW) else 22.0
+            start, end = truth[known[0], drone], truth[known[-1], drone]
+            # the ring is wider than the dot: many flights end where they began
+            axes.scatter(*start, s=4.0 * area, facecolors="white", edgecolors=color, depthshade=False, zorder=4)
+            axes.scatter(*end, s=area, color=color, depthshade=False, zorder=5)
+
+
+def _draw_from_above(
+    axes: Axes, truth: NDArray[np.float64] | None, reference: NDArray[np.float64] | None, colors: Sequence[str]
+) -> None:
+    """Draw the paths in the plane of the floor."""
+    _tidy(axes, "y (m)")
+    axes.set_xlabel("x (m)", color=_INK)
+    axes.margins(x=0.06, y=0.06)
+    width = _width(len(colors))
+    for drone, color in enumerate(colors):
+        if reference is not None:
+            x, y, _ = reference[:, drone].T
+            axes.plot(x, y, color=color, linewidth=0.75 * width, linestyle=_DASHES, alpha=0.8)
+        if truth is not None:
+            x, y, _ = truth[:, drone].T
+            axes.plot(x, y, color=color, linewidth=width)
+    # a hover is not a cloud of noise
+    for low, high, set_limits in ((*axes.get_xlim(), axes.set_xlim), (*axes.get_ylim(), axes.set_ylim)):
+        if high - low < 0.4:
+            set_limits((low + high) / 2.0 - 0.2, (low + high) / 2.0 + 0.2)
+    axes.set_aspect("equal", adjustable="datalim")
+
+
+def _draw_positions(
+    rows: Sequence[Axes],
+    time: NDArray[np.float64],
+    truth: NDArray[np.float64] | None,
+    reference: NDArray[np.float64] | None,
+    colors: Sequence[str],
+) -> None:
+    """Draw x, y and z over time, true solid and reference dashed."""
+    width = _width(len(colors))
+    for k, (axes, name) in enumerate(zip(rows, "xyz", strict=True)):
+        _tidy(axes, f"{name} (m)")
+        axes.tick_params(labelbottom=False)
+        for drone, color in enumerate(colors):
+            if reference is not None:
+                axes.plot(
+                    time, reference[:, drone, k], color=color, linewidth=0.75 * width, linestyle=_DASHES, alpha=0.8
+                )
+            if truth is not None:
+                axes.plot(time, truth[:, drone, k], color=color, linewidth=width)
+
+
+def _draw_motors(axes: Axes, log: FlightLog, colors: Sequence[str]) -> None:
+    """Draw motor commands in percent of full: four lines for one drone, mean and range for several."""
+    _tidy(axes, "motors (%)")
+    axes.set_xlabel("time (s)")
+    axes.set_ylim(0.0, 100.0)
+    motors = log.stack("motor.m1", "motor.m2", "motor.m3", "motor.m4")
+    if motors is None:
+        axes.text(0.5, 0.5, "not recorded", transform=axes.transAxes, ha="center", va="center", color=_SOFT)
+        return
+    percent = motors * (100.0 / _FULL_MOTOR)
+    if len(colors) == 1:
+        for k, color in enumerate(_FEW[:4]):
+            axes.plot(log.time, percent[:, 0, k], color=color, linewidth=0.9, label=f"M{k + 1}")
+        axes.legend(loc="lower right", ncols=4, fontsize=8, frameon=False)
+        return
+    few = len(colors) <= len(_FEW)
+    for drone, color in enumerate(colors):
+        if few:
+            low, high = percent[:, drone].min(axis=-1), percent[:, drone].max(axis=-1)
+            axes.fill_between(log.time, low, high, color=color, alpha=0.18, linewidth=0)
+        axes.plot(log.time, percent[:, drone].mean(axis=-1), color=color, linewidth=0.6 * _width(len(colors)))
+    note = "mean of four, range shaded" if few else "mean of four"
+    axes.text(0.995, 0.04, note, transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT)
+
+
+def _tidy(axes: Axes, label: str) -> None:
+    axes.set_ylabel(label, color=_INK)
+    axes.grid(color="#E4E7EB", linewidth=0.7)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.spines[["left", "bottom"]].set_color("#B9C0C8")
+    axes.tick_params(colors=_INK, labelsize=9)
+    axes.margins(x=0.01)
+    axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
+
+
+def _explain_lines(space: Axes3D, with_reference: bool) -> None:
+    """Say above the paths what solid, dashed, ring and dot mean."""
+    entries = [Line2D([], [], color=_INK, linewidth=1.6, label="true")]
+    if with_reference:
+        entries.append(Line2D([], [], color=_INK, linewidth=1.2, linestyle=_DASHES, label="reference"))
+    ring = {"marker": "o", "linestyle": "none", "markeredgecolor": _INK}
+    entries.append(Line2D([], [], markerfacecolor="white", label="start", **ring))
+    entries.append(Line2D([], [], markerfacecolor=_INK, label="end", **ring))
+    space.legend(
+        handles=entries, loc="upper left", bbox_to_anchor=(0.0, 1.02), ncols=4, fontsize=9, frameon=False, borderpad=0
+    )
+
+
+def _name_drones(figure: Figure, above: Axes, drone_ids: Sequence[str], colors: Sequence[str]) -> None:
+    """Name the drones below the page: one entry each for a few, a colored scale for many."""
+    count = len(drone_ids)
+    if not count:
+        return
+    if count <= len(_FEW):
+        lines = [Line2D([], [], color=color, linewidth=3.0) for color in colors]
+        names = [_short(name, 18) for name in drone_ids]
+        figure.legend(lines, names, loc="outside lower center", ncols=count, fontsize=9, frameon=False)
+        return
+    scale = ScalarMappable(BoundaryNorm(np.arange(count + 1) - 0.5, count), ListedColormap(colors))
+    ticks = np.unique(np.linspace(0, count - 1, min(count, 7)).round().astype(int))
+    bar = figure.colorbar(scale, ax=above, orientation="horizontal", ticks=ticks, shrink=0.9, aspect=50, pad=0.02)
+    bar.set_ticklabels([_short(drone_ids[k], 10) for k in ticks], fontsize=8)
+    bar.outline.set_visible(False)
+    bar.ax.tick_params(length=0)
+    bar.ax.minorticks_off()
+
+
+def _short(name: str, most: int = 24) -> str:
+    """Return *name* cut to *most* characters, with nothing that matplotlib would take for mathematics or hide."""
+    name = name if len(name) <= most else name[: most - 1] + "…"
+    return name.replace("$", r"\$").lstrip("_")
+
+
+def _facts(log: FlightLog) -> str:
+    """Return what flew, in one line."""
+    facts = [f"{len(log.drone_ids)} drones" if len(log.drone_ids) != 1 else "1 drone", f"{log.duration_s:.1f} s"]
+    for key in ("mission", "provider", "platform", "version", "seed"):
+        if key in log.metadata:
+            facts.append(f"{key} {_short(str(log.metadata[key]), 60)}")
+    return "  ·  ".join(facts)
