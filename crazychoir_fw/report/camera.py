@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 _WINDOW_S = 3.0  # averaging of center and radius
 _MARGIN_M = 0.25  # around the outermost drones
 _SMALLEST_M = 0.35  # radius shown around a lonely drone
+_GIVEN_UP_M = 10.0  # distance at which a drone may be lost from sight, beyond three times the usual one
 _AZIMUTH_DEG, _DRIFT_DEG_PER_S = 120.0, 2.5
 _ELEVATION_DEG = -24.0
 
@@ -70,7 +71,7 @@ def follow(positions: NDArray[np.float64], times: NDArray[np.float64]) -> Camera
             continue
         middle = np.median(points, axis=0)
         away = np.linalg.norm(points - middle, axis=1)
-        kept = points[away <= 3.0 * np.median(away) + 2.0]
+        kept = points[away <= 3.0 * np.median(away) + _GIVEN_UP_M]
         center[k] = (kept.min(axis=0) + kept.max(axis=0)) / 2.0
         radius[k] = np.linalg.norm(kept - center[k], axis=1).max() + _MARGIN_M
     calm = _widest(np.maximum(radius, _SMALLEST_M), window)

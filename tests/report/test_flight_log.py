@@ -3,7 +3,7 @@ import zipfile
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
@@ -26,6 +26,7 @@ def test_a_saved_log_reads_back_the_same(tmp_path, make_log):
     assert_equal(FlightLog.load(tmp_path / "new" / "flight.npz"), log)
 
 
+@settings(deadline=None)
 @given(
     samples=arrays.arrays(
         st.sampled_from([np.float32, np.float64, np.uint8, np.int16, np.uint16]),
