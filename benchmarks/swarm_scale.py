@@ -22,6 +22,7 @@ import numpy as np
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.mujoco_models import model_path
+from crazychoir_fw.mujoco_models.stamp import VehicleStamp
 from crazychoir_fw.simulation import DroneConfig, World, set_threads
 
 SPACING = 0.5  # [m] between neighbors on a grid
@@ -52,14 +53,11 @@ def trivial_world(count: int) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """Return the same world whose drones are held up by a constant thrust."""
     spec = mujoco.MjSpec.from_file(str(model_path("arena")))
     spec.activate_plugin("crazychoir.thrust")
-    spec.copy_during_attach = True
-    vehicle = mujoco.MjSpec.from_file(str(model_path("cf2")))
-    template = vehicle.worldbody.first_body()
+    stamp = VehicleStamp(spec, "cf2")
     for i, (x, y) in enumerate(grid(count)):
-        body = spec.worldbody.add_frame().attach_body(template, f"cf{i + 1}/", "")
-        body.pos = [x, y, HEIGHT]
+        body = stamp.place(f"cf{i + 1}", (x, y, HEIGHT))
         plugin = spec.add_plugin(name=f"thrust{i + 1}", plugin_name="crazychoir.thrust", active=True)
-        plugin.config = {"thrust": repr(float(template.mass) * 9.81)}
+        plugin.config = {"thrust": repr(float(body.mass) * 9.81)}
         body.plugin = plugin
     model = spec.compile()
     return model, mujoco.MjData(model)

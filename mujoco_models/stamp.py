@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from . import model_path
+from crazychoir_fw.mujoco_models import model_path
 
 __all__ = ["VehicleStamp"]
 
@@ -31,7 +31,7 @@ class VehicleStamp:
 
     Args:
         spec: World that the drones go into; it receives the meshes and materials of the airframe.
-        vehicle: Name of the airframe, one of `VEHICLES`.
+        vehicle: Platform of the airframe, a key of `VEHICLES`.
     """
 
     def __init__(self, spec: mujoco.MjSpec, vehicle: str) -> None:
@@ -60,7 +60,7 @@ class VehicleStamp:
         quat_wxyz: Sequence[float] = (1.0, 0.0, 0.0, 0.0),
         rgba: Sequence[float] | None = None,
     ) -> mujoco.MjsBody:
-        """Add one drone; body, joint and geoms are called `<name>/crazyflie`, `<name>/root`, `<name>/accent`, ...
+        """Add one drone: a body called by its name, its joint `<name>/root`, its geoms `<name>/accent`, ...
 
         Args:
             name: Unique name of the drone.
@@ -71,7 +71,7 @@ class VehicleStamp:
         Returns:
             The new body, to which a plugin, a camera or a payload may be added.
         """
-        body = self._spec.worldbody.add_body(name=f"{name}/crazyflie", pos=position, quat=quat_wxyz, **self._inertia)
+        body = self._spec.worldbody.add_body(name=name, pos=position, quat=quat_wxyz, **self._inertia)
         body.add_freejoint(name=f"{name}/root")
         for part, fields in self._geoms.items():
             geom = body.add_geom(name=f"{name}/{part}", **fields)

@@ -12,6 +12,7 @@ import numpy as np
 from crazychoir_fw.core import PLUGIN
 from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.mujoco_models import SCENES, VEHICLES, model_path
+from crazychoir_fw.mujoco_models.stamp import VehicleStamp
 from crazychoir_fw.simulation.drone_config import DroneConfig
 
 _GOLDEN_RATIO = 0.618034
@@ -32,12 +33,11 @@ def build_model(drones: Sequence[DroneConfig], scene: str | Path, seed: int) -> 
     _check(drones, seed)
     spec = _scene(scene)
     spec.activate_plugin(PLUGIN)
-    spec.copy_during_attach = True
-    vehicles: dict[str, mujoco.MjSpec] = {}
+    stamps: dict[str, VehicleStamp] = {}
     for index, drone in enumerate(drones):
-        if drone.platform not in vehicles:
-            vehicles[drone.platform] = _vehicle(drone)
-        _add_drone(spec, vehicles[drone.platform], drone, index, seed)
+        if drone.platform not in stamps:
+            stamps[drone.platform] = _stamp(spec, drone)
+        _add_drone(spec, stamps[drone.platform], drone, index, seed)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -72,40 +72,34 @@ def _scene(scene: str | Path) -> mujoco.MjSpec:
     return mujoco.MjSpec.from_file(str(path))
 
 
-def _vehicle(drone: DroneConfig) -> mujoco.MjSpec:
+def _stamp(spec: mujoco.MjSpec, drone: DroneConfig) -> VehicleStamp:
     if drone.platform not in VEHICLES:
         raise UnknownNameError(f"{drone.id}: platform is '{drone.platform}', allowed: {', '.join(VEHICLES)}")
-    return mujoco.MjSpec.from_file(str(model_path(drone.platform)))
+    return VehicleStamp(spec, drone.platform)
 
 
-def _add_drone(spec: mujoco.MjSpec, vehicle: mujoco.MjSpec, drone: DroneConfig, index: int, seed: int) -> None:
-    template = vehicle.worldbody.first_body()
+def _add_drone(spec: mujoco.MjSpec, stamp: VehicleStamp, drone: DroneConfig, index: int, seed: int) -> None:
     x, y, *rest = drone.position
-    height = rest[0] if rest and rest[0] is not None else template.pos[2]
+    height = rest[0] if rest and rest[0] is not None else stamp.rest_height
     half_yaw = np.radians(drone.yaw_deg) / 2
-
-    frame = spec.worldbody.add_frame()
-    body = frame.attach_body(template, f"{drone.id}/", "")
-    body.name = drone.id
-    body.pos = [x, y, height]
-    body.quat = [np.cos(half_yaw), 0.0, 0.0, np.sin(half_yaw)]
+    body = stamp.place(
+        drone.id,
+        (x, y, height),
+        quat_wxyz=(np.cos(half_yaw), 0.0, 0.0, np.sin(half_yaw)),
+        rgba=(*(drone.color or _color(index)), 1.0),
+    )
     if drone.mass is not None:
         body.inertia = body.inertia * (drone.mass / body.mass)
         body.mass = drone.mass
-    _paint(body, drone, index)
 
-    attributes = {"seed": str(seed), "id": str(index), **drone.plugin_attributes()}
     plugin = spec.add_plugin(name=f"{drone.id}/crazyflie", plugin_name=PLUGIN, active=True)
-    plugin.config = attributes
+    plugin.config = {"seed": str(seed), "id": str(index), **drone.plugin_attributes()}
     body.plugin = plugin
 
 
-def _paint(body: mujoco.MjsBody, drone: DroneConfig, index: int) -> None:
-    """Color the accents, so that drones can be told apart: hues a golden angle from each other."""
-    color = drone.color or colorsys.hsv_to_rgb((0.58 + index * _GOLDEN_RATIO) % 1.0, 0.75, 0.95)
-    for geom in body.geoms:
-        if "accent" in geom.name:
-            geom.rgba = [*color, 1.0]
+def _color(index: int) -> tuple[float, float, float]:
+    """Return a color for a drone, so that drones can be told apart: hues a golden angle from each other."""
+    return colorsys.hsv_to_rgb((0.58 + index * _GOLDEN_RATIO) % 1.0, 0.75, 0.95)
 
 
 def body_addresses(model: mujoco.MjModel, name: str) -> tuple[int, int, int]:
