@@ -5,9 +5,18 @@
 #include <stdatomic.h>
 #include <stdbool.h>
 
-// A loop lasts some microseconds and the next one follows within microseconds, so a waiting thread
-// looks a while before it sleeps.
-#define SPINS_BEFORE_SLEEP 4000
+// The next loop follows when the physics of a step is done, tens to hundreds of microseconds later.
+// Waking a sleeping thread takes as long, so a waiting one looks about a millisecond before it sleeps.
+#define SPINS_BEFORE_SLEEP 30000
+#define SPINS_BEFORE_YIELD 4000
+
+static void relax(void) {
+#if defined(__x86_64__) || defined(__i386__)
+  __builtin_ia32_pause();
+#elif defined(__aarch64__)
+  __asm__ volatile("yield");
+#endif
+}
 
 typedef struct {
   void (*body)(void *context, int begin, int end);
@@ -47,6 +56,7 @@ static unsigned wait_for_change(unsigned seen) {
     if (now != seen) {
       return now;
     }
+    relax();
   }
   pthread_mutex_lock(&pool.lock);
   while (atomic_load(&pool.generation) == seen) {
@@ -152,7 +162,8 @@ void cf_parallel_for(int count, int grain, void (*body)(void *context, int begin
 
   run_part(&pool.loop, 0);
   for (int spins = 0; atomic_load_explicit(&pool.unfinished, memory_order_acquire) > 0; spins++) {
-    if (spins > SPINS_BEFORE_SLEEP) {
+    relax();
+    if (spins > SPINS_BEFORE_YIELD) {
       sched_yield();  // fewer cores than threads
     }
   }
