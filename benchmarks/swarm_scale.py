@@ -3,7 +3,7 @@
     python benchmarks/swarm_scale.py --drones 1 10 100 --threads 1 --seconds 2 --json scale.json
 
 Full stack: Kalman filter, controller, commander, planner, parameters and logs, vehicle at 1 kHz, poses at 100 Hz, all
-drones hovering in one world with contacts on. Each row is the median of several runs that alternate with the trivial
+drones hovering in one world with contacts on and nothing to see. Each row is the median of several runs that alternate with the trivial
 world, so that a machine that slows down slows both.
 """
 
@@ -38,7 +38,7 @@ def grid(count: int) -> list[tuple[float, float]]:
 
 def hovering_world(count: int) -> World:
     """Return a world in which all drones hover."""
-    world = World([DroneConfig(f"cf{i + 1}", place) for i, place in enumerate(grid(count))], seed=1)
+    world = World([DroneConfig(f"cf{i + 1}", place) for i, place in enumerate(grid(count))], seed=1, visuals=False)
     world.wait_until_ready()
     for drone in world.drones:
         drone.high_level_commander.takeoff(HEIGHT, 1.5)
@@ -49,17 +49,18 @@ def hovering_world(count: int) -> World:
     return world
 
 
-def trivial_world(count: int) -> tuple[mujoco.MjModel, mujoco.MjData]:
-    """Return the same world whose drones are held up by a constant thrust."""
+def trivial_world(count: int, disableflags: int) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """Return the same world, with the same options, whose drones are held up by a constant thrust."""
     spec = mujoco.MjSpec.from_file(str(model_path("arena")))
     spec.activate_plugin("crazychoir.thrust")
-    stamp = VehicleStamp(spec, "cf2")
+    stamp = VehicleStamp(spec, "cf2", visuals=False)
     for i, (x, y) in enumerate(grid(count)):
         body = stamp.place(f"cf{i + 1}", (x, y, HEIGHT))
         plugin = spec.add_plugin(name=f"thrust{i + 1}", plugin_name="crazychoir.thrust", active=True)
         plugin.config = {"thrust": repr(float(body.mass) * 9.81)}
         body.plugin = plugin
     model = spec.compile()
+    model.opt.disableflags = disableflags
     return model, mujoco.MjData(model)
 
 
@@ -74,7 +75,7 @@ def measure(count: int, threads: int, seconds: float, repeats: int) -> dict[str,
     """Return one row of the table."""
     set_threads(threads)
     world = hovering_world(count)
-    model, data = trivial_world(count)
+    model, data = trivial_world(count, world.model.opt.disableflags)
     ticks = max(1, round(seconds * 1000))
 
     full, trivial = [], []

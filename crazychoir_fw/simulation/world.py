@@ -28,6 +28,7 @@ class World:
         scene: str | Path = "arena",
         seed: int = 0,
         threads: int | None = None,
+        visuals: bool = True,
     ) -> None:
         """Build the world.
 
@@ -36,6 +37,7 @@ class World:
             scene: ``arena``, ``flight_lab`` or the path of an MJCF file.
             seed: Seed of all noise; same seed and same commands give the same bits.
             threads: Threads that share the drones, for the whole process; None leaves the number as it is.
+            visuals: False leaves out what is only seen, a tenth of the cost of a swarm; not a bit of a flight changes.
 
         Raises:
             RangeError: If a value is outside its range; the message names drone, value and range.
@@ -46,7 +48,7 @@ class World:
             set_threads(threads)
         self.seed = seed
         self.scene = str(scene)
-        self.model = build_model(drones, scene, seed)
+        self.model = build_model(drones, scene, seed, visuals)
         self.data = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)
         self.drones = tuple(Drone(self, config) for config in drones)

@@ -85,6 +85,10 @@ def test_a_drone_does_not_notice_how_large_its_swarm_is():
     assert states[0] == states[1]
 
 
+def test_what_is_only_seen_does_not_change_a_bit(reference):
+    assert fly(make_world(8, seed=7, visuals=False)) == reference
+
+
 def test_one_drone_returns_to_its_snapshot():
     world = make_world(2, seed=5)
     world.wait_until_ready()
