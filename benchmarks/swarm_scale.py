@@ -3,8 +3,8 @@
     python benchmarks/swarm_scale.py --drones 1 10 100 --threads 1 --seconds 2 --json scale.json
 
 Full stack: Kalman filter, controller, commander, planner, parameters and logs, vehicle at 1 kHz, poses at 100 Hz, all
-drones hovering in one world with contacts on and nothing to see. Each row is the median of several runs that alternate with the trivial
-world, so that a machine that slows down slows both.
+drones hovering in one world with contacts on and nothing to see. Each row is the median of several runs that alternate
+with the trivial world, so that a machine that slows down slows both.
 """
 
 from __future__ import annotations

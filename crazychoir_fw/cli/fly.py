@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.mission.schema import Mission
     from crazychoir_fw.simulation import World
 
-FRAMES_PER_SECOND = 30
+FRAMES_PER_SECOND = 25
 
 
 def fly(

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 _WINDOW_S = 3.0  # averaging of center and radius
-_MARGIN_M = 0.25  # around the outermost drones
-_SMALLEST_M = 0.35  # radius shown around a lonely drone
+_MARGIN_M = 0.12  # around the outermost drones
+_SMALLEST_M = 0.25  # radius shown around a lonely drone
 _GIVEN_UP_M = 10.0  # distance at which a drone may be lost from sight, beyond three times the usual one
 _AZIMUTH_DEG, _DRIFT_DEG_PER_S = 120.0, 2.5
 _ELEVATION_DEG = -24.0
@@ -26,7 +26,10 @@ class CameraPath:
     """Point in the middle of the picture (m, world frame)."""
 
     radius: NDArray[np.float64]  # (F,)
-    """Radius of the sphere that the picture shows (m)."""
+    """Radius of the upright cylinder that the picture shows (m)."""
+
+    half_height: NDArray[np.float64]  # (F,)
+    """Half the height of that cylinder (m)."""
 
     azimuth_deg: NDArray[np.float64]  # (F,)
     """Heading of the view; MuJoCo's convention."""
@@ -40,11 +43,15 @@ class CameraPath:
             fovy_deg: Vertical field of view of the model.
             aspect: Width of the picture over its height.
         """
-        half = np.radians(fovy_deg) / 2.0
-        narrower = min(half, np.arctan(np.tan(half) * aspect))
+        upward = np.radians(fovy_deg) / 2.0
+        sideward = np.arctan(np.tan(upward) * aspect)
+        radius, tilt = self.radius[frame], np.radians(-_ELEVATION_DEG)
+        # seen from above at an angle, a disc is flat: its near rim and its top and bottom set the height of the view
+        rise = radius * np.sin(tilt) + self.half_height[frame] * np.cos(tilt)
+        nearer = radius * np.cos(tilt) + self.half_height[frame] * np.sin(tilt)
         camera.type = mujoco.mjtCamera.mjCAMERA_FREE
         camera.lookat[:] = self.center[frame]
-        camera.distance = self.radius[frame] / np.sin(narrower)
+        camera.distance = max(radius / np.sin(sideward), rise / np.tan(upward) + nearer)
         camera.azimuth = self.azimuth_deg[frame]
         camera.elevation = _ELEVATION_DEG
 
@@ -64,7 +71,7 @@ def follow(positions: NDArray[np.float64], times: NDArray[np.float64]) -> Camera
     window = max(1, round(_WINDOW_S / step)) if step > 0.0 else 1
     known = np.where(np.isfinite(positions).all(axis=-1, keepdims=True), positions, np.nan)
     center = np.zeros((frames, 3))
-    radius = np.zeros(frames)
+    radius, half_height = np.zeros(frames), np.zeros(frames)
     for k, points in enumerate(known):
         points = points[~np.isnan(points[:, 0])]
         if not len(points):
@@ -73,10 +80,12 @@ def follow(positions: NDArray[np.float64], times: NDArray[np.float64]) -> Camera
         away = np.linalg.norm(points - middle, axis=1)
         kept = points[away <= 3.0 * np.median(away) + _GIVEN_UP_M]
         center[k] = (kept.min(axis=0) + kept.max(axis=0)) / 2.0
-        radius[k] = np.linalg.norm(kept - center[k], axis=1).max() + _MARGIN_M
-    calm = _widest(np.maximum(radius, _SMALLEST_M), window)
+        radius[k] = np.linalg.norm((kept - center[k])[:, :2], axis=1).max() + _MARGIN_M
+        half_height[k] = np.abs(kept[:, 2] - center[k, 2]).max() + _MARGIN_M
+    calm = _average(_widest(np.maximum(radius, _SMALLEST_M), window), window)
+    tall = _average(_widest(half_height, window), window)
     azimuth = _AZIMUTH_DEG + _DRIFT_DEG_PER_S * (times - times[0])
-    return CameraPath(_average(center, window), _average(calm, window), azimuth)
+    return CameraPath(_average(center, window), calm, tall, azimuth)
 
 
 def _average(values: NDArray[np.float64], window: int) -> NDArray[np.float64]:

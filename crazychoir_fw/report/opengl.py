@@ -153,3 +153,11 @@ def rendering_available() -> str | None:
     except RenderingError as error:
         return str(error)
     return None
+
+
+def is_software() -> bool:
+    """Return whether the processor draws, in place of a graphics card. A context must be current."""
+    from OpenGL import GL
+
+    name = GL.glGetString(GL.GL_RENDERER) or b""
+    return any(word in name.lower() for word in (b"llvmpipe", b"softpipe", b"swrast", b"software"))

@@ -97,8 +97,8 @@ def film_flight(
     path: Path,
     *,
     camera: str = "follow",
-    width: int = 1280,
-    height: int = 720,
+    width: int = 960,
+    height: int = 540,
     fps: float = 25.0,
     speed: float = 1.0,
     trail_s: float = 3.0,
@@ -208,7 +208,7 @@ def _colors(model: mujoco.MjModel, joints: NDArray[np.int32]) -> NDArray[np.floa
 
 def _move_shadows(renderer: Renderer, shot: CameraPath, frame: int) -> None:
     """Bring the shadow map of directional lights to the swarm: it covers a square around the axis of the light."""
-    center, radius = shot.center[frame], shot.radius[frame]
+    center, radius = shot.center[frame], max(shot.radius[frame], shot.half_height[frame])
     renderer.drawer.shadowClip = max(1.5, 1.5 * radius + center[2])
     for light in itertools.islice(renderer.scene.lights, renderer.scene.nlight):
         if light.type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL and light.castshadow and light.dir[2] < 0.0:

@@ -25,7 +25,7 @@ def two_drones() -> mujoco.MjModel:
     spec = mujoco.MjSpec.from_file(str(model_path("arena")))
     spec.visual.quality.shadowsize = 256
     spec.visual.quality.offsamples = 0
-    stamp = VehicleStamp(spec, "crazyflie_2")
+    stamp = VehicleStamp(spec, "cf2")
     stamp.place("red", (0.25, 0.0, 1.0), rgba=(1.0, 0.0, 0.0, 1.0))
     stamp.place("blue", (-0.25, 0.0, 1.0), rgba=(0.0, 0.0, 1.0, 1.0))
     return spec.compile()

@@ -41,7 +41,7 @@ def test_a_lonely_hovering_drone_is_shown_from_near():
     times = np.arange(0.0, 5.0, 0.04)
     shot = follow(np.tile([1.0, 2.0, 0.5], (len(times), 1, 1)), times)
     np.testing.assert_allclose(shot.center, np.tile([1.0, 2.0, 0.5], (len(times), 1)), atol=1e-9)
-    np.testing.assert_allclose(shot.radius, 0.35, atol=1e-9)
+    np.testing.assert_allclose(shot.radius, 0.25, atol=1e-9)
 
 
 def test_the_camera_moves_calmly_while_a_drone_jitters():
