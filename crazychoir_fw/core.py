@@ -44,11 +44,9 @@ def providers() -> list[str]:
     return names
 
 
-def controllers(provider: int = 0) -> list[str]:
-    """Return the names of the controllers that a provider has."""
-    name = lib.cf_provider(provider).controller_name
-    found = (name(number) for number in range(1, lib.ControllerType_COUNT))
-    return [ffi.string(text).decode() for text in found if text != ffi.NULL]
+def choices(attribute: str) -> list[str]:
+    """Return the words that may be chosen for an attribute of the plugin, without the automatic choice."""
+    return [word for word in attributes()[attribute][0].split(" | ") if word != "auto"]
 
 
 def attributes() -> dict[str, tuple[str, str]]:
@@ -117,8 +115,8 @@ def info() -> dict[str, Any]:
         "platform": f"{host.system()} {host.machine()}",
         "compiler": ffi.string(lib.cf_build_compiler()).decode(),
         "flags": ffi.string(lib.cf_build_flags()).decode(),
-        "controllers": controllers(),
-        "estimators": ["Kalman"],
+        "controllers": choices("controller"),
+        "estimators": choices("estimator"),
         "parameters": len(parameter_table()),
         "logs": len(log_table()),
         "state_bytes": lib.cf_state_bytes(),

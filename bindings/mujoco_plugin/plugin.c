@@ -325,8 +325,8 @@ static swarm_t *swarm_of(const mjModel *model, const mjData *data) {
   return NULL;
 }
 
-// A thousand drones are megabytes that every step walks through: large pages spare most of the address
-// translation. Only advice, without effect where the system has none.
+// A thousand drones are megabytes that every step walks through: large pages spare most of the
+// address translation. Only advice, without effect where the system has none.
 static void ask_for_large_pages(mjData *data) {
 #ifdef MADV_HUGEPAGE
   const uintptr_t page  = (uintptr_t)1 << 21;

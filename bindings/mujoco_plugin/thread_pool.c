@@ -6,7 +6,8 @@
 #include <stdbool.h>
 
 // The next loop follows when the physics of a step is done, tens to hundreds of microseconds later.
-// Waking a sleeping thread takes as long, so a waiting one looks about a millisecond before it sleeps.
+// Waking a sleeping thread takes as long, so a waiting one looks about a millisecond before it
+// sleeps.
 #define SPINS_BEFORE_SLEEP 30000
 #define SPINS_BEFORE_YIELD 4000
 

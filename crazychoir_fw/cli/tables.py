@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from rich import box
 from rich.table import Table
 from rich.text import Text
 
@@ -17,12 +18,13 @@ def flight_table(summary: dict[str, Any]) -> Table:
     if len(drones) > MANY:
         drones = sorted(drones, key=lambda drone: -(drone["max_error_m"] or 0.0))[:MANY]
         title += f" (the {MANY} with the largest errors)"
-    table = Table(title=title)
-    table.add_column("drone")
-    headings = ["RMS error [cm]", "max error [cm]", "endpoint [cm]", "estimator RMS [cm]", "thrust [%]", "battery [V]"]
+    table = Table(title=title, box=box.SIMPLE_HEAD, collapse_padding=True, pad_edge=False)
+    table.add_column("drone", no_wrap=True, min_width=5)
+    # two short lines each, so that the table fits a terminal of 80 columns with its units
+    headings = ["RMS error\n(cm)", "max error\n(cm)", "end\n(cm)", "estimate\n(cm)", "thrust\n(%)", "battery\n(V)"]
     for heading in headings:
-        table.add_column(heading, justify="right")
-    table.add_column("supervisor")
+        table.add_column(heading, justify="right", no_wrap=True)
+    table.add_column("supervisor", no_wrap=True)
     for drone in drones:
         lengths = ("rms_error_m", "max_error_m", "endpoint_error_m", "estimator_rms_m")
         table.add_row(

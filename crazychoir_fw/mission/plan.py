@@ -18,8 +18,8 @@ from crazychoir_fw.mission.trajectory import MEMORY_PIECES, end_points, total_du
 from crazychoir_fw.mission.values import did_you_mean
 
 TICKS_PER_SECOND = 1000
-SETTLE_TICKS = 2000
-"""Time after the last phase, in which the drones come to rest."""
+SETTLE_TICKS = 2500
+"""Time after the last phase, in which the drones come to rest; supervisors see a landing 2 s after the last thrust."""
 
 ARMING_TICKS = 500
 """Pause before a second take-off, in which a vehicle that disarms after landing arms again."""

@@ -129,7 +129,7 @@ def test_take_off_overshoots_and_comes_back(platform):
     ground = drone.true_position[2]
     drone.high_level_commander.takeoff(1.0, 2.0)
     times, z = record(world, 14.0, lambda: drone.true_position[2])
-    lift_off = times[np.argmax(z > ground + 0.002)]
+    lift_off = times[np.argmax(z > ground + 0.0005)]
     back = times[np.flatnonzero(np.abs(z - 1.0) > 0.02)[-1]]
     # the brushless takes off with another margin between thrustBase and hover thrust
     assert within(lift_off, 0.55, slack=0.0 if platform == "cf2" else 0.15)
