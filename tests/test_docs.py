@@ -1,0 +1,71 @@
+"""What README and docs promise is executed."""
+
+import os
+import re
+from pathlib import Path
+
+import mujoco
+import pytest
+
+from crazychoir_fw import core
+from crazychoir_fw.mission import load_mission
+from crazychoir_fw.mission.runner import fly
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = [ROOT / "README.md", ROOT / "ARCHITECTURE.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def blocks(page, language):
+    """Return the code blocks of a page in one language."""
+    return re.findall(rf"```{language}\n(.*?)```", page.read_text(), flags=re.S)
+
+
+def all_blocks(language):
+    return [
+        pytest.param(text, id=f"{page.stem}-{number}")
+        for page in PAGES
+        for number, text in enumerate(blocks(page, language))
+    ]
+
+
+@pytest.mark.parametrize("code", all_blocks("python"))
+def test_python_runs_as_printed(code, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "drone.xml").write_text(blocks(ROOT / "docs/plugin.md", "xml")[0])
+    exec(compile(code, "block", "exec"), {"__name__": "__main__"})
+    printed = capsys.readouterr().out
+    assert printed.strip()
+
+
+@pytest.mark.parametrize("text", all_blocks("yaml"))
+def test_missions_fly_as_printed(text, tmp_path):
+    path = tmp_path / "mission.yaml"
+    path.write_text(text)
+    result = fly(load_mission(path))
+    assert result.failures == []
+
+
+@pytest.mark.parametrize("text", all_blocks("xml"))
+def test_models_compile_as_printed(text):
+    assert mujoco.MjModel.from_xml_string(text).nplugin == 1
+
+
+def test_table_of_attributes_is_complete():
+    page = (ROOT / "docs/plugin.md").read_text()
+    for name, (allowed, meaning) in core.attributes().items():
+        cell = allowed.replace("|", "&#124;")
+        assert f"| `{name}` | {cell} | {meaning} |" in page
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_links_within_the_repository_lead_somewhere(page):
+    for target in re.findall(r"\]\((?!https?:)([^)#]+)", page.read_text()):
+        assert (page.parent / target).exists(), f"{page.name}: {target}"
+
+
+def test_paths_named_in_the_map_exist():
+    text = (ROOT / "ARCHITECTURE.md").read_text()
+    named = re.findall(r"`((?:bindings|crazychoir_fw|mujoco_models|tests|firmware|docs)/[\w/.]*)`", text)
+    assert len(named) > 20
+    missing = [path for path in named if not os.path.lexists(ROOT / path)]
+    assert missing == []
