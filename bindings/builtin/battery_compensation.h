@@ -14,6 +14,11 @@ float cf_battery_compensate(const cf_thrust_curve_t *curve, float thrust_command
 // The expensive half: returns the motor voltage [V] of a command, 0 below thrust_min.
 float cf_battery_motor_voltage(const cf_thrust_curve_t *curve, float thrust_command);
 
+// The same for up to CF_MOTORS_AT_ONCE motors, with the same bits and at a fraction of the cost.
+#define CF_MOTORS_AT_ONCE 4
+void cf_battery_motor_voltages(const cf_thrust_curve_t *curve, const float *thrust_commands,
+                               float *motor_voltages, int count);
+
 // The cheap half: returns the duty of a motor voltage [V] at this supply [V].
 float cf_battery_duty(float motor_voltage, float supply_voltage);
 

@@ -1,6 +1,7 @@
 #include "builtin/power_distribution.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #include "api/num.h"
 #include "builtin/battery_compensation.h"
@@ -91,12 +92,15 @@ void cf_power_distribution_update(const cf_power_distribution_t *power, const co
 void cf_power_distribution_compensate(cf_power_distribution_t        *power,
                                       const motors_thrust_uncapped_t *uncapped,
                                       float supply_voltage, motors_thrust_uncapped_t *compensated) {
-  for (int i = 0; i < 4; i++) {
-    const int32_t command = uncapped->list[i];
-    if (command != power->solved_command[i]) {
-      power->solved_command[i] = command;
-      power->solved_voltage[i] = cf_battery_motor_voltage(&power->thrust, (float)command);
+  if (memcmp(uncapped->list, power->solved_command, sizeof power->solved_command) != 0) {
+    float commands[4];
+    for (int i = 0; i < 4; i++) {
+      commands[i] = (float)uncapped->list[i];
     }
+    memcpy(power->solved_command, uncapped->list, sizeof power->solved_command);
+    cf_battery_motor_voltages(&power->thrust, commands, power->solved_voltage, 4);
+  }
+  for (int i = 0; i < 4; i++) {
     compensated->list[i] = cf_to_int32(cf_battery_duty(power->solved_voltage[i], supply_voltage));
   }
 }

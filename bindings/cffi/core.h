@@ -16,6 +16,7 @@
 #include "builtin/attitude_controller.h"
 #include "builtin/battery_compensation.h"
 #include "builtin/controller_pid.h"
+#include "builtin/cube_root.h"
 #include "builtin/fast_math.h"
 #include "builtin/kalman/kalman.h"
 #include "builtin/kalman/mm_flow.h"

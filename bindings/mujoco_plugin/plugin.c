@@ -398,7 +398,8 @@ int cf_plugin_register(const char *libmujoco_path) {
   if (cf_mujoco_api_find(&mj, libmujoco_path) != 0) {
     return -1;
   }
-  if (mj.version() != mjVERSION_HEADER) {
+  // patch releases keep the layout of mjModel and mjData
+  if (mj.version() / 1000 != mjVERSION_HEADER / 1000) {
     return -2;
   }
   for (int i = 0; i < cf_attribute_count(); i++) {
