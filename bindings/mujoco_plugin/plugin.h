@@ -9,7 +9,7 @@
 
 // Registers the plugin with the MuJoCo library at this path, which must already be loaded. Returns
 // 0, or -1 when the library or one of its functions is not found, or -2 when it is of another
-// version than the headers this was built with.
+// minor version than the headers this was built with.
 int cf_plugin_register(const char *libmujoco_path);
 
 // Version of the MuJoCo headers this was built with, e.g. 4000000.

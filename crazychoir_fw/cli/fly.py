@@ -26,7 +26,7 @@ def fly(
     out: Annotated[Path | None, typer.Option(help="Output folder.  [default: out/<mission name>]")] = None,
     seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
     provider: Annotated[str | None, typer.Option(help="Provider of the onboard software.")] = None,
-    threads: Annotated[int | None, typer.Option(min=1, max=1024, help="Worker threads.")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,
 ) -> None:
     """Fly a mission in simulation and report on every drone."""
     from crazychoir_fw.errors import CrazychoirError
@@ -91,7 +91,8 @@ def _fly(mission: "Mission", threads: int | None, view: bool, fps: int) -> "Flig
             if show is not None:
                 show(world, progress)
 
-        return fly_mission(mission, threads=threads, frames_per_second=fps, observe=observe)
+        visuals = view or fps > 0
+        return fly_mission(mission, threads=threads, visuals=visuals, frames_per_second=fps, observe=observe)
 
 
 def _write(result: "FlightResult", folder: Path, no_video_because: str | None) -> None:

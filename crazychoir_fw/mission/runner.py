@@ -77,6 +77,7 @@ Observer = Callable[["World", Progress], None]
 def fly(
     mission: Mission,
     threads: int | None = None,
+    visuals: bool = True,
     frames_per_second: int = 0,
     observe: Observer | None = None,
 ) -> FlightResult:
@@ -85,6 +86,7 @@ def fly(
     Args:
         mission: What to fly.
         threads: Worker threads of the world; None lets the world choose.
+        visuals: Whether the drones can be seen, in a film or a window; the flight is the same.
         frames_per_second: Rate of the frames kept for a video (Hz, simulated); 0 keeps none.
         observe: Called with the world at every sample of the log, to show progress or to pace the flight.
 
@@ -94,17 +96,17 @@ def fly(
     from crazychoir_fw.simulation import FlightRecorder
 
     plan = plan_flight(mission)
-    world = build_world(mission, threads)
+    world = build_world(mission, threads, visuals)
     recorder = FlightRecorder(world, rate_hz=LOG_RATE)
     return Flight(mission, plan, world, recorder, Film(frames_per_second), observe).run()
 
 
-def build_world(mission: Mission, threads: int | None = None) -> "World":
+def build_world(mission: Mission, threads: int | None = None, visuals: bool = True) -> "World":
     """Return the world of a mission with its drones on the floor."""
     from crazychoir_fw.simulation import DroneConfig, World
 
     drones = [DroneConfig(**asdict(drone)) for drone in mission.fleet]
-    return World(drones, scene=mission.scene, seed=mission.seed, threads=threads)
+    return World(drones, scene=mission.scene, seed=mission.seed, threads=threads, visuals=visuals)
 
 
 class Flight:

@@ -126,14 +126,14 @@ def test_commands_arrive_at_their_ticks_counted_from_ready(hop):
     assert result.success
     assert result.failures == []
     assert calls_of(setup) == calls_of(setup, drone=1) == [(0, "takeoff"), (5000, "land")]
-    assert result.summary["sim_seconds"] == READY_AT + 9.0
+    assert result.summary["sim_seconds"] == READY_AT + 9.5
     assert result.summary["drones"][0]["hover_thrust_percent"] == 50.0
 
 
 def test_log_has_a_sample_every_10_ms_and_says_what_was_flown(hop):
     result = Setup(hop).run()
     np.testing.assert_allclose(np.diff(result.log.time), 0.01)
-    assert len(result.log.time) == 901
+    assert len(result.log.time) == 951
     assert result.log.metadata["mission"] == "hop"
 
 
@@ -149,14 +149,14 @@ def test_trajectory_is_uploaded_before_the_flight_and_started_in_it(hop):
 def test_film_has_its_own_rate(hop):
     setup = Setup(hop, fps=30)
     result = setup.run()
-    assert len(result.film.times) == len(result.film.qpos) == 9 * 30 + 1
+    assert len(result.film.times) == len(result.film.qpos) == int(9.5 * 30) + 1
     assert np.diff(result.film.times) == pytest.approx(1 / 30, abs=0.0011)
 
 
 def test_observer_sees_the_flight_advance(hop):
     seen = []
     Setup(hop, observe=lambda world, progress: seen.append(progress.sim_seconds)).run()
-    assert seen == pytest.approx(np.arange(0, 9.005, 0.01))
+    assert seen == pytest.approx(np.arange(0, 9.505, 0.01))
 
 
 @pytest.mark.parametrize(
