@@ -22,7 +22,7 @@ void cf_battery_motor_voltages(const cf_thrust_curve_t *curve, const float *thru
   const float rp2 = r - p * p;
 
   float thrusts[CF_MOTORS_AT_ONCE];
-  float terms[2 * CF_MOTORS_AT_ONCE];
+  float terms[2 * CF_MOTORS_AT_ONCE] = {0};
   for (int i = 0; i < count; i++) {
     const float F    = thrust_commands[i] / FULL_COMMAND * curve->thrust_max;
     const float q    = p * p * p + (c2 * c1 - 3.0f * c3 * (c0 - F)) / (6.0f * c3 * c3);
