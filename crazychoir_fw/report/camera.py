@@ -51,7 +51,8 @@ class CameraPath:
         nearer = radius * np.cos(tilt) + self.half_height[frame] * np.sin(tilt)
         camera.type = mujoco.mjtCamera.mjCAMERA_FREE
         camera.lookat[:] = self.center[frame]
-        camera.distance = max(radius / np.sin(sideward), rise / np.tan(upward) + nearer)
+        wide = radius / np.sin(sideward) + self.half_height[frame] * np.sin(tilt)
+        camera.distance = max(wide, rise / np.tan(upward) + nearer)
         camera.azimuth = self.azimuth_deg[frame]
         camera.elevation = _ELEVATION_DEG
 

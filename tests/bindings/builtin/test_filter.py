@@ -75,7 +75,7 @@ def test_init_without_cutoff_changes_nothing(cutoff):
 
 
 def test_init_accepts_a_null_filter():
-    lib.lpf2pInit(ffi.NULL, 100.0, 20.0)
+    assert lib.lpf2pInit(ffi.NULL, 100.0, 20.0) is None
 
 
 def test_setting_the_cutoff_clears_the_memory():
