@@ -5,6 +5,8 @@
 #ifndef CF_MUJOCO_PLUGIN_PLUGIN_H
 #define CF_MUJOCO_PLUGIN_PLUGIN_H
 
+#include <stdint.h>
+
 #include "crazyflie.h"
 
 // Registers the plugin with the MuJoCo library at this path, which must already be loaded. Returns
@@ -14,6 +16,11 @@ int cf_plugin_register(const char *libmujoco_path);
 
 // Version of the MuJoCo headers this was built with, e.g. 4000000.
 int cf_plugin_mujoco_version(void);
+
+// Lets the ticks of a swarm run beside the first half of the next step. Between on and off, which
+// must be calls of one thread, nobody else may touch this mjData; afterwards everything is up to
+// date. Takes the addresses of mjModel and mjData; does nothing when there is no Crazyflie in them.
+void cf_plugin_overlap(uintptr_t model, uintptr_t data, int is_overlapping);
 
 // Nanoseconds spent so far in [0] onboard software and [1] vehicles (sensors, motors and wrenches),
 // summed over threads, when timing is on. Timing is off at first and never influences the

@@ -117,14 +117,17 @@ static void bind(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model
 swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot) {
   swarm_t *swarm  = calloc(1, sizeof *swarm);
   drone_t *drones = calloc((size_t)model->nplugin, sizeof *drones);
-  if (swarm == NULL || drones == NULL) {
+  work_t  *work   = calloc((size_t)model->nplugin, sizeof *work);
+  if (swarm == NULL || drones == NULL || work == NULL) {
     free(swarm);
     free(drones);
+    free(work);
     mj->error("crazyflie: out of memory");
     return NULL;
   }
 
   swarm->drones = drones;
+  swarm->work   = work;
   for (int instance = 0; instance < model->nplugin; instance++) {
     if (model->plugin[instance] == slot) {
       drone_t *drone       = &drones[swarm->count];
@@ -140,6 +143,7 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot)
 
 void cf_swarm_free(swarm_t *swarm) {
   free(swarm->drones);
+  free(swarm->work);
   free(swarm);
 }
 

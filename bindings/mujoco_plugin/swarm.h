@@ -23,11 +23,27 @@ typedef struct {
   double inverse_inertia[9];  // [1/(kg m^2)]
 } drone_t;
 
+// What a drone's ticks start from and what they lead to. Not state: it is made anew in every step.
+typedef struct {
+  double      coordinates[13];  // pose (7) and twist (6) that the rest belongs to
+  cf_motion_t motion;
+  double      force[6];  // generalized, at the free joint
+} work_t;
+
 struct swarm_s {
   int      references;
   int      count;
   int      last_instance;  // works for all
   drone_t *drones;
+  work_t  *work;
+
+  // the ticks after the last step, see ticks.h
+  const mjModel *model;
+  mjData        *data;
+  int            ticks;
+  bool           is_overlapping;
+  bool           is_pending;  // handed to the thread pool, not yet finished
+  bool           has_forces;  // work[].force is that of work[].coordinates
 };
 
 // Finds every drone of the model and reads its attributes. Ends in mju_error with one sentence when

@@ -3,7 +3,7 @@
 #include <pthread.h>
 #include <sched.h>
 #include <stdatomic.h>
-#include <stdbool.h>
+#include <stdint.h>
 
 // The next loop follows when the physics of a step is done, tens to hundreds of microseconds later.
 // Waking a sleeping thread takes as long, so a waiting one looks about a millisecond before it
@@ -23,7 +23,7 @@ typedef struct {
   void (*body)(void *context, int begin, int end);
   void *context;
   int   count;
-  int   parts;
+  int   grain;
 } loop_t;
 
 // The pool belongs to the process, not to a drone: this is the only mutable state of the C side
@@ -36,6 +36,7 @@ static struct {
   int             threads;
   bool            is_stopping;
   loop_t          loop;
+  atomic_int      next;        // first item of the loop that nobody has taken yet
   atomic_uint     generation;  // counts loops; workers wait for a change
   atomic_int      unfinished;  // workers still busy with the present loop
 } pool = {.turn    = PTHREAD_MUTEX_INITIALIZER,
@@ -43,11 +44,15 @@ static struct {
           .wake    = PTHREAD_COND_INITIALIZER,
           .threads = 1};
 
-static void run_part(const loop_t *loop, int part) {
-  const int begin = (int)((long)loop->count * part / loop->parts);
-  const int end   = (int)((long)loop->count * (part + 1) / loop->parts);
-  if (begin < end) {
-    loop->body(loop->context, begin, end);
+static void take_parts(void) {
+  const loop_t loop = pool.loop;
+  for (;;) {
+    const int begin = atomic_fetch_add_explicit(&pool.next, loop.grain, memory_order_relaxed);
+    if (begin >= loop.count) {
+      return;
+    }
+    const int end = begin + loop.grain;
+    loop.body(loop.context, begin, end < loop.count ? end : loop.count);
   }
 }
 
@@ -67,25 +72,14 @@ static unsigned wait_for_change(unsigned seen) {
   return atomic_load(&pool.generation);
 }
 
-typedef struct {
-  int      part;
-  unsigned generation;
-} worker_start_t;
-
-static worker_start_t starts[CF_MAX_THREADS];
-
-static void *work(void *argument) {
-  const worker_start_t *start = argument;
-  const int             part  = start->part;
-  unsigned              seen  = start->generation;
+static void *work(void *generation_at_start) {
+  unsigned seen = (unsigned)(uintptr_t)generation_at_start;
   for (;;) {
     seen = wait_for_change(seen);
     if (pool.is_stopping) {
       return NULL;
     }
-    if (part < pool.loop.parts) {
-      run_part(&pool.loop, part);
-    }
+    take_parts();
     atomic_fetch_sub_explicit(&pool.unfinished, 1, memory_order_release);
   }
 }
@@ -131,8 +125,8 @@ int cf_threads_set(int count) {
     }
     stop_workers();
     for (int i = 1; i < count; i++) {
-      starts[i] = (worker_start_t){.part = i, .generation = atomic_load(&pool.generation)};
-      if (pthread_create(&pool.workers[i], NULL, work, &starts[i]) != 0) {
+      void *generation = (void *)(uintptr_t)atomic_load(&pool.generation);
+      if (pthread_create(&pool.workers[i], NULL, work, generation) != 0) {
         break;  // fewer threads than asked for: the loop still covers everything
       }
       pool.threads = i + 1;
@@ -147,21 +141,20 @@ int cf_threads_get(void) {
   return pool.threads;
 }
 
-void cf_parallel_for(int count, int grain, void (*body)(void *context, int begin, int end),
-                     void *context) {
-  if (pool.threads == 1 || count < 2 * grain) {
-    body(context, 0, count);
-    return;
+bool cf_loop_start(int count, int grain, void (*body)(void *context, int begin, int end),
+                   void *context) {
+  if (pool.threads == 1 || count < 2 * grain || pthread_mutex_trylock(&pool.turn) != 0) {
+    return false;
   }
-
-  pthread_mutex_lock(&pool.turn);
-  const int wanted = count / grain;
-  const int parts  = wanted < pool.threads ? wanted : pool.threads;
-  pool.loop        = (loop_t){.body = body, .context = context, .count = count, .parts = parts};
+  pool.loop = (loop_t){.body = body, .context = context, .count = count, .grain = grain};
+  atomic_store(&pool.next, 0);
   atomic_store(&pool.unfinished, pool.threads - 1);
   announce();
+  return true;
+}
 
-  run_part(&pool.loop, 0);
+void cf_loop_finish(void) {
+  take_parts();
   for (int spins = 0; atomic_load_explicit(&pool.unfinished, memory_order_acquire) > 0; spins++) {
     relax();
     if (spins > SPINS_BEFORE_YIELD) {
@@ -169,4 +162,13 @@ void cf_parallel_for(int count, int grain, void (*body)(void *context, int begin
     }
   }
   pthread_mutex_unlock(&pool.turn);
+}
+
+void cf_parallel_for(int count, int grain, void (*body)(void *context, int begin, int end),
+                     void *context) {
+  if (cf_loop_start(count, grain, body, context)) {
+    cf_loop_finish();
+  } else {
+    body(context, 0, count);
+  }
 }

@@ -2,6 +2,8 @@
 #ifndef CF_MUJOCO_PLUGIN_THREAD_POOL_H
 #define CF_MUJOCO_PLUGIN_THREAD_POOL_H
 
+#include <stdbool.h>
+
 #define CF_MAX_THREADS 64
 
 // Sets how many threads share a loop, the calling one included. Returns the number in force: at
@@ -11,8 +13,17 @@ int cf_threads_set(int count);
 // Number of threads in force.
 int cf_threads_get(void);
 
-// Calls body(context, begin, end) on parts that cover [0, count), and returns when all are done.
-// Concurrent callers take turns. Parts of fewer than `grain` items are not split further.
+// Shares body(context, begin, end) among the threads, in parts of `grain` items that cover [0,
+// count), and returns at once. Returns false, and does nothing, when there is only one thread,
+// little work, or another loop under way. Every start that returned true is followed by a finish of
+// the same thread.
+bool cf_loop_start(int count, int grain, void (*body)(void *context, int begin, int end),
+                   void *context);
+
+// Helps with what is left of the loop and returns when all of it is done.
+void cf_loop_finish(void);
+
+// Both at once; without help the caller does everything itself.
 void cf_parallel_for(int count, int grain, void (*body)(void *context, int begin, int end),
                      void *context);
 

@@ -71,7 +71,12 @@ class World:
 
     def step(self, n_ticks: int = 1) -> None:
         """Advance by whole milliseconds."""
-        mujoco.mj_step(self.model, self.data, nstep=n_ticks * self._steps_per_tick // self._ticks_per_step)
+        model, data = self.model._address, self.data._address
+        lib.cf_plugin_overlap(model, data, True)
+        try:
+            mujoco.mj_step(self.model, self.data, nstep=n_ticks * self._steps_per_tick // self._ticks_per_step)
+        finally:
+            lib.cf_plugin_overlap(model, data, False)
 
     def run(self, seconds: float) -> None:
         """Advance by seconds, rounded to whole milliseconds."""

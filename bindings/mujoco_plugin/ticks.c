@@ -1,0 +1,172 @@
+#include "mujoco_plugin/ticks.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "mujoco_plugin/forces.h"
+#include "mujoco_plugin/motion.h"
+#include "mujoco_plugin/thread_pool.h"
+#include "mujoco_plugin/timing.h"
+
+#define TICKS_PER_SECOND 1000.0
+#define BLOCK 8  // drones that go through each part of a tick together, so that it can be timed
+
+static const double *rates_of(const work_t *work) {
+  return work->coordinates + 10;  // behind pose (7) and velocity (3)
+}
+
+static void copy_coordinates(const drone_t *drone, const mjData *data, double out[13]) {
+  memcpy(out, data->qpos + drone->qpos_address, 7 * sizeof *out);
+  memcpy(out + 7, data->qvel + drone->dof_address, 6 * sizeof *out);
+}
+
+// Drones that a thread takes at a time: a block, or less where that would leave a thread without
+// work.
+static int grain_of(const swarm_t *swarm) {
+  return swarm->count >= 4 * BLOCK ? BLOCK : BLOCK / 2;
+}
+
+// ------------------------------------------------------------------------------------- one part
+
+static void sample_part(void *context, int begin, int end) {
+  const swarm_t *swarm   = context;
+  const double   elapsed = swarm->ticks / TICKS_PER_SECOND;
+  for (int i = begin; i < end; i++) {
+    cf_motion_sample(&swarm->drones[i], swarm->model, swarm->data, elapsed, &swarm->work[i].motion);
+  }
+}
+
+static void tick_block(const swarm_t *swarm, int begin, int end) {
+  cf_hardware_t  hardware[BLOCK];
+  const uint64_t start = cf_timer_start();
+  for (int i = begin; i < end; i++) {
+    cf_t *cf = cf_state_of(&swarm->drones[i], swarm->data);
+    cf_sense(cf, &swarm->work[i].motion, &hardware[i - begin]);
+  }
+  const uint64_t sensed = cf_timer_add(TIME_VEHICLE, start);
+  for (int i = begin; i < end; i++) {
+    cf_think(cf_state_of(&swarm->drones[i], swarm->data), &hardware[i - begin]);
+  }
+  const uint64_t thought = cf_timer_add(TIME_ONBOARD, sensed);
+  for (int i = begin; i < end; i++) {
+    cf_actuate(cf_state_of(&swarm->drones[i], swarm->data));
+  }
+  cf_timer_add(TIME_VEHICLE, thought);
+}
+
+static void tick_part(void *context, int begin, int end) {
+  const swarm_t *swarm = context;
+  for (int first = begin; first < end; first += BLOCK) {
+    const int last = first + BLOCK < end ? first + BLOCK : end;
+    for (int tick = 0; tick < swarm->ticks; tick++) {
+      tick_block(swarm, first, last);
+    }
+  }
+}
+
+static void sample_and_tick_part(void *context, int begin, int end) {
+  sample_part(context, begin, end);
+  tick_part(context, begin, end);
+}
+
+// Beside the ticks, the forces that the next step will ask for: the rotors are still in the cache.
+static void tick_and_push_part(void *context, int begin, int end) {
+  const swarm_t *swarm = context;
+  tick_part(context, begin, end);
+  for (int i = begin; i < end; i++) {
+    work_t *work = &swarm->work[i];
+    cf_forces_of(swarm->model, &swarm->drones[i], cf_state_of(&swarm->drones[i], swarm->data),
+                 &work->motion, rates_of(work), work->force);
+  }
+}
+
+// ------------------------------------------------------------------------------------ the swarm
+
+static void finish(swarm_t *swarm) {
+  if (swarm->is_pending) {
+    cf_loop_finish();
+    swarm->is_pending = false;
+  }
+}
+
+void cf_ticks_overlap(swarm_t *swarm, bool is_overlapping) {
+  finish(swarm);
+  swarm->is_overlapping = is_overlapping;
+  swarm->has_forces     = false;
+}
+
+// Ticks that fall into the step that just ended. MuJoCo has already advanced the time.
+static int ticks_due(const mjModel *model, const mjData *data) {
+  const double now    = floor(data->time * TICKS_PER_SECOND + 1e-3);
+  const double before = floor((data->time - model->opt.timestep) * TICKS_PER_SECOND + 1e-3);
+  return (int)(now - before);
+}
+
+void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
+  finish(swarm);
+  swarm->has_forces = false;
+  swarm->model      = model;
+  swarm->data       = data;
+  swarm->ticks      = ticks_due(model, data);
+  if (swarm->ticks < 1) {
+    return;
+  }
+  if (!swarm->is_overlapping) {
+    cf_parallel_for(swarm->count, grain_of(swarm), sample_and_tick_part, swarm);
+    return;
+  }
+
+  // the threads see only what is sampled here: MuJoCo goes on with qpos and qvel
+  sample_part(swarm, 0, swarm->count);
+  for (int i = 0; i < swarm->count; i++) {
+    copy_coordinates(&swarm->drones[i], data, swarm->work[i].coordinates);
+  }
+  swarm->is_pending = cf_loop_start(swarm->count, grain_of(swarm), tick_and_push_part, swarm);
+  if (!swarm->is_pending) {
+    tick_and_push_part(swarm, 0, swarm->count);
+  }
+  swarm->has_forces = true;
+}
+
+static void add_forces(const mjModel *model, mjData *data, const swarm_t *swarm, int i) {
+  const drone_t *drone = &swarm->drones[i];
+  const work_t  *work  = &swarm->work[i];
+  work_t         now;
+  copy_coordinates(drone, data, now.coordinates);
+  const double *force = work->force;
+  if (!swarm->has_forces ||
+      memcmp(now.coordinates, work->coordinates, sizeof now.coordinates) != 0) {
+    cf_motion_of(drone, data, &now.motion);
+    cf_forces_of(model, drone, cf_state_of(drone, data), &now.motion, rates_of(&now), now.force);
+    force = now.force;
+  }
+  for (int k = 0; k < 6; k++) {
+    data->qfrc_passive[drone->dof_address + k] += force[k];
+  }
+}
+
+typedef struct {
+  const mjModel *model;
+  mjData        *data;
+  const swarm_t *swarm;
+} compute_t;
+
+static void compute_part(void *context, int begin, int end) {
+  const compute_t *job   = context;
+  const uint64_t   start = cf_timer_start();
+  for (int i = begin; i < end; i++) {
+    add_forces(job->model, job->data, job->swarm, i);
+  }
+  cf_timer_add(TIME_VEHICLE, start);
+}
+
+void cf_ticks_compute(const mjModel *model, mjData *data, swarm_t *swarm) {
+  finish(swarm);
+  compute_t job = {.model = model, .data = data, .swarm = swarm};
+  if (swarm->has_forces) {
+    compute_part(&job, 0, swarm->count);  // only sums are left
+  } else {
+    // cheap, but each drone is still in the cache of the thread that ticked it
+    cf_parallel_for(swarm->count, grain_of(swarm), compute_part, &job);
+  }
+}
