@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,9 +15,6 @@ from crazychoir_fw.simulation.builder import body_addresses
 from crazychoir_fw.simulation.clients import Commander, HighLevelCommander, Log, Param
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.variables import log_table, parameter_table
-
-if TYPE_CHECKING:
-    from crazychoir_fw.simulation.world import World
 
 
 class DroneSnapshot:
@@ -29,18 +27,18 @@ class DroneSnapshot:
 
 
 class Drone:
-    """A handle of one drone; its memory belongs to the world's `mjData`."""
+    """A handle of one drone; its memory belongs to the `mjData` of its world."""
 
-    def __init__(self, world: World, config: DroneConfig) -> None:
-        self._world = world  # keeps the memory alive
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, config: DroneConfig) -> None:
+        self._data = data  # keeps the memory alive
         self.config = config
         self.id = config.id
-        qpos, qvel, state = body_addresses(world.model, config.id)
+        qpos, qvel, state = body_addresses(model, config.id)
         self.qpos_address = qpos
         size = lib.cf_state_bytes()
-        self._qpos = world.data.qpos[qpos : qpos + 7]
-        self._qvel = world.data.qvel[qvel : qvel + 6]
-        self.memory: NDArray[np.uint8] = world.data.plugin_state[state : state + size // 8].view(np.uint8)
+        self._qpos = data.qpos[qpos : qpos + 7]
+        self._qvel = data.qvel[qvel : qvel + 6]
+        self.memory: NDArray[np.uint8] = data.plugin_state[state : state + size // 8].view(np.uint8)
         self._cf: Any = struct_view("cf_t", address_of(self.memory))
 
         provider = self._cf.config.provider

@@ -51,7 +51,7 @@ class World:
         self.model = build_model(drones, scene, seed, visuals)
         self.data = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)
-        self.drones = tuple(Drone(self, config) for config in drones)
+        self.drones = tuple(Drone(self.model, self.data, config) for config in drones)
         self._by_id = {drone.id: drone for drone in self.drones}
         self._steps_per_tick = max(1, round(0.001 / self.model.opt.timestep))
         self._ticks_per_step = max(1, round(self.model.opt.timestep / 0.001))
