@@ -1,14 +1,9 @@
 """Worlds that the tests of the simulation share."""
 
 import pytest
+from worlds import make_world
 
-from crazychoir_fw.simulation import DroneConfig, World, set_threads
-
-
-def make_world(count=1, **options):
-    """Return a world with drones half a meter apart."""
-    places = [(0.5 * i, 0.0) for i in range(count)]
-    return World([DroneConfig(f"cf{i + 1}", place) for i, place in enumerate(places)], **options)
+from crazychoir_fw.simulation import set_threads
 
 
 @pytest.fixture

@@ -44,7 +44,7 @@ def test_take_off_while_flying_is_refused_in_words(ready_world):
 
 
 def test_command_before_the_drone_is_ready_is_refused_in_words():
-    from conftest import make_world
+    from worlds import make_world
 
     world = make_world()
     world.run(1.6)

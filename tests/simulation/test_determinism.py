@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from conftest import make_world
+from worlds import make_world
 
 from crazychoir_fw.simulation import set_threads
 

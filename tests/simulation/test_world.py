@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from conftest import make_world
+from worlds import make_world
 
 from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
 from crazychoir_fw.simulation import DroneConfig, World, set_threads
