@@ -103,24 +103,31 @@ def _ros_distribution() -> str | None:
     return os.environ.get("ROS_DISTRO", "wheels") if importlib.util.find_spec("rclpy") else None
 
 
+def identity() -> dict[str, str]:
+    """Return what flew, for logs and reports: version, compiler and flags of the core, MuJoCo."""
+    return {
+        "version": __version__,
+        "compiler": ffi.string(lib.cf_build_compiler()).decode(),
+        "flags": ffi.string(lib.cf_build_flags()).decode(),
+        "mujoco": mujoco.__version__,
+    }
+
+
 def info() -> dict[str, Any]:
     """Return what this installation is: versions, build flags, providers and the size of a drone."""
     from crazychoir_fw.variables import log_table, parameter_table
 
     return {
-        "version": __version__,
+        **identity(),
         "provider": providers()[0],
         "providers": providers(),
         "firmware": _firmware_checkout(),
         "platform": f"{host.system()} {host.machine()}",
-        "compiler": ffi.string(lib.cf_build_compiler()).decode(),
-        "flags": ffi.string(lib.cf_build_flags()).decode(),
         "controllers": choices("controller"),
         "estimators": choices("estimator"),
         "parameters": len(parameter_table()),
         "logs": len(log_table()),
         "state_bytes": lib.cf_state_bytes(),
-        "mujoco": mujoco.__version__,
         "ros": _ros_distribution(),
         "python": host.python_version(),
     }

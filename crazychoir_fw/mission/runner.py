@@ -141,9 +141,7 @@ class Flight:
             self._recorder.sample()
         wall_seconds = time.perf_counter() - wall_start
 
-        log = self._recorder.finish(
-            {"mission": self._mission.name, "seed": self._mission.seed, "description": self._mission.description}
-        )
+        log = self._recorder.finish({"mission": self._mission.name, "description": self._mission.description})
         if not self._failures:
             self._failures = judge(self._mission, self._plan, log, start)
         summary = summarize(self._mission, self._plan, self._world, log, start, wall_seconds, self._failures)

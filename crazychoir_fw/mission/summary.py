@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.core import identity
 from crazychoir_fw.mission.plan import TICKS_PER_SECOND, FlightPlan
 from crazychoir_fw.mission.schema import Mission
 
@@ -97,6 +98,7 @@ def summarize(
         "wall_seconds": _rounded(wall_seconds),
         "real_time_factor": _rounded(world.time / wall_seconds if wall_seconds > 0 else math.nan),
         "drones": drones,
+        "build": identity(),
     }
 
 

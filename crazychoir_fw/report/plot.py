@@ -166,6 +166,7 @@ def _draw_from_above(
     for low, high, set_limits in ((*axes.get_xlim(), axes.set_xlim), (*axes.get_ylim(), axes.set_ylim)):
         if high - low < 0.4:
             set_limits((low + high) / 2.0 - 0.2, (low + high) / 2.0 + 0.2)
+    axes.set_autoscale_on(True)  # limits that are set are fixed, and matplotlib warns when it has to widen those
     axes.set_aspect("equal", adjustable="datalim")
 
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
+from crazychoir_fw.core import identity
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.report.flight_log import FlightLog
 from crazychoir_fw.simulation.world import TICKS_PER_SECOND, World
@@ -71,15 +72,19 @@ class FlightRecorder:
         return np.array(self._times)
 
     def finish(self, metadata: Mapping[str, Any] | None = None) -> FlightLog:
-        """Return everything recorded so far."""
+        """Return everything recorded so far; the metadata also says what flew, how it was built, and the seed."""
         signals = {name: np.array(samples) for name, samples in self._samples.items()}
         signals.update(self._true_motion())
         return FlightLog(
             time=self.times,
             drone_ids=[drone.id for drone in self._world.drones],
             signals=signals,
-            metadata=dict(metadata or {}),
+            metadata={**self._provenance(), **(metadata or {})},
         )
+
+    def _provenance(self) -> dict[str, Any]:
+        drones = {d.id: {"provider": d.config.provider, "platform": d.config.platform} for d in self._world.drones}
+        return {**identity(), "scene": self._world.scene, "seed": self._world.seed, "drones": drones}
 
     def _true_motion(self) -> dict[str, NDArray[np.float32]]:
         addresses = [drone.qpos_address for drone in self._world.drones]

@@ -31,6 +31,18 @@ def test_log_holds_every_signal_of_every_drone():
     assert recorder.qpos.shape == (50, world.model.nq)
 
 
+def test_log_says_what_flew_and_how_it_was_built():
+    world = make_world(2, seed=9)
+    recorder = FlightRecorder(world)
+    recorder.run(0.1)
+    metadata = recorder.finish({"mission": "test"}).metadata
+    assert metadata["mission"] == "test"
+    assert metadata["seed"] == 9
+    assert metadata["drones"]["cf2"] == {"provider": "builtin", "platform": "cf2"}
+    assert "-ffp-contract=off" in metadata["flags"]
+    assert metadata["version"] and metadata["compiler"] and metadata["mujoco"]
+
+
 def test_rate_must_divide_a_thousand():
     with pytest.raises(RangeError, match="rate_hz is 300"):
         FlightRecorder(make_world(), rate_hz=300)
