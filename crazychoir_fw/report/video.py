@@ -16,7 +16,7 @@ from crazychoir_fw.report.renderer import Renderer
 from crazychoir_fw.report.replacing import replacing
 from crazychoir_fw.report.trails import Trails
 
-__all__ = ["RenderingError", "VideoWriter", "film_flight", "rendering_available"]
+__all__ = ["RenderingError", "VideoWriter", "film_flight", "picture", "rendering_available"]
 
 
 class VideoWriter:
@@ -155,6 +155,43 @@ def film_flight(
             film.write(renderer.draw())
             if progress is not None:
                 progress(frame + 1, count)
+
+
+def picture(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    positions: NDArray[np.float64],
+    *,
+    camera: str = "follow",
+    width: int = 960,
+    height: int = 540,
+) -> NDArray[np.uint8]:
+    """Draw one instant of a world.
+
+    Args:
+        model: The world.
+        data: Its state; kinematics must be up to date, as after a step.
+        positions: Where the drones are (m, world frame), shape (N, 3): what `follow` looks at.
+        camera: `follow`, or the name of a camera of the model.
+        width: Width of the picture (pixels).
+        height: Height of the picture (pixels).
+
+    Returns:
+        The picture, shape (height, width, 3).
+
+    Raises:
+        RenderingError: If there is no OpenGL on this machine.
+        ValueError: If there is no such camera.
+    """
+    view = _named_camera(model, camera)
+    shot = follow(positions[None], np.zeros(1))
+    with Renderer(model, width, height) as renderer:
+        if view is None:
+            view = mujoco.MjvCamera()
+            shot.place(view, 0, fovy_deg=model.vis.global_.fovy, aspect=width / height)
+        renderer.update(data, view)
+        _move_shadows(renderer, shot, 0)
+        return renderer.draw().copy()
 
 
 def resample(

@@ -126,15 +126,22 @@ class World:
             raise RangeError(f"snapshot of shape {snapshot.shape} belongs to another world")
         mujoco.mj_setState(self.model, self.data, snapshot, spec)
 
-    def render(
-        self, width: int = 1280, height: int = 720, camera: str | int | mujoco.MjvCamera = -1
-    ) -> NDArray[np.uint8]:
-        """Return a picture of the world, shape (height, width, 3). Needs OpenGL (see `report.video`)."""
-        self.model.vis.global_.offwidth = max(width, self.model.vis.global_.offwidth)
-        self.model.vis.global_.offheight = max(height, self.model.vis.global_.offheight)
-        with mujoco.Renderer(self.model, height=height, width=width) as renderer:
-            renderer.update_scene(self.data, camera=camera)
-            return renderer.render()
+    def render(self, width: int = 960, height: int = 540, camera: str = "follow") -> NDArray[np.uint8]:
+        """Return a picture of the present instant, shape (height, width, 3).
+
+        Args:
+            width: Width of the picture (pixels).
+            height: Height of the picture (pixels).
+            camera: ``follow`` sees all drones; else the name of a camera of the model.
+
+        Raises:
+            RenderingError: If there is no OpenGL on this machine.
+            ValueError: If there is no such camera.
+        """
+        # drawing is for those who look: importing it takes longer than a flight
+        from crazychoir_fw.report.video import picture
+
+        return picture(self.model, self.data, self.positions(), camera=camera, width=width, height=height)
 
 
 def set_threads(count: int) -> int:

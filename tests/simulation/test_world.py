@@ -3,6 +3,7 @@ import pytest
 from worlds import make_world
 
 from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.report.video import RenderingError, rendering_available
 from crazychoir_fw.simulation import DroneConfig, World, set_threads
 
 
@@ -153,3 +154,20 @@ def test_motion_without_bounds_stops_one_drone_only():
 def test_representation_tells_what_one_holds(ready_world):
     assert "1 drones" in repr(ready_world)
     assert "Ready to fly" in repr(ready_world.drones[0])
+
+
+@pytest.mark.parametrize("camera", ["follow", "overview"])
+def test_world_draws_itself_or_says_why_not(ready_world, camera):
+    """Without OpenGL on the machine, the promise is a clear error."""
+    if rendering_available() is not None:
+        with pytest.raises(RenderingError):
+            ready_world.render(camera=camera)
+        return
+    picture = ready_world.render(320, 180, camera=camera)
+    assert picture.shape == (180, 320, 3)
+    assert picture.std() > 5
+
+
+def test_unknown_camera_is_refused(ready_world):
+    with pytest.raises(ValueError, match="no camera 'eye'; there are follow, overview, track"):
+        ready_world.render(camera="eye")
