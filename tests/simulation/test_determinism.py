@@ -66,6 +66,17 @@ def test_snapshot_may_be_restored_into_a_world_built_anew(reference):
     assert fly(other, 40) == reference
 
 
+@pytest.mark.parametrize("tenths", [14, 40])
+def test_snapshot_may_be_restored_while_the_drones_rest_or_fly(reference, tenths):
+    """From a snapshot on the floor into a world that flies, and the other way round."""
+    world = make_world(8, seed=7)
+    fly(world, 0, tenths)
+    other = make_world(8, seed=7)
+    fly(other, 0, 54 - tenths)
+    other.restore(world.snapshot())
+    assert fly(other, tenths) == reference
+
+
 def test_reset_world_flies_the_same_flight(reference):
     world = make_world(8, seed=7)
     fly(world, 0, 30)
