@@ -70,7 +70,13 @@ class World:
         return float(self.data.time)
 
     def step(self, n_ticks: int = 1) -> None:
-        """Advance by whole milliseconds."""
+        """Advance by whole milliseconds.
+
+        Raises:
+            RangeError: If that is no whole number of the scene's time steps.
+        """
+        if n_ticks < 0 or n_ticks % self._ticks_per_step:
+            raise RangeError(f"step({n_ticks}): allowed: 0 or more ticks, a multiple of {self._ticks_per_step}")
         model, data = self.model._address, self.data._address
         lib.cf_plugin_overlap(model, data, True)
         try:

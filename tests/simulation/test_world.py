@@ -94,6 +94,28 @@ def test_run_refuses_to_go_back():
         make_world().run(-1.0)
 
 
+@pytest.mark.parametrize("timestep", [0.0005, 0.002])
+def test_scene_may_have_its_own_time_step(timestep, tmp_path):
+    scene = tmp_path / "scene.xml"
+    scene.write_text(
+        f'<mujoco><option timestep="{timestep}"/><worldbody><geom type="plane" size="9 9 1"/></worldbody></mujoco>'
+    )
+    world = World([DroneConfig("a", (0, 0))], scene=scene)
+    world.wait_until_ready()
+    world["a"].high_level_commander.takeoff(0.5, 1.5)
+    world.run(4.0)
+    assert world["a"].true_position[2] == pytest.approx(0.5, abs=0.06)
+    assert world["a"].struct.onboard.tick == round(1000 * world.time)
+
+
+def test_part_of_a_time_step_is_refused(tmp_path):
+    scene = tmp_path / "scene.xml"
+    scene.write_text('<mujoco><option timestep="0.002"/></mujoco>')
+    world = World([DroneConfig("a", (0, 0))], scene=scene)
+    with pytest.raises(RangeError, match=r"step\(3\).*multiple of 2"):
+        world.step(3)
+
+
 def test_waiting_for_a_drone_that_never_gets_ready_says_so():
     world = World([DroneConfig("a", (0, 0))])
     world["a"].emergency_stop()
