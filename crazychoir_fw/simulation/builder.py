@@ -51,7 +51,7 @@ def build_model(drones: Sequence[DroneConfig], scene: str | Path, seed: int, vis
 
 
 def _skip_what_is_absent(model: mujoco.MjModel) -> None:
-    """Switch off stages of the physics that this model has no use for: 15 % of the cost of a swarm, and no effect.
+    """Switch off stages of the physics that this model has no use for: a seventh of its cost, and no effect.
 
     MuJoCo walks through the joints of all drones looking for sensors, actuators, limits, friction and damping that a
     Crazyflie does not have; a scene that has some keeps the stage.

@@ -129,6 +129,7 @@ def test_take_off_overshoots_and_comes_back(platform):
     ground = drone.true_position[2]
     drone.high_level_commander.takeoff(1.0, 2.0)
     times, z = record(world, 14.0, lambda: drone.true_position[2])
+    # the table does not say how high "lifted" is; at 2 mm it is 0.66 s, the edge of the 20 %
     lift_off = times[np.argmax(z > ground + 0.0005)]
     back = times[np.flatnonzero(np.abs(z - 1.0) > 0.02)[-1]]
     # the brushless takes off with another margin between thrustBase and hover thrust

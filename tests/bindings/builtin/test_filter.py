@@ -75,7 +75,12 @@ def test_init_without_cutoff_changes_nothing(cutoff):
 
 
 def test_init_accepts_a_null_filter():
-    assert lib.lpf2pInit(ffi.NULL, 100.0, 20.0) is None
+    """The call must not crash, nor reach into a filter that stands beside it."""
+    lpf = make_lpf()
+    lib.lpf2pApply(lpf, 3.0)
+    before = as_tuple(lpf)
+    lib.lpf2pInit(ffi.NULL, 100.0, 20.0)
+    assert as_tuple(lpf) == before
 
 
 def test_setting_the_cutoff_clears_the_memory():

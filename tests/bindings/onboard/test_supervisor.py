@@ -4,20 +4,21 @@ import math
 from dataclasses import dataclass, field
 
 import pytest
+from supervisor_states import (
+    BOOT,
+    CRASHED,
+    FLYING,
+    FREE_FALL,
+    LANDED,
+    LOCKED,
+    NOT_PASSED,
+    PASSED,
+    READY,
+    RESET,
+    WARNING,
+)
 
 from crazychoir_fw._core import ffi, lib
-
-BOOT = lib.supervisorStateNotInitialized
-NOT_PASSED = lib.supervisorStatePreFlChecksNotPassed
-PASSED = lib.supervisorStatePreFlChecksPassed
-READY = lib.supervisorStateReadyToFly
-FLYING = lib.supervisorStateFlying
-LANDED = lib.supervisorStateLanded
-RESET = lib.supervisorStateReset
-WARNING = lib.supervisorStateWarningLevelOut
-FREE_FALL = lib.supervisorStateExceptFreeFall
-LOCKED = lib.supervisorStateLocked
-CRASHED = lib.supervisorStateCrashed
 
 UPRIGHT = (0.0, 0.0, 1.0)
 ON_ITS_SIDE = (1.0, 0.0, 0.0)

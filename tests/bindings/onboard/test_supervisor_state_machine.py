@@ -3,6 +3,19 @@
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from supervisor_states import (
+    BOOT,
+    CRASHED,
+    FLYING,
+    FREE_FALL,
+    LANDED,
+    LOCKED,
+    NOT_PASSED,
+    PASSED,
+    READY,
+    RESET,
+    WARNING,
+)
 
 from crazychoir_fw._core import ffi, lib
 
@@ -19,18 +32,6 @@ EVERY_CONDITION = A | F | U | W | T | E | C | P | L
 
 ALWAYS, NEVER = lib.supervisorAlways, lib.supervisorNever
 ALL, ANY = lib.supervisorAll, lib.supervisorAny
-
-BOOT = lib.supervisorStateNotInitialized
-NOT_PASSED = lib.supervisorStatePreFlChecksNotPassed
-PASSED = lib.supervisorStatePreFlChecksPassed
-READY = lib.supervisorStateReadyToFly
-FLYING = lib.supervisorStateFlying
-LANDED = lib.supervisorStateLanded
-RESET = lib.supervisorStateReset
-WARNING = lib.supervisorStateWarningLevelOut
-FREE_FALL = lib.supervisorStateExceptFreeFall
-LOCKED = lib.supervisorStateLocked
-CRASHED = lib.supervisorStateCrashed
 
 
 def is_taken(conditions: int, trigger: tuple[int, int, int], blocker: tuple[int, int, int]) -> bool:
