@@ -12,6 +12,9 @@ static uint64_t now_us(const cf_t *cf) {
 // ---------------------------------------------------------------------------- low-level setpoints
 
 cf_status_t cf_send_setpoint(cf_t *cf, const setpoint_t *setpoint) {
+  if (!cf_setpoint_is_finite(setpoint)) {
+    return CF_ERR_VALUE;
+  }
   cf->onboard.client_setpoint = *setpoint;
   const bool is_taken         = cf_commander_set_setpoint(
       &cf->onboard.commander, cf_provider(cf->config.provider), cf->provider_state, setpoint,
@@ -29,11 +32,17 @@ cf_status_t cf_send_stop(cf_t *cf) {
   return cf_send_setpoint(cf, &setpoint);
 }
 
-cf_status_t cf_send_rpyt(cf_t *cf, float roll, float pitch, float yaw_rate, uint16_t thrust) {
-  setpoint_t        setpoint = cf->onboard.client_setpoint;
-  const int         priority = cf_commander_active_priority(&cf->onboard.commander);
+cf_status_t cf_send_rpyt(cf_t *cf, float roll, float pitch, float yaw, uint16_t thrust) {
+  cf_onboard_t     *onboard  = &cf->onboard;
+  setpoint_t        setpoint = onboard->client_setpoint;
+  const int         priority = cf_commander_active_priority(&onboard->commander);
+  const bool        was_hold = onboard->rpyt.is_holding_altitude;
   const cf_status_t status =
-      cf_setpoint_rpyt(&setpoint, &cf->onboard.rpyt, priority, roll, pitch, yaw_rate, thrust);
+      cf_setpoint_rpyt(&setpoint, &onboard->rpyt, priority, roll, pitch, yaw, thrust);
+  if (onboard->rpyt.is_holding_altitude && !was_hold) {
+    cf_provider(cf->config.provider)
+        ->reset_position_control(cf->provider_state, &onboard->estimate.position);
+  }
   return send_if(cf, status, &setpoint);
 }
 
@@ -101,13 +110,38 @@ cf_status_t cf_go_to(cf_t *cf, float x, float y, float z, float yaw, float durat
                                        now_us(cf));
 }
 
+cf_status_t cf_takeoff_with_velocity(cf_t *cf, float height, bool height_is_relative,
+                                     float velocity, float yaw, bool use_current_yaw) {
+  return cf_high_level_commander_takeoff_with_velocity(HIGH_LEVEL(cf), height, height_is_relative,
+                                                       velocity, yaw, use_current_yaw, now_us(cf));
+}
+
+cf_status_t cf_land_with_velocity(cf_t *cf, float height, bool height_is_relative, float velocity,
+                                  float yaw, bool use_current_yaw) {
+  return cf_high_level_commander_land_with_velocity(HIGH_LEVEL(cf), height, height_is_relative,
+                                                    velocity, yaw, use_current_yaw, now_us(cf));
+}
+
+cf_status_t cf_spiral(cf_t *cf, const cf_spiral_t *spiral) {
+  return cf_high_level_commander_spiral(HIGH_LEVEL(cf), spiral, now_us(cf));
+}
+
+void cf_set_group_mask(cf_t *cf, uint8_t mask) {
+  cf_high_level_commander_set_group_mask(&cf->onboard.high_level, mask);
+}
+
 cf_status_t cf_write_trajectory(cf_t *cf, uint32_t offset, uint32_t length, const uint8_t *data) {
   return cf_high_level_commander_write_trajectory(&cf->onboard.high_level, offset, length, data);
 }
 
-cf_status_t cf_define_trajectory(cf_t *cf, uint8_t id, uint32_t offset, uint8_t n_pieces) {
-  return cf_high_level_commander_define_trajectory(&cf->onboard.high_level, id,
-                                                   CF_TRAJECTORY_TYPE_POLY4D, offset, n_pieces);
+cf_status_t cf_read_trajectory(const cf_t *cf, uint32_t offset, uint32_t length, uint8_t *data) {
+  return cf_high_level_commander_read_trajectory(&cf->onboard.high_level, offset, length, data);
+}
+
+cf_status_t cf_define_trajectory(cf_t *cf, uint8_t id, uint8_t type, uint32_t offset,
+                                 uint8_t n_pieces) {
+  return cf_high_level_commander_define_trajectory(&cf->onboard.high_level, id, type, offset,
+                                                   n_pieces);
 }
 
 cf_status_t cf_start_trajectory(cf_t *cf, uint8_t id, float timescale, bool relative_position,
@@ -118,6 +152,11 @@ cf_status_t cf_start_trajectory(cf_t *cf, uint8_t id, float timescale, bool rela
 
 bool cf_is_trajectory_finished(const cf_t *cf) {
   return cf_high_level_commander_is_trajectory_finished(HIGH_LEVEL(cf), now_us(cf));
+}
+
+int cf_high_level_packet(cf_t *cf, const uint8_t *data, uint32_t size,
+                         uint8_t reply[CF_HIGH_LEVEL_REPLY_BYTES]) {
+  return cf_high_level_commander_packet(HIGH_LEVEL(cf), data, size, now_us(cf), reply);
 }
 
 // ------------------------------------------------------------------- supervisor and localization
@@ -151,4 +190,14 @@ cf_status_t cf_send_external_pose(cf_t *cf, float x, float y, float z, const flo
       .quat = {.x = quat_xyzw[0], .y = quat_xyzw[1], .z = quat_xyzw[2], .w = quat_xyzw[3]},
   };
   return cf_onboard_external_pose(&cf->onboard, &pose) ? CF_OK : CF_ERR_CAPACITY;
+}
+
+cf_status_t cf_send_peer_position(cf_t *cf, uint8_t id, float x, float y, float z) {
+  if (id == 0 || !isfinite(x + y + z)) {
+    return CF_ERR_VALUE;
+  }
+  const float position[3] = {x, y, z};
+  const bool  is_taken =
+      cf_peer_localization_tell(&cf->onboard.peers, id, position, cf->onboard.tick);
+  return is_taken ? CF_OK : CF_ERR_CAPACITY;
 }

@@ -3,16 +3,18 @@
 #include <math.h>
 #include <string.h>
 
+#include "position_sensing.h"
+
 _Static_assert(sizeof(cf_t) % sizeof(double) == 0, "MuJoCo stores states as doubles");
 
+#define MAX_RADIO_ID 255
 #define MAX_POSITION 1e4f  // [m], farther away than this the simulation has run wild
 
 cf_status_t cf_config_default(cf_config_t *config, cf_platform_t platform) {
   memset(config, 0, sizeof *config);
-  config->platform    = platform;
-  config->controller  = ControllerTypeAutoSelect;
-  config->estimator   = StateEstimatorTypeKalman;
-  config->positioning = CF_POSITIONING_MOCAP;
+  config->platform   = platform;
+  config->controller = ControllerTypeAutoSelect;
+  config->estimator  = StateEstimatorTypeAutoSelect;
   return cf_vehicle_default_config(&config->vehicle, platform);
 }
 
@@ -24,9 +26,9 @@ int cf_state_bytes(void) {
 
 static void set_parameter(const cf_provider_t *provider, void *provider_state, const char *group,
                           const char *name, float value) {
-  cf_variables_t tables[16];
-  const int      count = provider->parameters(tables, 16);
-  for (int i = 0; i < count && i < 16; i++) {
+  cf_variables_t tables[CF_PROVIDER_MAX_TABLES];
+  const int      count = provider->parameters(tables, CF_PROVIDER_MAX_TABLES);
+  for (int i = 0; i < count && i < CF_PROVIDER_MAX_TABLES; i++) {
     for (int k = 0; k < tables[i].count; k++) {
       const cf_variable_t *row = &tables[i].rows[k];
       if (strcmp(row->group, group) == 0 && strcmp(row->name, name) == 0) {
@@ -36,10 +38,26 @@ static void set_parameter(const cf_provider_t *provider, void *provider_state, c
   }
 }
 
+// Never 0, which names no peer. Drones whose ids are 255 apart share an address.
+static uint8_t radio_id(const cf_config_t *config) {
+  return (uint8_t)(config->radio_id != 0 ? config->radio_id : config->id % MAX_RADIO_ID + 1);
+}
+
+// What tells the position asks for the Kalman filter, as decks do at boot. Poses by radio do not on
+// the vehicle; there a client sets stabilizer.estimator, which is taken for granted here.
+static int boot_estimator(const cf_config_t *config) {
+  if (config->estimator != StateEstimatorTypeAutoSelect) {
+    return config->estimator;
+  }
+  return config->vehicle.positioning == CF_POSITIONING_NONE ? StateEstimatorTypeComplementary
+                                                            : StateEstimatorTypeKalman;
+}
+
 static cf_status_t boot(cf_t *cf) {
   const cf_config_t   *config   = &cf->config;
   const cf_provider_t *provider = cf_provider(config->provider);
   memset(cf->provider_state, 0, sizeof cf->provider_state);
+  cf->wants_peers          = false;
   const cf_status_t status = provider->init(cf->provider_state, config->platform, 0);
   if (status != CF_OK) {
     return status;
@@ -51,11 +69,19 @@ static cf_status_t boot(cf_t *cf) {
   set_parameter(provider, cf->provider_state, "kalman", "initialYaw", config->start_yaw);
 
   const cf_boot_t onboard = {
-      .controller  = config->controller,
-      .estimator   = config->estimator,
-      .auto_arming = !cf_platform_facts(config->platform)->requires_arming,
+      .controller     = config->controller,
+      .estimator      = boot_estimator(config),
+      .auto_arming    = !cf_platform_facts(config->platform)->requires_arming,
+      .acc_trim_pitch = config->acc_trim_pitch,
+      .acc_trim_roll  = config->acc_trim_roll,
+      .platform       = config->platform,
+      .seed           = config->seed,
+      .serial         = config->id,
+      .radio_id       = radio_id(config),
   };
-  return cf_onboard_init(&cf->onboard, provider, cf->provider_state, &onboard);
+  const cf_status_t booted = cf_onboard_init(&cf->onboard, provider, cf->provider_state, &onboard);
+  cf_position_boot(cf);
+  return booted;
 }
 
 cf_status_t cf_init(cf_t *cf, const cf_config_t *config) {
@@ -64,6 +90,9 @@ cf_status_t cf_init(cf_t *cf, const cf_config_t *config) {
   cf->config = copy;
   if (cf_provider(copy.provider) == NULL || cf_platform_facts(copy.platform) == NULL) {
     return CF_ERR_UNKNOWN;
+  }
+  if (copy.radio_id > MAX_RADIO_ID) {
+    return CF_ERR_VALUE;
   }
   const cf_status_t status = cf_vehicle_init(&cf->vehicle, &copy.vehicle, copy.seed, copy.id);
   return status == CF_OK ? boot(cf) : status;
@@ -85,28 +114,6 @@ static bool is_sane(const cf_motion_t *motion) {
          fabsf(motion->position[1]) < MAX_POSITION && fabsf(motion->position[2]) < MAX_POSITION;
 }
 
-// Without a position nothing can be flown, but the inertial sensors go on.
-static void sense_position(cf_t *cf, const cf_motion_t *motion) {
-  if (cf->config.positioning == CF_POSITIONING_MOCAP) {
-    poseMeasurement_t pose;
-    if (cf_vehicle_mocap(&cf->vehicle, motion->position, motion->quat_wxyz, &pose)) {
-      cf_onboard_external_pose(&cf->onboard, &pose);
-    }
-  } else if (cf->config.positioning == CF_POSITIONING_FLOW) {
-    measurement_t range = {.type = MeasurementTypeTOF};
-    measurement_t flow  = {.type = MeasurementTypeFlow};
-    const int     what =
-        cf_vehicle_flow_deck(&cf->vehicle, cf->onboard.tick, motion->position[2], motion->rotation,
-                             motion->velocity, motion->rates, &range.data.tof, &flow.data.flow);
-    if (what & CF_FLOW_DECK_RANGE) {
-      cf_estimator_enqueue(&cf->onboard.estimator, &range);
-    }
-    if (what & CF_FLOW_DECK_FLOW) {
-      cf_estimator_enqueue(&cf->onboard.estimator, &flow);
-    }
-  }
-}
-
 void cf_sense(cf_t *cf, const cf_motion_t *motion, cf_hardware_t *hardware) {
   memset(hardware, 0, sizeof *hardware);
   hardware->battery_voltage = cf->vehicle.battery.voltage;
@@ -116,11 +123,15 @@ void cf_sense(cf_t *cf, const cf_motion_t *motion, cf_hardware_t *hardware) {
   }
   cf_vehicle_imu(&cf->vehicle, motion->rates, motion->specific_force, &hardware->gyro,
                  &hardware->acc);
-  sense_position(cf, motion);
+  hardware->has_pressure = cf_vehicle_barometer(&cf->vehicle, motion->position[2],
+                                                &hardware->pressure, &hardware->temperature);
+  cf_position_sense(cf, motion);
 }
 
 void cf_think(cf_t *cf, const cf_hardware_t *hardware) {
-  cf_onboard_tick(&cf->onboard, cf_provider(cf->config.provider), cf->provider_state, hardware);
+  const cf_provider_t *provider = cf_provider(cf->config.provider);
+  cf_onboard_tick(&cf->onboard, provider, cf->provider_state, hardware);
+  cf->wants_peers = provider->collision_avoidance_is_enabled(cf->provider_state);
 }
 
 void cf_actuate(cf_t *cf) {
@@ -143,7 +154,20 @@ void cf_wrench(const cf_t *cf, const cf_motion_t *motion, float force[3], float 
   }
 }
 
+// ------------------------------------------------------------------------------- the other drones
+
+void cf_tell_peers(cf_t *cf, const cf_peer_t *peers, int count) {
+  cf_peer_localization_tell_all(&cf->onboard.peers, peers, count, cf->onboard.tick);
+}
+
 // ------------------------------------------------------------------------------------- variables
+
+void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride) {
+  char *cf = (char *)first;
+  for (int i = 0; i < count; i++) {
+    cf_onboard_refresh_logs(&((cf_t *)(void *)(cf + i * stride))->onboard);
+  }
+}
 
 static int add(cf_variables_t *tables, int capacity, int count, cf_variables_t table, size_t base) {
   if (count < capacity) {
@@ -155,9 +179,9 @@ static int add(cf_variables_t *tables, int capacity, int count, cf_variables_t t
 
 static int add_provider(cf_variables_t *tables, int capacity, int count,
                         int (*list)(cf_variables_t *tables, int capacity)) {
-  cf_variables_t own[16];
-  const int      found = list(own, 16);
-  for (int i = 0; i < found && i < 16; i++) {
+  cf_variables_t own[CF_PROVIDER_MAX_TABLES];
+  const int      found = list(own, CF_PROVIDER_MAX_TABLES);
+  for (int i = 0; i < found && i < CF_PROVIDER_MAX_TABLES; i++) {
     count = add(tables, capacity, count, own[i], offsetof(cf_t, provider_state));
   }
   return count;
@@ -172,10 +196,19 @@ int cf_parameters(int provider, cf_variables_t *tables, int capacity) {
   int n = 0;
   n     = add(tables, capacity, n, cf_onboard_parameters(), offsetof(cf_t, onboard));
   n     = add(tables, capacity, n, cf_supervisor_parameters(), ONBOARD(supervisor));
+  n     = add(tables, capacity, n, cf_power_management_parameters(), ONBOARD(power));
+  n     = add(tables, capacity, n, cf_health_parameters(), ONBOARD(health));
+  n     = add(tables, capacity, n, cf_system_variables_parameters(), ONBOARD(system));
   n     = add(tables, capacity, n, cf_commander_parameters(), ONBOARD(commander));
+  n     = add(tables, capacity, n, cf_rpyt_parameters(), ONBOARD(rpyt));
+  n     = add(tables, capacity, n, cf_cppm_parameters(), ONBOARD(cppm));
   n     = add(tables, capacity, n, cf_high_level_commander_parameters(), ONBOARD(high_level));
   n     = add(tables, capacity, n, cf_estimator_parameters(), ONBOARD(estimator));
   n     = add(tables, capacity, n, cf_sensors_parameters(), ONBOARD(sensors));
+  n     = add(tables, capacity, n, cf_decks_parameters(), ONBOARD(decks));
+  n     = add(tables, capacity, n, cf_flow_driver_parameters(), ONBOARD(decks.flow));
+  n     = add(tables, capacity, n, cf_lighthouse_deck_parameters(), ONBOARD(decks.lighthouse));
+  n     = add(tables, capacity, n, cf_loco_deck_parameters(), ONBOARD(decks.loco));
   return add_provider(tables, capacity, n, cf_provider(provider)->parameters);
 }
 
@@ -186,8 +219,14 @@ int cf_logs(int provider, cf_variables_t *tables, int capacity) {
   int n = 0;
   n     = add(tables, capacity, n, cf_onboard_logs(), offsetof(cf_t, onboard));
   n     = add(tables, capacity, n, cf_supervisor_logs(), ONBOARD(supervisor));
-  n     = add(tables, capacity, n, cf_estimator_logs(), ONBOARD(estimator));
+  n     = add(tables, capacity, n, cf_power_management_logs(), ONBOARD(power));
+  n     = add(tables, capacity, n, cf_health_logs(), ONBOARD(health));
+  n     = add(tables, capacity, n, cf_system_variables_logs(), ONBOARD(system));
   n     = add(tables, capacity, n, cf_sensors_logs(), ONBOARD(sensors));
+  n     = add(tables, capacity, n, cf_flow_driver_logs(), ONBOARD(decks.flow));
+  n     = add(tables, capacity, n, cf_lighthouse_deck_logs(), ONBOARD(decks.lighthouse));
+  n     = add(tables, capacity, n, cf_loco_deck_logs(), ONBOARD(decks.loco));
   n     = add_provider(tables, capacity, n, cf_provider(provider)->logs);
+  n     = add(tables, capacity, n, cf_estimator_logs(), ONBOARD(estimator));  // ends group kalman
   return add(tables, capacity, n, cf_vehicle_logs(), offsetof(cf_t, vehicle));
 }

@@ -6,6 +6,7 @@
 #define CF_CRAZYFLIE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 #include "onboard/onboard.h"
@@ -15,25 +16,25 @@
 #include "variables.h"
 #include "vehicle/vehicle.h"
 
-// What tells the drone where it is.
-typedef enum {
-  CF_POSITIONING_NONE  = 0,  // inertial sensors only
-  CF_POSITIONING_MOCAP = 1,  // poses of a motion-capture system, by radio
-  CF_POSITIONING_FLOW  = 2,  // flow deck: optical flow and range to the floor
-} cf_positioning_t;
-
 // Everything that is chosen before a drone exists. `cf_config_default` fills it.
 typedef struct {
-  int              provider;  // number for cf_provider()
-  cf_platform_t    platform;
-  int              controller;  // ControllerType
-  int              estimator;   // StateEstimatorType
-  cf_positioning_t positioning;
-  uint32_t         seed;  // of the world
-  uint32_t         id;    // of the drone: equal seeds and different ids give independent noise
+  int           provider;  // number for cf_provider()
+  cf_platform_t platform;
+  int           controller;  // ControllerType
+  int           estimator;   // StateEstimatorType; AutoSelect chooses by the positioning
+  uint32_t      seed;        // of the world
+  uint32_t      id;          // of the drone: equal seeds and different ids give independent noise
+  uint32_t radio_id;  // low byte of the radio address, 1 to 255; 0: counts from 1 as ids do from 0
 
   float start_position[3];  // [m], told to the estimator as kalman.initialX, Y, Z
   float start_yaw;          // [rad], told as kalman.initialYaw
+
+  // configuration block, read at boot, so that a change takes cf_reboot; see cf_sensors_set_trim
+  float acc_trim_pitch;  // [deg]
+  float acc_trim_roll;   // [deg]
+
+  int   loco_is_planar;  // not 0: the loco deck's driver was built for two dimensions
+  float loco_height;     // [m], then: where the drone is kept
 
   cf_vehicle_config_t vehicle;
 } cf_config_t;
@@ -58,6 +59,9 @@ typedef struct {
   double last_velocity[3];  // [m/s], world, at the end of the last tick
   bool   has_last_velocity;
 
+  // here, because the world looks at both in every drone: one cache line less per look
+  bool wants_peers;  // collision avoidance was on in the last tick
+
   uint64_t provider_state[CF_PROVIDER_STATE_BYTES / 8];
 } cf_t;
 
@@ -65,7 +69,8 @@ typedef struct {
 cf_status_t cf_config_default(cf_config_t *config, cf_platform_t platform);
 
 // Boots a drone at tick 0. Returns CF_ERR_UNKNOWN for a provider, controller or estimator that does
-// not exist and CF_ERR_VALUE for a vehicle that cannot be built; the drone is then unusable.
+// not exist and CF_ERR_VALUE for a radio id above 255 or a vehicle that cannot be built; the drone
+// is then unusable.
 cf_status_t cf_init(cf_t *cf, const cf_config_t *config);
 
 // Boots the onboard software again, as a power cycle would. Battery, rotors and sensor biases stay
@@ -85,6 +90,14 @@ void cf_actuate(cf_t *cf);
 // Force [N, world] and torque [N m, body, about the body origin] of rotors and air at this motion.
 // Has no effect on the drone. A wrench that is not finite is returned as zero.
 void cf_wrench(const cf_t *cf, const cf_motion_t *motion, float force[3], float torque[3]);
+
+// Brings the log variables up to date that nobody pays for in the tick (cf_onboard_refresh_logs),
+// in `count` drones whose states start `stride` bytes apart.
+void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride);
+
+// Tells the drone where others are, all at once (onboard/peer_localization.h). Who has no
+// wants_peers does not look at them.
+void cf_tell_peers(cf_t *cf, const cf_peer_t *peers, int count);
 
 // Bytes of one drone, a whole number of doubles.
 int cf_state_bytes(void);

@@ -9,6 +9,7 @@ static const cf_platform_facts_t FACTS[CF_PLATFORM_COUNT] = {
             .title           = "Crazyflie 2.1+",
             .mass            = 0.029f,
             .arm_length      = 0.046f,
+            .battery_low     = 3.2f,
             .requires_arming = false,
             .thrust =
                 {
@@ -27,6 +28,7 @@ static const cf_platform_facts_t FACTS[CF_PLATFORM_COUNT] = {
             .title           = "Crazyflie 2.1 Brushless",
             .mass            = 0.0393f,
             .arm_length      = 0.050f,
+            .battery_low     = 3.35f,
             .requires_arming = true,
             .thrust =
                 {

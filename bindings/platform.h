@@ -33,6 +33,8 @@ typedef struct {
   float mass;        // [kg], as the onboard software believes it
   float arm_length;  // [m], motor axis to center
 
+  float battery_low;  // [V], from here on a client is warned
+
   bool requires_arming;  // a client must arm it; otherwise it arms itself
 
   cf_thrust_curve_t thrust;

@@ -17,7 +17,11 @@
 #include "status.h"
 #include "variables.h"
 
-#define CF_PROVIDER_STATE_BYTES 4096
+#define CF_PROVIDER_STATE_BYTES 8192
+#define CF_PROVIDER_MAX_TABLES 32  // of parameters, and of log variables
+#define PEER_LOCALIZATION_MAX_NEIGHBORS 10
+
+#define CF_TRAJECTORY_MEMORY_BYTES 4096
 
 // Controller numbers of the firmware (control-pid dossier section 5).
 typedef enum {
@@ -37,16 +41,51 @@ typedef struct {
   float      yaw;  // [rad]
 } cf_plan_start_t;
 
-// An uploaded trajectory, found by its place in trajectory memory. The planner keeps it; pieces are
-// passed again at every evaluation because the state may have moved in memory since.
+typedef enum {
+  CF_TRAJECTORY_TYPE_POLY4D            = 0,
+  CF_TRAJECTORY_TYPE_POLY4D_COMPRESSED = 1,
+} cf_trajectory_type_t;
+
+// An uploaded trajectory, found by its place in trajectory memory. The planner keeps it; the memory
+// of CF_TRAJECTORY_MEMORY_BYTES is passed again at every evaluation because the state may have
+// moved since. Compressed trajectories end with their bytes, run forward, at their own pace and in
+// their own yaw, so that the members marked with * mean nothing to them.
 typedef struct {
-  uint32_t offset;  // [bytes] in trajectory memory
-  uint8_t  n_pieces;
-  float    timescale;
-  bool     reversed;
-  bool     relative_position;
-  bool     relative_yaw;
+  cf_trajectory_type_t type;
+  uint32_t             offset;     // [bytes] in trajectory memory
+  uint8_t              n_pieces;   // *
+  float                timescale;  // *
+  bool                 reversed;   // *
+  bool                 relative_position;
+  bool                 relative_yaw;  // *
 } cf_uploaded_trajectory_t;
+
+// A spiral about a vertical axis beside the vehicle, which faces along the path or, sideways, flies
+// to its left.
+typedef struct {
+  bool  sideways;
+  bool  clockwise;
+  float angle;     // [rad], within +-2 pi
+  float radius0;   // [m], at the begin
+  float radiusF;   // [m], at the end
+  float ascent;    // [m]
+  float duration;  // [s]
+} cf_spiral_t;
+
+// What the complementary estimator looks at: the latest sample of each sensor, zero before the
+// first.
+typedef struct {
+  Axis3f           gyro;  // [deg/s]
+  Axis3f           acc;   // [g]
+  baro_t           baro;
+  tofMeasurement_t tof;
+} cf_latest_samples_t;
+
+// Where another drone was, and when this one was told [ms, its tick]. Id 0 is an empty entry.
+typedef struct {
+  uint8_t id;
+  point_t pos;  // [m], world
+} cf_peer_t;
 
 typedef struct {
   const char *name;
@@ -63,6 +102,9 @@ typedef struct {
   const char *(*controller_name)(int type);  // null when the provider lacks it
   void (*controller)(void *state, control_t *control, const setpoint_t *setpoint,
                      const sensorData_t *sensors, const state_t *estimate, stabilizerStep_t step);
+  // The position loops of the PID controller forget and stand at this position: altitude hold of
+  // the legacy commander begins.
+  void (*reset_position_control)(void *state, const point_t *position);
 
   // Mixer. `compensate` turns thrust into duty for the supply [V]; `cap` returns true when it had
   // to reduce.
@@ -87,6 +129,15 @@ typedef struct {
   bool (*kalman_finalize)(void *state);
   bool (*kalman_is_within_bounds)(const void *state);
   void (*kalman_externalize)(const void *state, state_t *estimate, const Axis3f *acc);
+  // For decks that cannot live with it: on the ground the attitude no longer drifts to the initial
+  // one.
+  void (*kalman_disable_attitude_reversion)(void *state);
+
+  // Complementary estimator, at 1 kHz. init is what selecting it does: the attitude goes on from
+  // where it is. The estimate keeps what is not written: horizontal velocity and acceleration.
+  void (*complementary_init)(void *state);
+  void (*complementary)(void *state, const cf_latest_samples_t *latest, state_t *estimate,
+                        stabilizerStep_t step, uint32_t now_ms);
 
   // Planner. Times are float32 seconds. Functions returning int return 0 when the plan was made, 1
   // when refused.
@@ -96,6 +147,7 @@ typedef struct {
                    float duration, float t);
   int (*plan_go_to)(void *state, const uint8_t *memory, const cf_plan_start_t *from, bool relative,
                     bool linear, struct vec goal, float yaw, float duration, float t);
+  int (*plan_spiral)(void *state, const cf_plan_start_t *from, const cf_spiral_t *spiral, float t);
   int (*plan_start_trajectory)(void *state, const uint8_t *memory,
                                const cf_uploaded_trajectory_t *trajectory,
                                const cf_plan_start_t *from, float t);
@@ -106,6 +158,13 @@ typedef struct {
   bool (*plan_is_finished)(const void *state, const uint8_t *memory, float t);
   int (*plan_state)(const void *state);  // IDLE 0, FLYING 1, LANDING 3, DISABLED 4
   struct traj_eval (*plan_current_goal)(void *state, const uint8_t *memory, float t);
+
+  // Collision avoidance, off until a client sets colAv.enable: bends the setpoint away from the
+  // peers, a table of PEER_LOCALIZATION_MAX_NEIGHBORS entries. `now_ms` is the drone's tick.
+  bool (*collision_avoidance_is_enabled)(const void *state);
+  void (*collision_avoidance)(void *state, setpoint_t *setpoint, const cf_peer_t *peers,
+                              const sensorData_t *sensors, const state_t *estimate,
+                              uint32_t now_ms);
 
   // Tables of parameters and log variables; bases count from the start of the state block. Fills
   // at most `capacity` tables and returns how many there are.

@@ -36,6 +36,29 @@ def check(status: int, what: str) -> None:
         raise _EXCEPTIONS.get(status, CrazychoirError)(f"{what}: {phrase}")
 
 
+def receive_packet(cf: Any, port: int, channel: int, data: bytes, who: str) -> bytes | None:
+    """Hand a CRTP packet to a drone and return the payload of its answer, or None.
+
+    Args:
+        cf: The drone, a cffi pointer to ``cf_t``.
+        port: 0 to 15.
+        channel: 0 to 3.
+        data: The payload, at most 30 bytes.
+        who: Says who asked for what, in the error.
+
+    Raises:
+        RangeError: If the packet has a wrong length, or a number in it is not finite.
+        UnknownNameError: If the drone knows no such port, channel or type.
+        StateError: If it is refused in the present state.
+    """
+    if not (0 <= port <= 15 and 0 <= channel <= 3):
+        raise RangeError(f"{who}: port {port}, channel {channel}; allowed: ports 0 to 15, channels 0 to 3")
+    reply = ffi.new("cf_packet_reply_t *")
+    status = lib.cf_receive_packet(cf, port, channel, ffi.from_buffer("uint8_t[]", data), len(data), reply)
+    check(status, who)
+    return bytes(reply.data[0 : reply.length]) if reply.length else None
+
+
 def providers() -> list[str]:
     """Return the names of the providers of this build, the default one first."""
     names = []

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from crazychoir_fw._core import ffi, lib
+from crazychoir_fw.core import check
 from crazychoir_fw.errors import UnknownNameError
 
 _DTYPES: dict[int, np.dtype] = {
@@ -21,7 +22,7 @@ _DTYPES: dict[int, np.dtype] = {
     lib.CF_TYPE_INT32: np.dtype(np.int32),
     lib.CF_TYPE_FLOAT: np.dtype(np.float32),
 }
-_MAX_TABLES = 32
+_MAX_TABLES = 64
 
 
 @dataclass(frozen=True)
@@ -72,6 +73,31 @@ def parameter_table(provider: int = 0) -> Mapping[str, Variable]:
 def log_table(provider: int = 0) -> Mapping[str, Variable]:
     """Return all log variables of a drone with this provider, by name, in the order of the drone's table."""
     return _read(lib.cf_logs, provider)
+
+
+def factory_values(platform: str, table: Mapping[str, Variable], provider: int = 0) -> dict[str, float | int]:
+    """Return the values of parameters or log variables right after boot, by name.
+
+    Args:
+        platform: ``cf2`` or ``cf21bl``.
+        table: Which variables: `parameter_table()` or `log_table()`.
+        provider: Number of the provider.
+
+    Raises:
+        UnknownNameError: If there is no such platform.
+    """
+    names = [ffi.string(lib.cf_platform_facts(i).name).decode() for i in range(lib.CF_PLATFORM_COUNT)]
+    if platform not in names:
+        raise UnknownNameError(f"no platform named '{platform}', allowed: {', '.join(names)}")
+    config, drone = ffi.new("cf_config_t *"), ffi.new("cf_t *")
+    check(lib.cf_config_default(config, names.index(platform)), platform)
+    config.provider = provider
+    check(lib.cf_init(drone, config), platform)
+    memory = np.frombuffer(ffi.buffer(drone), np.uint8)
+    return {
+        name: memory[row.offset : row.offset + row.dtype.itemsize].view(row.dtype)[0].item()
+        for name, row in table.items()
+    }
 
 
 def find(table: Mapping[str, Variable], name: str, kind: str, who: str) -> Variable:

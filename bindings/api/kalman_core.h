@@ -1,10 +1,10 @@
 /* The extended Kalman filter of the firmware, with its names (estimators dossier 3, 4 and 15).
  *
- * Three things differ from upstream's header, none of them in a number. kalmanCoreData_t lacks
+ * Four things differ from upstream's header, none of them in a number. kalmanCoreData_t lacks
  * `Pm`, the matrix view of P: it would be a pointer into the struct itself, and our state is copied
- * with memcpy. For the same reason there are no matrix instances, and kalmanCoreScalarUpdate takes
- * the row H as nine floats. And `settled`, which saves work, sits in bytes that upstream leaves
- * unused.
+ * with memcpy. For the same reason there are no matrix instances: vectors are nine floats, matrices
+ * nine times nine. `settled`, which saves work, sits in bytes that upstream leaves unused. And the
+ * robust models take one more argument, what upstream keeps in a static variable.
  *
  * World frame: x forward, y left, z up. Body frame: the same, carried by the vehicle. */
 #ifndef KALMAN_CORE_H
@@ -14,6 +14,8 @@
 #include <stdint.h>
 
 #include "api/imu_types.h"
+#include "api/outlierFilterLighthouse.h"
+#include "api/outlierFilterTdoa.h"
 #include "api/stabilizer_types.h"
 
 typedef enum {
@@ -102,6 +104,10 @@ void kalmanCoreAddProcessNoise(kalmanCoreData_t *self, const kalmanCoreParams_t 
 void kalmanCoreScalarUpdate(kalmanCoreData_t *self, const float Hm[9], float error,
                             float stdMeasNoise);
 
+// The end of a robust update: S += Km error, P = (I - Km Hm) P_w_m, bounded.
+void kalmanCoreUpdateWithPKE(kalmanCoreData_t *self, const float Hm[9], const float Km[9],
+                             const float P_w_m[9][9], float error);
+
 // Moves the attitude error into q and R and bounds the covariance. Returns false, and does nothing,
 // when no prediction or update came since the latest call.
 bool kalmanCoreFinalize(kalmanCoreData_t *self);
@@ -117,11 +123,43 @@ void kalmanCoreDecoupleXY(kalmanCoreData_t *self);
 void kalmanCoreUpdateWithPosition(kalmanCoreData_t *self, const positionMeasurement_t *xyz);
 void kalmanCoreUpdateWithPose(kalmanCoreData_t *self, const poseMeasurement_t *pose);
 
-// Does nothing when the vehicle is tilted by 84 degrees or more. The floor is z = 0.
+// Only tilt beyond the cone of the sensor makes the way to the floor longer. Does nothing when the
+// vehicle is tilted by 84 degrees or more. The floor is z = 0.
 void kalmanCoreUpdateWithTof(kalmanCoreData_t *self, const tofMeasurement_t *tof);
 
 // gyro is the latest sample [deg/s]. The sensor sits at the center of mass.
 void kalmanCoreUpdateWithFlow(kalmanCoreData_t *self, const flowMeasurement_t *flow,
                               const Axis3f *gyro);
+
+void kalmanCoreUpdateWithAbsoluteHeight(kalmanCoreData_t *self, const heightMeasurement_t *height);
+
+// baroAsl [m] above sea level. On the ground, and as long as the reference is below 1 m, the
+// present height becomes the reference; heights are measured from there.
+void kalmanCoreUpdateWithBaro(kalmanCoreData_t *self, const kalmanCoreParams_t *params,
+                              float baroAsl, bool quadIsFlying);
+
+// A positive error turns the estimate clockwise. At most one between two finalize: the attitude
+// error that a first one leaves behind would count with the wrong sign.
+void kalmanCoreUpdateWithYawError(kalmanCoreData_t *self, const yawErrorMeasurement_t *error);
+
+void kalmanCoreUpdateWithDistance(kalmanCoreData_t *self, const distanceMeasurement_t *d);
+
+// Does nothing at the very place of an anchor, or when the filter refuses the sample.
+void kalmanCoreUpdateWithTdoa(kalmanCoreData_t *self, const tdoaMeasurement_t *tdoa, uint32_t nowMs,
+                              OutlierFilterTdoaState_t *outlierFilterState);
+
+// The same two with weights that make little of odd samples. xErr is zero before the first call and
+// belongs to this drone and model; upstream has it static. The outlier filter is not used. Without
+// a positive definite covariance the estimate becomes NaN; right after kalmanCoreInit, before
+// process noise has bounded it, one update is enough to lose that.
+void kalmanCoreRobustUpdateWithDistance(kalmanCoreData_t *self, const distanceMeasurement_t *d,
+                                        float xErr[9]);
+void kalmanCoreRobustUpdateWithTdoa(kalmanCoreData_t *self, const tdoaMeasurement_t *tdoa,
+                                    OutlierFilterTdoaState_t *outlierFilterState, float xErr[9]);
+
+// All pointers of the measurement must be valid. Does nothing when the filter refuses the sample,
+// or within 1 cm of the edge of what the light plane reaches.
+void kalmanCoreUpdateWithSweepAngles(kalmanCoreData_t *self, const sweepAngleMeasurement_t *sweep,
+                                     uint32_t nowMs, OutlierFilterLhState_t *state);
 
 #endif  // KALMAN_CORE_H

@@ -1,7 +1,4 @@
-/* What waits in the queue of the estimator (estimators dossier section 3.4).
- *
- * The enumerators are those of the firmware; the union has the members of the measurement models
- * that exist here. */
+/* What waits in the queue of the estimator (estimators dossier section 3.4). */
 #ifndef MEASUREMENT_H
 #define MEASUREMENT_H
 
@@ -25,10 +22,15 @@ typedef enum {
 typedef struct {
   MeasurementType type;
   union {
+    tdoaMeasurement_t         tdoa;
     positionMeasurement_t     position;
     poseMeasurement_t         pose;
+    distanceMeasurement_t     distance;
     tofMeasurement_t          tof;
+    heightMeasurement_t       height;
     flowMeasurement_t         flow;
+    yawErrorMeasurement_t     yawError;
+    sweepAngleMeasurement_t   sweepAngle;
     gyroscopeMeasurement_t    gyroscope;
     accelerationMeasurement_t acceleration;
     barometerMeasurement_t    barometer;

@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "api/imu_types.h"
+#include "api/lighthouse_types.h"
 
 #define STABILIZER_NR_OF_MOTORS 4
 
@@ -68,6 +69,26 @@ typedef enum {
   MeasurementSourceLighthouse      = 1,
 } measurementSource_t;
 
+// Difference of the distances to two anchors.
+typedef struct {
+  union {
+    point_t anchorPositions[2];  // [m], world
+    struct {
+      point_t anchorPositionA;
+      point_t anchorPositionB;
+    };
+  };
+  union {
+    uint8_t anchorIds[2];
+    struct {
+      uint8_t anchorIdA;
+      uint8_t anchorIdB;
+    };
+  };
+  float distanceDiff;  // [m], distance to B minus distance to A
+  float stdDev;        // [m]
+} tdoaMeasurement_t;
+
 typedef struct {
   float pressure;     // [mbar]
   float temperature;  // [deg C]
@@ -101,6 +122,21 @@ typedef struct {
   float        stdDevQuat;  // [rad]
 } poseMeasurement_t;
 
+// Distance to one anchor.
+typedef struct {
+  union {
+    struct {
+      float x;
+      float y;
+      float z;
+    };
+    float pos[3];  // [m], the anchor, world
+  };
+  uint8_t anchorId;
+  float   distance;  // [m]
+  float   stdDev;    // [m]
+} distanceMeasurement_t;
+
 typedef struct {
   uint32_t timestamp;
   union {
@@ -117,9 +153,40 @@ typedef struct {
 
 typedef struct {
   uint32_t timestamp;
-  float    distance;  // [m], along body -z
-  float    stdDev;    // [m]
+  float    distance;    // [m], along body -z
+  float    stdDev;      // [m]
+  float coneHalfAngle;  // [rad], the sensor tells the nearest point within this angle of its axis
 } tofMeasurement_t;
+
+typedef struct {
+  uint32_t timestamp;
+  float    height;  // [m], world
+  float    stdDev;  // [m]
+} heightMeasurement_t;
+
+typedef struct {
+  uint32_t timestamp;
+  float    yawError;  // [rad], estimated minus measured
+  float    stdDev;    // [rad]
+} yawErrorMeasurement_t;
+
+// One light plane of a base station seen by one sensor. The pointers are made when the measurement
+// is fused; while it waits in a queue they are null, and the ids say what they will point at.
+typedef struct {
+  uint32_t                                timestamp;
+  const vec3d                            *sensorPos;    // [m], body
+  const vec3d                            *rotorPos;     // [m], world
+  const mat3d                            *rotorRot;     // rotor to world
+  const mat3d                            *rotorRotInv;  // world to rotor
+  uint8_t                                 sensorId;
+  uint8_t                                 baseStationId;
+  uint8_t                                 sweepId;
+  float                                   t;                   // [rad], tilt of the light plane
+  float                                   measuredSweepAngle;  // [rad]
+  float                                   stdDev;              // [rad]
+  const lighthouseCalibrationSweep_t     *calib;
+  lighthouseCalibrationMeasurementModel_t calibrationMeasurementModel;
+} sweepAngleMeasurement_t;
 
 typedef struct {
   Axis3f gyro;  // [deg/s]

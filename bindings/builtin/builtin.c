@@ -6,8 +6,43 @@ _Static_assert(sizeof(cf_builtin_t) <= CF_PROVIDER_STATE_BYTES, "the block is of
 
 // ----------------------------------------------------------------------------------- controllers
 
+// the names are those of the firmware's console
 static const char *controller_name(int type) {
-  return type == ControllerTypePID ? "PID" : NULL;
+  switch (type) {
+    case ControllerTypePID:
+      return "PID";
+    case ControllerTypeMellinger:
+      return "Mellinger";
+    case ControllerTypeINDI:
+      return "INDI";
+    case ControllerTypeBrescianini:
+      return "Brescianini";
+    case ControllerTypeLee:
+      return "Lee";
+    default:
+      return NULL;
+  }
+}
+
+// what each controller does when it is selected; the others keep what they have
+static void reinit_controller(cf_builtin_t *self) {
+  switch (self->controller_type) {
+    case ControllerTypeMellinger:
+      controllerMellingerReset(&self->mellinger);
+      break;
+    case ControllerTypeINDI:
+      controllerINDIInit(&self->indi, &self->pid);
+      break;
+    case ControllerTypeBrescianini:
+      controllerBrescianiniInit(&self->brescianini);
+      break;
+    case ControllerTypeLee:
+      controllerLeeReset(&self->lee);
+      break;
+    default:
+      cf_controller_pid_reinit(&self->pid);
+      break;
+  }
 }
 
 static cf_status_t controller_init(void *state, int type) {
@@ -17,7 +52,7 @@ static cf_status_t controller_init(void *state, int type) {
     return CF_ERR_UNKNOWN;
   }
   self->controller_type = wanted;
-  cf_controller_pid_reinit(&self->pid);
+  reinit_controller(self);
   return CF_OK;
 }
 
@@ -29,7 +64,29 @@ static void controller(void *state, control_t *control, const setpoint_t *setpoi
                        const sensorData_t *sensors, const state_t *estimate,
                        stabilizerStep_t step) {
   cf_builtin_t *self = state;
-  cf_controller_pid_update(&self->pid, control, setpoint, sensors, estimate, step);
+  switch (self->controller_type) {
+    case ControllerTypeMellinger:
+      controllerMellinger(&self->mellinger, control, setpoint, sensors, estimate, step);
+      break;
+    case ControllerTypeINDI:
+      controllerINDI(&self->indi, &self->pid, control, setpoint, sensors, estimate, step);
+      break;
+    case ControllerTypeBrescianini:
+      controllerBrescianini(&self->brescianini, control, setpoint, sensors, estimate, step);
+      break;
+    case ControllerTypeLee:
+      controllerLee(&self->lee, control, setpoint, sensors, estimate, step);
+      break;
+    default:
+      cf_controller_pid_update(&self->pid, control, setpoint, sensors, estimate, step);
+      break;
+  }
+}
+
+static void reset_position_control(void *state, const point_t *position) {
+  cf_position_controller_t *loops = &((cf_builtin_t *)state)->pid.position;
+  cf_position_controller_reset(loops, position->x, position->y, position->z);
+  cf_position_controller_reset_filters(loops);
 }
 
 static void power_distribution(void *state, const control_t *control,
@@ -89,6 +146,21 @@ static void kalman_externalize(const void *state, state_t *estimate, const Axis3
   cf_kalman_externalize(&((const cf_builtin_t *)state)->kalman, estimate, acc);
 }
 
+static void kalman_disable_attitude_reversion(void *state) {
+  ((cf_builtin_t *)state)->kalman.params.attitudeReversion = 0.0f;
+}
+
+// ----------------------------------------------------------------------- complementary estimator
+
+static void complementary_init(void *state) {
+  cf_complementary_init(&((cf_builtin_t *)state)->complementary);
+}
+
+static void complementary(void *state, const cf_latest_samples_t *latest, state_t *estimate,
+                          stabilizerStep_t step, uint32_t now_ms) {
+  cf_complementary_update(&((cf_builtin_t *)state)->complementary, latest, estimate, step, now_ms);
+}
+
 // --------------------------------------------------------------------------------------- planner
 
 static int plan_takeoff(void *state, const cf_plan_start_t *from, float height, float yaw,
@@ -106,6 +178,11 @@ static int plan_go_to(void *state, const uint8_t *memory, const cf_plan_start_t 
                       float t) {
   return cf_planner_go_to(&((cf_builtin_t *)state)->planner, memory, from, relative, linear, goal,
                           yaw, duration, t);
+}
+
+static int plan_spiral(void *state, const cf_plan_start_t *from, const cf_spiral_t *spiral,
+                       float t) {
+  return cf_planner_spiral(&((cf_builtin_t *)state)->planner, from, spiral, t);
 }
 
 static int plan_start_trajectory(void *state, const uint8_t *memory,
@@ -143,6 +220,19 @@ static struct traj_eval plan_current_goal(void *state, const uint8_t *memory, fl
   return cf_planner_current_goal(&((cf_builtin_t *)state)->planner, memory, t);
 }
 
+// --------------------------------------------------------------------------- collision avoidance
+
+static bool collision_avoidance_is_enabled(const void *state) {
+  return ((const cf_builtin_t *)state)->collision_avoidance.enable != 0;
+}
+
+static void collision_avoidance(void *state, setpoint_t *setpoint, const cf_peer_t *peers,
+                                const sensorData_t *sensors, const state_t *estimate,
+                                uint32_t now_ms) {
+  cf_collision_avoidance_update(&((cf_builtin_t *)state)->collision_avoidance, setpoint, peers,
+                                PEER_LOCALIZATION_MAX_NEIGHBORS, sensors, estimate, now_ms);
+}
+
 // --------------------------------------------------------------------------- boot and variables
 
 static cf_status_t init(void *state, cf_platform_t platform, uint32_t now_ms) {
@@ -155,9 +245,19 @@ static cf_status_t init(void *state, cf_platform_t platform, uint32_t now_ms) {
     status = cf_power_distribution_init(&self->power, platform);
   }
   if (status == CF_OK) {
+    status = cf_controller_mellinger_init(&self->mellinger, platform);
+  }
+  if (status == CF_OK) {
+    status = cf_controller_lee_init(&self->lee, platform);
+  }
+  if (status == CF_OK) {
     cf_motor_override_init(&self->motor_override);
     cf_planner_init(&self->planner);
+    cf_collision_avoidance_init(&self->collision_avoidance);
     cf_kalman_boot(&self->kalman, now_ms);
+    cf_controller_indi_boot(&self->indi);
+    status = cf_controller_brescianini_boot(&self->brescianini, platform);
+    cf_complementary_boot(&self->complementary, CF_SENSFUSION6_MAHONY);
   }
   return status;
 }
@@ -180,9 +280,17 @@ static int parameters(cf_variables_t *tables, int capacity) {
   const cf_variables_t own[] = {
       at(cf_attitude_controller_parameters(), PART(pid.attitude)),
       at(cf_position_controller_parameters(), PART(pid.position)),
+      at(cf_controller_mellinger_parameters(), PART(mellinger)),
+      at(cf_controller_lee_parameters(), PART(lee)),
       at(cf_power_distribution_parameters(), PART(power)),
       at(cf_motor_override_parameters(), PART(motor_override)),
       at(cf_kalman_parameters(), PART(kalman)),
+      at(cf_controller_indi_parameters(), PART(indi)),
+      at(cf_position_controller_indi_parameters(), PART(indi.position)),
+      at(cf_controller_brescianini_parameters(), PART(brescianini)),
+      at(cf_sensfusion6_parameters(), PART(complementary.attitude)),
+      at(cf_altitude_parameters(), PART(complementary.altitude)),
+      at(cf_collision_avoidance_parameters(), PART(collision_avoidance)),
   };
   return list(tables, capacity, own, (int)(sizeof own / sizeof own[0]));
 }
@@ -192,44 +300,60 @@ static int logs(cf_variables_t *tables, int capacity) {
       at(cf_controller_pid_logs(), PART(pid)),
       at(cf_attitude_controller_logs(), PART(pid.attitude)),
       at(cf_position_controller_logs(), PART(pid.position)),
+      at(cf_controller_mellinger_logs(), PART(mellinger)),
+      at(cf_controller_lee_logs(), PART(lee)),
       at(cf_kalman_logs(), PART(kalman)),
+      at(cf_controller_indi_logs(), PART(indi)),
+      at(cf_position_controller_indi_logs(), PART(indi.position)),
+      at(cf_sensfusion6_logs(), PART(complementary.attitude)),
+      at(cf_altitude_logs(), PART(complementary.altitude)),
+      at(cf_collision_avoidance_logs(), PART(collision_avoidance)),
   };
   return list(tables, capacity, own, (int)(sizeof own / sizeof own[0]));
 }
 
 static const cf_provider_t BUILTIN = {
-    .name                     = "builtin",
-    .state_bytes              = sizeof(cf_builtin_t),
-    .init                     = init,
-    .controller_init          = controller_init,
-    .controller_type          = controller_type,
-    .controller_name          = controller_name,
-    .controller               = controller,
-    .power_distribution       = power_distribution,
-    .battery_compensate       = battery_compensate,
-    .power_cap                = power_cap,
-    .idle_thrust              = idle_thrust,
-    .motor_override           = motor_override,
-    .kalman_init              = kalman_init,
-    .kalman_predict           = kalman_predict,
-    .kalman_add_process_noise = kalman_add_process_noise,
-    .kalman_update            = kalman_update,
-    .kalman_finalize          = kalman_finalize,
-    .kalman_is_within_bounds  = kalman_is_within_bounds,
-    .kalman_externalize       = kalman_externalize,
-    .plan_takeoff             = plan_takeoff,
-    .plan_land                = plan_land,
-    .plan_go_to               = plan_go_to,
-    .plan_start_trajectory    = plan_start_trajectory,
-    .plan_stop                = plan_stop,
-    .plan_disable             = plan_disable,
-    .plan_is_stopped          = plan_is_stopped,
-    .plan_is_disabled         = plan_is_disabled,
-    .plan_is_finished         = plan_is_finished,
-    .plan_state               = plan_state,
-    .plan_current_goal        = plan_current_goal,
-    .parameters               = parameters,
-    .logs                     = logs,
+    .name                              = "builtin",
+    .state_bytes                       = sizeof(cf_builtin_t),
+    .init                              = init,
+    .controller_init                   = controller_init,
+    .controller_type                   = controller_type,
+    .controller_name                   = controller_name,
+    .controller                        = controller,
+    .reset_position_control            = reset_position_control,
+    .power_distribution                = power_distribution,
+    .battery_compensate                = battery_compensate,
+    .power_cap                         = power_cap,
+    .idle_thrust                       = idle_thrust,
+    .motor_override                    = motor_override,
+    .kalman_init                       = kalman_init,
+    .kalman_predict                    = kalman_predict,
+    .kalman_add_process_noise          = kalman_add_process_noise,
+    .kalman_update                     = kalman_update,
+    .kalman_finalize                   = kalman_finalize,
+    .kalman_is_within_bounds           = kalman_is_within_bounds,
+    .kalman_externalize                = kalman_externalize,
+    .kalman_disable_attitude_reversion = kalman_disable_attitude_reversion,
+    .complementary_init                = complementary_init,
+    .complementary                     = complementary,
+    .plan_takeoff                      = plan_takeoff,
+    .plan_land                         = plan_land,
+    .plan_go_to                        = plan_go_to,
+    .plan_spiral                       = plan_spiral,
+    .plan_start_trajectory             = plan_start_trajectory,
+    .plan_stop                         = plan_stop,
+    .plan_disable                      = plan_disable,
+    .plan_is_stopped                   = plan_is_stopped,
+    .plan_is_disabled                  = plan_is_disabled,
+    .plan_is_finished                  = plan_is_finished,
+    .plan_state                        = plan_state,
+    .plan_current_goal                 = plan_current_goal,
+
+    .collision_avoidance_is_enabled = collision_avoidance_is_enabled,
+    .collision_avoidance            = collision_avoidance,
+
+    .parameters = parameters,
+    .logs       = logs,
 };
 
 const cf_provider_t *cf_builtin_provider(void) {

@@ -4,6 +4,7 @@ CMakeLists.txt reads the same list, so that the two builds cannot drift apart.
 """
 
 import importlib.util
+import os
 import re
 from pathlib import Path
 
@@ -16,6 +17,9 @@ SOURCES = (BINDINGS / "sources.txt").read_text().split()
 # the flags that decide the bits; -fno-builtin-*: with constant arguments gcc would fold these calls with another
 # rounding than libm's (control-pid dossier section 7), and the two providers would differ by an ulp
 CFLAGS = ["-std=c11", *(BINDINGS / "cflags.txt").read_text().split()]
+
+# small functions in files of their own cost nothing when linked with LTO; to count executed lines they must stay apart
+LINKING = ["--coverage"] if os.environ.get("CRAZYCHOIR_COVERAGE") else ["-flto=auto"]
 
 _LOCAL_INCLUDE = re.compile(r'#include "(.+)"')
 _INTEGER_CONSTANT = re.compile(r"#define \w+ +-?\d+\s*(//.*)?$")
@@ -51,7 +55,7 @@ ffi.set_source(
     sources=SOURCES,
     include_dirs=[str(BINDINGS), mujoco_include()],
     define_macros=[("CF_BUILD_FLAGS", f'"{" ".join(CFLAGS)}"')],
-    extra_compile_args=[*CFLAGS, "-flto"],
-    extra_link_args=["-flto=auto", *CFLAGS, "-pthread"],
+    extra_compile_args=[*CFLAGS, *LINKING],
+    extra_link_args=[*LINKING, *CFLAGS, "-pthread"],
     depends=[str(path) for path in sorted(BINDINGS.rglob("*.h"))],
 )

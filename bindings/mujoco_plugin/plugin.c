@@ -10,7 +10,7 @@
 #include "mujoco_plugin/ticks.h"
 
 #define PLUGIN_NAME "crazychoir.crazyflie"
-#define MAX_ATTRIBUTES 32
+#define MAX_ATTRIBUTES 128
 
 static cf_mujoco_api_t mj;
 static int             plugin_slot = -1;

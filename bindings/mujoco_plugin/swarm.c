@@ -83,11 +83,11 @@ static void check_config(const cf_mujoco_api_t *mj, const drone_t *drone, const 
   if (status == CF_ERR_CAPACITY) {
     mj->error(
         "crazyflie %s: mocap_latency_ms is %u at a mocap_rate of %u Hz, allowed: fewer than %d "
-        "poses "
-        "under way",
+        "poses under way",
         body_name(mj, model, drone->body), (unsigned)drone->config.vehicle.mocap.latency_ms,
         (unsigned)drone->config.vehicle.mocap.rate, CF_MOCAP_CAPACITY);
   } else if (status != CF_OK) {
+    // no attributes are known that lead here: each has its range
     mj->error("crazyflie %s: cannot be built: %s", body_name(mj, model, drone->body),
               cf_status_text(status));
   }
@@ -118,7 +118,9 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot)
   swarm_t *swarm  = calloc(1, sizeof *swarm);
   drone_t *drones = calloc((size_t)model->nplugin, sizeof *drones);
   work_t  *work   = calloc((size_t)model->nplugin, sizeof *work);
-  if (swarm == NULL || drones == NULL || work == NULL) {
+  // no test runs out of memory
+  if (swarm == NULL || drones == NULL || work == NULL ||
+      !cf_peer_grid_new(&swarm->peers, model->nplugin)) {
     free(swarm);
     free(drones);
     free(work);
@@ -144,6 +146,7 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot)
 void cf_swarm_free(swarm_t *swarm) {
   free(swarm->drones);
   free(swarm->work);
+  cf_peer_grid_free(&swarm->peers);
   free(swarm);
 }
 

@@ -5,6 +5,7 @@
 
 #include "crazyflie.h"
 #include "mujoco_plugin/mujoco_api.h"
+#include "mujoco_plugin/peer_grid.h"
 
 typedef struct swarm_s swarm_t;
 
@@ -44,6 +45,10 @@ struct swarm_s {
   bool           is_overlapping;
   bool           is_pending;  // handed to the thread pool, not yet finished
   bool           has_forces;  // work[].force is that of work[].coordinates
+
+  // the positions that these ticks start with, see broadcast.h
+  cf_peer_grid_t peers;
+  bool           is_broadcast;
 };
 
 // Finds every drone of the model and reads its attributes. Ends in mju_error with one sentence when

@@ -101,7 +101,8 @@ static void stop_workers(void) {
   pool.threads     = 1;
 }
 
-// A forked child has the memory of its parent but none of its workers.
+// A forked child has the memory of its parent but none of its workers. Coverage does
+// not see it: the child that a test forks leaves without writing its counters.
 static void forget_workers_after_fork(void) {
   pool.threads = 1;
   pthread_mutex_init(&pool.turn, NULL);

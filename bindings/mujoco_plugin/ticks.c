@@ -3,6 +3,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "mujoco_plugin/broadcast.h"
 #include "mujoco_plugin/forces.h"
 #include "mujoco_plugin/motion.h"
 #include "mujoco_plugin/thread_pool.h"
@@ -54,8 +55,19 @@ static void tick_block(const swarm_t *swarm, int begin, int end) {
   cf_timer_add(TIME_VEHICLE, thought);
 }
 
+static void tell_peers(const swarm_t *swarm, int begin, int end) {
+  const uint64_t start = cf_timer_start();
+  for (int i = begin; i < end; i++) {
+    cf_broadcast_tell(swarm, i);
+  }
+  cf_timer_add(TIME_VEHICLE, start);
+}
+
 static void tick_part(void *context, int begin, int end) {
   const swarm_t *swarm = context;
+  if (swarm->is_broadcast) {
+    tell_peers(swarm, begin, end);
+  }
   for (int first = begin; first < end; first += BLOCK) {
     const int last = first + BLOCK < end ? first + BLOCK : end;
     for (int tick = 0; tick < swarm->ticks; tick++) {
@@ -95,11 +107,9 @@ void cf_ticks_overlap(swarm_t *swarm, bool is_overlapping) {
   swarm->has_forces     = false;
 }
 
-// Ticks that fall into the step that just ended. MuJoCo has already advanced the time.
-static int ticks_due(const mjModel *model, const mjData *data) {
-  const double now    = floor(data->time * TICKS_PER_SECOND + 1e-3);
-  const double before = floor((data->time - model->opt.timestep) * TICKS_PER_SECOND + 1e-3);
-  return (int)(now - before);
+// Whole ticks up to a time.
+static double ticks_until(double time) {
+  return floor(time * TICKS_PER_SECOND + 1e-3);
 }
 
 void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
@@ -107,17 +117,30 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
   swarm->has_forces = false;
   swarm->model      = model;
   swarm->data       = data;
-  swarm->ticks      = ticks_due(model, data);
+
+  // ticks that fall into the step that just ended; MuJoCo has already advanced the time
+  const double now    = ticks_until(data->time);
+  const double before = ticks_until(data->time - model->opt.timestep);
+  swarm->ticks        = (int)(now - before);
   if (swarm->ticks < 1) {
     return;
   }
-  if (!swarm->is_overlapping) {
+  swarm->is_broadcast = cf_broadcast_is_due(before, now) && cf_broadcast_has_listeners(swarm);
+  if (!swarm->is_overlapping && !swarm->is_broadcast) {
     cf_parallel_for(swarm->count, grain_of(swarm), sample_and_tick_part, swarm);
     return;
   }
 
-  // the threads see only what is sampled here: MuJoCo goes on with qpos and qvel
   sample_part(swarm, 0, swarm->count);
+  if (swarm->is_broadcast) {
+    cf_broadcast_look(swarm);
+  }
+  if (!swarm->is_overlapping) {
+    cf_parallel_for(swarm->count, grain_of(swarm), tick_part, swarm);
+    return;
+  }
+
+  // the threads see only what was sampled here: MuJoCo goes on with qpos and qvel
   for (int i = 0; i < swarm->count; i++) {
     copy_coordinates(&swarm->drones[i], data, swarm->work[i].coordinates);
   }

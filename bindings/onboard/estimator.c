@@ -1,5 +1,7 @@
 #include "onboard/estimator.h"
 
+#include <stddef.h>
+
 #include "variable_row.h"
 
 #define PREDICT_INTERVAL_MS 10
@@ -16,9 +18,29 @@ static void restart_filter(cf_estimator_t *estimator, const cf_provider_t *provi
 }
 
 void cf_estimator_init(cf_estimator_t *estimator, const cf_provider_t *provider,
-                       void *provider_state, uint32_t now_ms) {
+                       void *provider_state, int type, uint32_t now_ms) {
   *estimator = (cf_estimator_t){.nextPredictionMs = now_ms, .rate_start_ms = now_ms};
-  restart_filter(estimator, provider, provider_state, now_ms);
+  cf_estimator_switch_to(estimator, provider, provider_state, type, now_ms);
+}
+
+bool cf_estimator_switch_to(cf_estimator_t *estimator, const cf_provider_t *provider,
+                            void *provider_state, int type, uint32_t now_ms) {
+  if (cf_estimator_name(type) == NULL) {
+    return false;
+  }
+  if (type == StateEstimatorTypeKalman) {
+    restart_filter(estimator, provider, provider_state, now_ms);
+    estimator->type = StateEstimatorTypeKalman;
+  } else {
+    provider->complementary_init(provider_state);
+    estimator->type = StateEstimatorTypeComplementary;
+  }
+  return true;
+}
+
+const char *cf_estimator_name(int type) {
+  static const char *const NAMES[StateEstimatorType_COUNT] = {"None", "Complementary", "Kalman"};
+  return type >= 0 && type < StateEstimatorType_COUNT ? NAMES[type] : NULL;
 }
 
 bool cf_estimator_enqueue(cf_estimator_t *estimator, const measurement_t *measurement) {
@@ -30,11 +52,48 @@ bool cf_estimator_enqueue(cf_estimator_t *estimator, const measurement_t *measur
     return false;
   }
 
-  const uint32_t end = (estimator->queue_first + estimator->queue_count) % CF_ESTIMATOR_QUEUE_SIZE;
-  estimator->queue[end] = *measurement;
-  estimator->queue_count++;
+  estimator->queue[estimator->queue_count++] = *measurement;
   return true;
 }
+
+// ----------------------------------------------------------------------- complementary estimator
+
+static void keep(cf_latest_samples_t *latest, const measurement_t *measurement) {
+  switch (measurement->type) {
+    case MeasurementTypeGyroscope:
+      latest->gyro = measurement->data.gyroscope.gyro;
+      break;
+    case MeasurementTypeAcceleration:
+      latest->acc = measurement->data.acceleration.acc;
+      break;
+    case MeasurementTypeBarometer:
+      latest->baro = measurement->data.barometer.baro;
+      break;
+    case MeasurementTypeTOF:
+      latest->tof = measurement->data.tof;
+      break;
+    default:
+      // poses, flow and the like are lost on this estimator
+      break;
+  }
+}
+
+void cf_estimator_update(cf_estimator_t *estimator, const cf_provider_t *provider,
+                         void *provider_state, state_t *estimate, stabilizerStep_t step,
+                         uint32_t now_ms) {
+  if (estimator->type == StateEstimatorTypeKalman) {
+    cf_estimator_get(estimator, estimate);
+    return;
+  }
+  for (uint32_t i = 0; i < estimator->queue_count; i++) {
+    keep(&estimator->latest, &estimator->queue[i]);
+  }
+  estimator->queue_count = 0;
+
+  provider->complementary(provider_state, &estimator->latest, estimate, step, now_ms);
+}
+
+// --------------------------------------------------------------------------------- Kalman filter
 
 void cf_estimator_get(const cf_estimator_t *estimator, state_t *estimate) {
   *estimate = estimator->estimate;
@@ -61,20 +120,22 @@ static void fuse(cf_estimator_t *estimator, const cf_provider_t *provider, void 
       estimator->accLatest = measurement->data.acceleration.acc;
       axis3fSubSamplerAccumulate(&estimator->accSubSampler, &estimator->accLatest);
       break;
-    default:
+    default: {
+      cf_resolved_sweep_t sweep;
+      measurement = cf_lighthouse_resolve(&sweep, measurement, &estimator->stations);
       provider->kalman_update(provider_state, measurement, &estimator->gyroLatest, now_ms);
       break;
+    }
   }
 }
 
 static void drain_queue(cf_estimator_t *estimator, const cf_provider_t *provider,
                         void *provider_state, uint32_t now_ms) {
   // strictly in order: flow uses the gyroscope sample that came before it
-  while (estimator->queue_count > 0) {
-    fuse(estimator, provider, provider_state, &estimator->queue[estimator->queue_first], now_ms);
-    estimator->queue_first = (estimator->queue_first + 1) % CF_ESTIMATOR_QUEUE_SIZE;
-    estimator->queue_count--;
+  for (uint32_t i = 0; i < estimator->queue_count; i++) {
+    fuse(estimator, provider, provider_state, &estimator->queue[i], now_ms);
   }
+  estimator->queue_count = 0;
 }
 
 static void update_rates(cf_estimator_t *estimator, uint32_t now_ms) {
@@ -89,8 +150,8 @@ static void update_rates(cf_estimator_t *estimator, uint32_t now_ms) {
   estimator->rate_start_ms = now_ms;
 }
 
-void cf_estimator_run(cf_estimator_t *estimator, const cf_provider_t *provider,
-                      void *provider_state, uint32_t now_ms, bool is_flying) {
+static void run_loop(cf_estimator_t *estimator, const cf_provider_t *provider, void *provider_state,
+                     uint32_t now_ms, bool is_flying) {
   if (estimator->resetEstimation) {
     restart_filter(estimator, provider, provider_state, now_ms);
     estimator->resetEstimation = 0;
@@ -112,8 +173,17 @@ void cf_estimator_run(cf_estimator_t *estimator, const cf_provider_t *provider,
   provider->kalman_externalize(provider_state, &estimator->estimate, &estimator->accLatest);
 
   estimator->events[CF_ESTIMATOR_UPDATED]++;
+}
+
+void cf_estimator_run(cf_estimator_t *estimator, const cf_provider_t *provider,
+                      void *provider_state, uint32_t now_ms, bool is_flying) {
+  if (estimator->type == StateEstimatorTypeKalman) {
+    run_loop(estimator, provider, provider_state, now_ms, is_flying);
+  }
   update_rates(estimator, now_ms);
 }
+
+// ------------------------------------------------------------------------------------- variables
 
 static const cf_variable_t PARAMETERS[] = {
     CF_ROW("kalman", "resetEstimation", UINT8, CF_CORE, cf_estimator_t, resetEstimation),

@@ -1,8 +1,10 @@
-/* The estimator task: queue of measurements, averages of the inertial samples, and the 1 kHz loop
- * around the Kalman filter of a provider (estimators dossier 8 and 9).
+/* The front end of the state estimators: queue of measurements, choice of the estimator, and the
+ * 1 kHz loop around the Kalman filter of a provider (estimators dossier 8, 9 and 10.1).
  *
- * In every tick of the stabilizer comes first the estimate (cf_estimator_get), then one loop of the
- * task (cf_estimator_run): the controllers see the state of the tick before. */
+ * In every tick of the stabilizer comes first the estimate (cf_estimator_update). The complementary
+ * estimator computes it there and then. The Kalman filter has a task of its own, one loop per tick
+ * (cf_estimator_run) after the stabilizer's: the controllers see the state of the tick before. The
+ * task of an estimator that is not selected stands still, and all measurements go to the other. */
 #ifndef CF_ONBOARD_ESTIMATOR_H
 #define CF_ONBOARD_ESTIMATOR_H
 
@@ -12,12 +14,13 @@
 #include "api/axis3fSubSampler.h"
 #include "api/measurement.h"
 #include "api/stabilizer_types.h"
+#include "onboard/decks/base_stations.h"
 #include "provider.h"
 #include "variables.h"
 
-// Values of the parameter stabilizer.estimator. The complementary estimator does not exist yet.
+// Values of the parameter stabilizer.estimator.
 typedef enum {
-  StateEstimatorTypeAutoSelect    = 0,
+  StateEstimatorTypeAutoSelect    = 0,  // becomes the complementary one
   StateEstimatorTypeComplementary = 1,
   StateEstimatorTypeKalman        = 2,
   StateEstimatorType_COUNT        = 3,
@@ -36,20 +39,26 @@ typedef enum {
 } cf_estimator_event_t;
 
 typedef struct {
-  // parameter: set it to restart the filter in the next loop
+  // parameter: set it to restart the Kalman filter in its next loop
   uint8_t resetEstimation;
 
-  // the queue, a ring
+  uint8_t type;  // StateEstimatorType, the active one
+
+  // the queue: whoever reads it empties it, so that it always begins at its front
   measurement_t queue[CF_ESTIMATOR_QUEUE_SIZE];
-  uint32_t      queue_first;
   uint32_t      queue_count;
   uint32_t      rejected;  // measurements lost since init
 
-  // inertial samples
+  // complementary estimator
+  cf_latest_samples_t latest;
+
+  // Kalman filter: inertial samples
   Axis3fSubSampler_t accSubSampler;   // g to m/s^2
   Axis3fSubSampler_t gyroSubSampler;  // deg/s to rad/s
   Axis3f             accLatest;       // [g]
   Axis3f             gyroLatest;      // [deg/s]
+
+  cf_base_stations_t stations;  // what sweep angles in the queue refer to
 
   uint32_t nextPredictionMs;
   state_t  estimate;  // of the latest loop
@@ -60,19 +69,36 @@ typedef struct {
   float    rates[CF_ESTIMATOR_EVENTS];   // [1/s], over the latest complete second
 } cf_estimator_t;
 
-// Writes the whole struct, (re)starts the filter of the provider and makes the first loop predict.
-// The estimate is zero until then.
+// Writes the whole struct and selects an estimator, see cf_estimator_switch_to. The first loop of
+// the Kalman filter predicts. The estimate is zero until then.
 void cf_estimator_init(cf_estimator_t *estimator, const cf_provider_t *provider,
-                       void *provider_state, uint32_t now_ms);
+                       void *provider_state, int type, uint32_t now_ms);
+
+// Selects an estimator. AutoSelect becomes the default, the complementary one; the Kalman filter
+// restarts from kalman.initialX and so on, the complementary estimator goes on from where it was.
+// A number that does not exist changes nothing and returns false.
+bool cf_estimator_switch_to(cf_estimator_t *estimator, const cf_provider_t *provider,
+                            void *provider_state, int type, uint32_t now_ms);
+
+// Returns the name of an estimator, "None" for AutoSelect, null for a number that does not exist.
+const char *cf_estimator_name(int type);
 
 // Puts a measurement at the end of the queue. When that is full, the measurement is lost: returns
 // false and counts it.
 bool cf_estimator_enqueue(cf_estimator_t *estimator, const measurement_t *measurement);
 
-// Copies the estimate of the latest loop.
+// The estimate for this step of the stabilizer. The Kalman filter's is a copy; the complementary
+// estimator takes what is in the queue, and leaves horizontal velocity and acceleration as they are
+// in `estimate`.
+void cf_estimator_update(cf_estimator_t *estimator, const cf_provider_t *provider,
+                         void *provider_state, state_t *estimate, stabilizerStep_t step,
+                         uint32_t now_ms);
+
+// Copies the estimate of the Kalman filter's latest loop.
 void cf_estimator_get(const cf_estimator_t *estimator, state_t *estimate);
 
-// One loop of the task, to be called once per millisecond. is_flying is the supervisor's opinion.
+// One loop of the Kalman filter's task, if it is selected; to be called once per millisecond.
+// is_flying is the supervisor's opinion.
 void cf_estimator_run(cf_estimator_t *estimator, const cf_provider_t *provider,
                       void *provider_state, uint32_t now_ms, bool is_flying);
 

@@ -6,16 +6,16 @@
 #define SENSORS_START_UP 1000     // [ms], estimators dossier section 12.1
 #define SUPPLY_START 4.2f         // [V], control-pid dossier section 14
 #define SUPPLY_FILTER_GAIN 0.01f  // per control of the motors
+#define LOOP_RATE_INTERVAL 500    // [ms]
 #define EXT_POS_STD_DEV 0.01f     // [m]
 #define EXT_QUAT_STD_DEV 4.5e-3f  // [rad]
 
-// Chooses an estimator as the firmware does; only the Kalman filter exists so far.
-static bool select_estimator(cf_onboard_t *onboard, int type) {
-  if (type != StateEstimatorTypeAutoSelect && type != StateEstimatorTypeKalman) {
-    return false;
-  }
-  onboard->estimator_type = StateEstimatorTypeKalman;
-  return true;
+static void tell_controller(cf_onboard_t *onboard, const cf_provider_t *provider) {
+  _Static_assert(ControllerType_COUNT <= 10, "the number has one digit");
+  char number[] = " (0) controller";
+  number[2]     = (char)('0' + onboard->controller_type);
+  cf_console_print_line(&onboard->console, "CONTROLLER: Using ",
+                        provider->controller_name(onboard->controller_type), number);
 }
 
 cf_status_t cf_onboard_init(cf_onboard_t *onboard, const cf_provider_t *provider,
@@ -24,8 +24,9 @@ cf_status_t cf_onboard_init(cf_onboard_t *onboard, const cf_provider_t *provider
   onboard->ext_pos_std_dev  = EXT_POS_STD_DEV;
   onboard->ext_quat_std_dev = EXT_QUAT_STD_DEV;
   onboard->supply_voltage   = SUPPLY_START;
+  onboard->radio_id         = boot->radio_id;
 
-  if (!select_estimator(onboard, boot->estimator)) {
+  if (cf_estimator_name(boot->estimator) == NULL) {
     return CF_ERR_UNKNOWN;
   }
   const cf_status_t status = provider->controller_init(provider_state, boot->controller);
@@ -35,11 +36,20 @@ cf_status_t cf_onboard_init(cf_onboard_t *onboard, const cf_provider_t *provider
   onboard->controller_type = (uint8_t)provider->controller_type(provider_state);
 
   cf_sensors_init(&onboard->sensors);
-  cf_estimator_init(&onboard->estimator, provider, provider_state, onboard->tick);
+  cf_sensors_set_trim(&onboard->sensors, boot->acc_trim_pitch, boot->acc_trim_roll);
+  cf_estimator_init(&onboard->estimator, provider, provider_state, boot->estimator, onboard->tick);
+  onboard->estimator_type = onboard->estimator.type;
   cf_high_level_commander_init(&onboard->high_level);
   cf_commander_init(&onboard->commander, onboard->tick);
   cf_rpyt_init(&onboard->rpyt);
+  cf_cppm_init(&onboard->cppm);
+  cf_peer_localization_init(&onboard->peers);
   cf_supervisor_init(&onboard->supervisor, boot->auto_arming);
+  cf_power_management_init(&onboard->power, boot->platform);
+  cf_health_init(&onboard->health, boot->platform);
+  cf_system_variables_init(&onboard->system, boot->seed, boot->serial);
+  cf_console_init(&onboard->console);
+  tell_controller(onboard, provider);
   return CF_OK;
 }
 
@@ -50,6 +60,7 @@ bool cf_onboard_external_pose(cf_onboard_t *onboard, const poseMeasurement_t *po
   measurement.data.pose.stdDevPos  = onboard->ext_pos_std_dev;
   measurement.data.pose.stdDevQuat = onboard->ext_quat_std_dev;
   onboard->external_pose           = measurement.data.pose;
+  onboard->external_tick           = (uint16_t)onboard->tick;
   return cf_estimator_enqueue(&onboard->estimator, &measurement);
 }
 
@@ -62,6 +73,7 @@ bool cf_onboard_external_position(cf_onboard_t *onboard, float x, float y, float
   };
   memcpy(onboard->external_pose.pos, measurement.data.position.pos,
          sizeof onboard->external_pose.pos);
+  onboard->external_tick = (uint16_t)onboard->tick;
   return cf_estimator_enqueue(&onboard->estimator, &measurement);
 }
 
@@ -85,12 +97,14 @@ void cf_onboard_fail(cf_onboard_t *onboard, cf_fault_t fault) {
   if (onboard->fault == CF_FAULT_NONE) {
     onboard->fault      = fault;
     onboard->fault_tick = onboard->tick;
+    cf_console_print_line(&onboard->console, "SYS: Stopped, ", cf_fault_text(fault), NULL);
   }
   memset(&onboard->motors, 0, sizeof onboard->motors);
-  onboard->supervisor.state    = supervisorStateLocked;
-  onboard->supervisor.can_fly  = 0;
-  onboard->supervisor.is_armed = false;
-  onboard->supervisor.info     = CF_SUPERVISOR_INFO_IS_LOCKED;
+  onboard->supervisor.state     = supervisorStateLocked;
+  onboard->supervisor.can_fly   = 0;
+  onboard->supervisor.is_flying = 0;
+  onboard->supervisor.is_armed  = false;
+  onboard->supervisor.info      = CF_SUPERVISOR_INFO_IS_LOCKED;
 }
 
 static bool is_finite_estimate(const state_t *s) {
@@ -115,7 +129,7 @@ static void control_motors(cf_onboard_t *onboard, const cf_provider_t *provider,
                            void *provider_state) {
   provider->power_distribution(provider_state, &onboard->control, &onboard->uncapped);
   onboard->supply_voltage +=
-      SUPPLY_FILTER_GAIN * (onboard->battery_voltage - onboard->supply_voltage);
+      SUPPLY_FILTER_GAIN * (onboard->power.voltage - onboard->supply_voltage);
   provider->battery_compensate(provider_state, &onboard->uncapped, onboard->supply_voltage,
                                &onboard->compensated);
   provider->power_cap(provider_state, &onboard->compensated, &onboard->motors);
@@ -127,13 +141,16 @@ static void control_motors(cf_onboard_t *onboard, const cf_provider_t *provider,
 // back, so that a client sees whether its choice exists.
 static void follow_selection(cf_onboard_t *onboard, const cf_provider_t *provider,
                              void *provider_state) {
-  if (onboard->estimator_type != StateEstimatorTypeKalman) {
-    onboard->estimator_type = StateEstimatorTypeKalman;
+  if (onboard->estimator_type != onboard->estimator.type) {
+    cf_estimator_switch_to(&onboard->estimator, provider, provider_state, onboard->estimator_type,
+                           onboard->tick);
+    onboard->estimator_type = onboard->estimator.type;
   }
   const int active = provider->controller_type(provider_state);
   if (onboard->controller_type != active) {
     provider->controller_init(provider_state, onboard->controller_type);
     onboard->controller_type = (uint8_t)provider->controller_type(provider_state);
+    tell_controller(onboard, provider);
   }
 }
 
@@ -149,30 +166,70 @@ static void get_setpoint(cf_onboard_t *onboard, const cf_provider_t *provider,
   cf_commander_get_setpoint(&onboard->commander, &onboard->setpoint);
 }
 
-static void supervise(cf_onboard_t *onboard, const cf_provider_t *provider, void *provider_state) {
-  if (onboard->step % (RATE_MAIN_LOOP / RATE_SUPERVISOR) == 0) {
-    const uint64_t         now_us = (uint64_t)onboard->tick * 1000;
-    cf_supervisor_inputs_t inputs = {
-        .acc                 = onboard->sensors.data.acc,
-        .setpoint_tick       = onboard->setpoint.timestamp,
-        .now                 = onboard->tick,
-        .idle_thrust         = provider->idle_thrust(provider_state),
-        .planner_state       = provider->plan_state(provider_state),
-        .planner_is_finished = cf_high_level_commander_is_trajectory_finished(
-            &onboard->high_level, provider, provider_state, now_us),
-    };
-    for (int i = 0; i < STABILIZER_NR_OF_MOTORS; i++) {
-      inputs.motor_ratio[i] = onboard->motors.list[i];
-    }
-    cf_supervisor_update(&onboard->supervisor, &inputs, onboard->step);
+// What parameter supervisor.infdmp asks for.
+static void dump_supervisor(cf_onboard_t *onboard) {
+  cf_console_print_line(&onboard->console,
+                        "SUP: state: ", supervisorGetStateName(onboard->supervisor.state), NULL);
+  for (int i = 0; i < CF_CONDITION_COUNT; i++) {
+    const bool is_set = (onboard->supervisor.conditions & (1u << i)) != 0;
+    cf_console_print_line(&onboard->console, is_set ? "SUP: [x] " : "SUP: [ ] ",
+                          supervisorGetConditionName((cf_condition_t)i), NULL);
   }
-  cf_supervisor_override_setpoint(&onboard->supervisor, &onboard->setpoint);
+}
+
+// 25 times a second.
+static void supervise(cf_onboard_t *onboard, const cf_provider_t *provider, void *provider_state) {
+  if (onboard->step % (RATE_MAIN_LOOP / RATE_SUPERVISOR) != 0) {
+    return;
+  }
+  const uint64_t         now_us = (uint64_t)onboard->tick * 1000;
+  cf_supervisor_inputs_t inputs = {
+      .acc                 = onboard->sensors.data.acc,
+      .setpoint_tick       = onboard->setpoint.timestamp,
+      .now                 = onboard->tick,
+      .idle_thrust         = provider->idle_thrust(provider_state),
+      .planner_state       = provider->plan_state(provider_state),
+      .planner_is_finished = cf_high_level_commander_is_trajectory_finished(
+          &onboard->high_level, provider, provider_state, now_us),
+  };
+  for (int i = 0; i < STABILIZER_NR_OF_MOTORS; i++) {
+    inputs.motor_ratio[i] = onboard->motors.list[i];
+  }
+  if (onboard->supervisor.infdmp != 0) {
+    dump_supervisor(onboard);
+  }
+  const char *line = cf_supervisor_update(&onboard->supervisor, &inputs, onboard->step);
+  if (line != NULL) {
+    cf_console_print_line(&onboard->console, "SUP: ", line, NULL);
+  }
+  cf_power_management_update(&onboard->power, onboard->tick);
+  cf_system_variables_update(&onboard->system);
+}
+
+// Returns whether a health test has the loop for itself.
+static bool run_health_test(cf_onboard_t *onboard) {
+  cf_health_t *health      = &onboard->health;
+  const bool   was_shaking = cf_health_is_testing_propellers(health);
+  const bool   is_running =
+      cf_health_is_running(health, cf_supervisor_is_flying(&onboard->supervisor));
+  if (is_running) {
+    cf_health_run(health, &onboard->sensors.data.acc, onboard->power.voltage, &onboard->motors);
+  }
+  const bool is_shaking = cf_health_is_testing_propellers(health);
+  if (is_shaking != was_shaking) {
+    cf_sensors_listen_to_propellers(&onboard->sensors, is_shaking);
+  }
+  return is_running;
 }
 
 // One iteration, in the order of the firmware (control-pid dossier section 4).
 static void iterate(cf_onboard_t *onboard, const cf_provider_t *provider, void *provider_state) {
+  if (run_health_test(onboard)) {
+    return;
+  }
   follow_selection(onboard, provider, provider_state);
-  cf_estimator_get(&onboard->estimator, &onboard->estimate);
+  cf_estimator_update(&onboard->estimator, provider, provider_state, &onboard->estimate,
+                      onboard->step, onboard->tick);
   if (!is_finite_estimate(&onboard->estimate)) {
     cf_onboard_fail(onboard, CF_FAULT_ESTIMATE);
     return;
@@ -184,6 +241,9 @@ static void iterate(cf_onboard_t *onboard, const cf_provider_t *provider, void *
                                 !are_motors_allowed);
   get_setpoint(onboard, provider, provider_state);
   supervise(onboard, provider, provider_state);
+  provider->collision_avoidance(provider_state, &onboard->setpoint, onboard->peers.peers,
+                                &onboard->sensors.data, &onboard->estimate, onboard->tick);
+  cf_supervisor_override_setpoint(&onboard->supervisor, &onboard->setpoint);
 
   provider->controller(provider_state, &onboard->control, &onboard->setpoint,
                        &onboard->sensors.data, &onboard->estimate, onboard->step);
@@ -198,7 +258,7 @@ static void iterate(cf_onboard_t *onboard, const cf_provider_t *provider, void *
   } else {
     memset(&onboard->motors, 0, sizeof onboard->motors);
   }
-  provider->motor_override(provider_state, onboard->battery_voltage, &onboard->motors);
+  provider->motor_override(provider_state, onboard->power.voltage, &onboard->motors);
   onboard->step++;
 }
 
@@ -210,20 +270,38 @@ static void sample_sensors(cf_onboard_t *onboard, const cf_hardware_t *hardware)
                               .data.acceleration.acc = onboard->sensors.data.acc};
   cf_estimator_enqueue(&onboard->estimator, &gyro);
   cf_estimator_enqueue(&onboard->estimator, &acc);
+
+  if (hardware->has_pressure) {
+    cf_sensors_update_baro(&onboard->sensors, hardware->pressure, hardware->temperature);
+    const measurement_t baro = {.type                = MeasurementTypeBarometer,
+                                .data.barometer.baro = onboard->sensors.data.baro};
+    cf_estimator_enqueue(&onboard->estimator, &baro);
+  }
+}
+
+static void count_rate(cf_onboard_t *onboard) {
+  const uint32_t elapsed = onboard->tick - onboard->rate_tick;
+  if (elapsed >= LOOP_RATE_INTERVAL) {
+    onboard->loop_rate = (float)(onboard->step - onboard->rate_step) * 1000.0f / (float)elapsed;
+    onboard->rate_tick = onboard->tick;
+    onboard->rate_step = onboard->step;
+  }
 }
 
 void cf_onboard_tick(cf_onboard_t *onboard, const cf_provider_t *provider, void *provider_state,
                      const cf_hardware_t *hardware) {
   onboard->tick++;
-  onboard->battery_voltage   = hardware->battery_voltage;
-  onboard->battery_millivolt = (uint16_t)(hardware->battery_voltage * 1000.0f);
+  count_rate(onboard);
+  cf_power_management_measure(&onboard->power, hardware->battery_voltage);
   if (onboard->fault != CF_FAULT_NONE || onboard->tick <= SENSORS_START_UP) {
     return;
   }
 
+  // the loop begins with the sample after those that it was calibrated with
+  const bool is_calibrated = cf_sensors_are_calibrated(&onboard->sensors);
   sample_sensors(onboard, hardware);
   if (onboard->step == 0) {
-    if (!cf_sensors_are_calibrated(&onboard->sensors)) {
+    if (!is_calibrated) {
       return;
     }
     onboard->step = 1;

@@ -10,12 +10,21 @@
 #include <stdint.h>
 
 #include "api/stabilizer_types.h"
-#include "onboard/commander.h"
+#include "onboard/commander/commander.h"
+#include "onboard/commander/cppm.h"
+#include "onboard/commander/high_level_commander.h"
+#include "onboard/commander/rpyt.h"
+#include "onboard/commander/setpoints.h"
+#include "onboard/compressed.h"
+#include "onboard/console.h"
+#include "onboard/decks/decks.h"
 #include "onboard/estimator.h"
-#include "onboard/high_level_commander.h"
+#include "onboard/health.h"
+#include "onboard/peer_localization.h"
+#include "onboard/power_management.h"
 #include "onboard/sensors.h"
-#include "onboard/setpoints.h"
 #include "onboard/supervisor.h"
+#include "onboard/system_variables.h"
 #include "provider.h"
 #include "status.h"
 #include "variables.h"
@@ -33,19 +42,36 @@ typedef struct {
   Axis3i16 gyro;             // [LSB]
   Axis3i16 acc;              // [LSB]
   float    battery_voltage;  // [V]
+  bool     has_pressure;     // the barometer has a new sample
+  float    pressure;         // [Pa]
+  float    temperature;      // [deg C], of the barometer
 } cf_hardware_t;
 
 // What is chosen before the onboard software boots.
 typedef struct {
-  int  controller;   // ControllerType
-  int  estimator;    // StateEstimatorType
-  bool auto_arming;  // arms by itself when the pre-flight checks pass
+  int   controller;      // ControllerType
+  int   estimator;       // StateEstimatorType
+  bool  auto_arming;     // arms by itself when the pre-flight checks pass
+  float acc_trim_pitch;  // [deg], see cf_sensors_set_trim
+  float acc_trim_roll;   // [deg]
+
+  cf_platform_t platform;
+  uint32_t      seed;  // with `serial` it makes the unique id of the processor
+  uint32_t      serial;
+  uint8_t radio_id;  // low byte of the radio address, by which packed positions name a vehicle
 } cf_boot_t;
 
+// The order of members keeps together what a tick touches, so that it lies in few pages of memory:
+// a thousand drones are more than a cache holds, and the sensors begin with a large buffer that is
+// only used while they calibrate.
 typedef struct {
+  cf_sensors_t sensors;
+
   // parameters
   uint8_t estimator_type;    // stabilizer.estimator
   uint8_t controller_type;   // stabilizer.controller
+  uint8_t streams_ranges;    // locSrv.enRangeStreamFP32; kept, but nothing is streamed
+  uint8_t streams_angles;    // locSrv.enLhAngleStream; likewise
   float   ext_pos_std_dev;   // [m], locSrv.extPosStdDev
   float   ext_quat_std_dev;  // [rad], locSrv.extQuatStdDev
 
@@ -61,21 +87,37 @@ typedef struct {
   control_t                control;
   motors_thrust_uncapped_t uncapped;
   motors_thrust_uncapped_t compensated;
-  motors_thrust_pwm_t      motors;             // what the motor drivers hold; 0 while stopped
-  int16_t                  control_yaw;        // log controller.ctr_yaw
-  float                    battery_voltage;    // [V], as measured
-  uint16_t                 battery_millivolt;  // [mV]
-  float                    supply_voltage;     // [V], filtered for the compensation
-  poseMeasurement_t        external_pose;      // the last one received, log locSrv
+  motors_thrust_pwm_t      motors;          // what the motor drivers hold; 0 while stopped
+  int16_t                  control_yaw;     // log controller.ctr_yaw
+  float                    supply_voltage;  // [V], filtered for the compensation
+  poseMeasurement_t        external_pose;   // the last one received, log locSrv
+  uint16_t                 external_tick;   // [ms], low half of when; log locSrvZ.tick
+  uint8_t                  radio_id;        // low byte of the radio address
 
-  // modules, the ones with large memories last
+  // log variables; the compressed ones are made by cf_onboard_refresh_logs when somebody reads them
+  float                 loop_rate;   // [Hz], stabilizer.rtStab: over the latest 500 ms
+  uint32_t              rate_tick;   // [ms], when it was counted
+  stabilizerStep_t      rate_step;   // how far the loop was then
+  uint32_t              int_to_out;  // [us], stabilizer.intToOut: 0, computing takes no time here
+  cf_compressed_state_t compressed_state;
+  cf_compressed_setpoint_t compressed_setpoint;
+
+  // modules that every tick looks at
   cf_supervisor_t           supervisor;
+  cf_power_management_t     power;
+  cf_health_t               health;
   cf_commander_t            commander;
-  setpoint_t                client_setpoint;  // kept between packets of the client (rpyt)
-  cf_rpyt_t                 rpyt;
   cf_estimator_t            estimator;
-  cf_high_level_commander_t high_level;
-  cf_sensors_t              sensors;
+  cf_high_level_commander_t high_level;  // ends with the trajectory memory
+
+  // and the others
+  cf_system_variables_t  system;
+  setpoint_t             client_setpoint;  // kept between packets of the client (rpyt)
+  cf_rpyt_t              rpyt;
+  cf_cppm_t              cppm;
+  cf_decks_t             decks;
+  cf_peer_localization_t peers;
+  cf_console_t           console;
 } cf_onboard_t;
 
 // Boots everything at tick 0. The provider's state must be initialised. Returns CF_ERR_UNKNOWN for
@@ -93,6 +135,10 @@ bool cf_onboard_external_pose(cf_onboard_t *onboard, const poseMeasurement_t *po
 
 // A position alone, likewise.
 bool cf_onboard_external_position(cf_onboard_t *onboard, float x, float y, float z);
+
+// Brings the log groups stateEstimateZ and ctrltargetZ up to date. Whoever reads them calls this
+// first, so that nobody pays for them in the tick. Nothing in the tick looks at them.
+void cf_onboard_refresh_logs(cf_onboard_t *onboard);
 
 // Stops the motors and locks the supervisor until the next boot.
 void cf_onboard_fail(cf_onboard_t *onboard, cf_fault_t fault);

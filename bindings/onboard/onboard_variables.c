@@ -6,9 +6,16 @@
 static const cf_variable_t PARAMETERS[] = {
     CF_ROW("stabilizer", "estimator", UINT8, CF_CORE, cf_onboard_t, estimator_type),
     CF_ROW("stabilizer", "controller", UINT8, CF_CORE, cf_onboard_t, controller_type),
+    CF_ROW("locSrv", "enRangeStreamFP32", UINT8, CF_CORE, cf_onboard_t, streams_ranges),
+    CF_ROW("locSrv", "enLhAngleStream", UINT8, CF_CORE, cf_onboard_t, streams_angles),
     CF_ROW("locSrv", "extPosStdDev", FLOAT, CF_CORE, cf_onboard_t, ext_pos_std_dev),
     CF_ROW("locSrv", "extQuatStdDev", FLOAT, CF_CORE, cf_onboard_t, ext_quat_std_dev),
 };
+
+#define STATE_Z(name, type) \
+  CF_ROW("stateEstimateZ", #name, type, 0, cf_onboard_t, compressed_state.name)
+#define TARGET_Z(name) \
+  CF_ROW("ctrltargetZ", #name, INT16, 0, cf_onboard_t, compressed_setpoint.name)
 
 static const cf_variable_t LOGS[] = {
     CF_ROW("ctrltarget", "x", FLOAT, CF_CORE, cf_onboard_t, setpoint.position.x),
@@ -23,10 +30,21 @@ static const cf_variable_t LOGS[] = {
     CF_ROW("ctrltarget", "roll", FLOAT, CF_CORE, cf_onboard_t, setpoint.attitude.roll),
     CF_ROW("ctrltarget", "pitch", FLOAT, CF_CORE, cf_onboard_t, setpoint.attitude.pitch),
     CF_ROW("ctrltarget", "yaw", FLOAT, CF_CORE, cf_onboard_t, setpoint.attitudeRate.yaw),
-    CF_ROW("stabilizer", "roll", FLOAT, CF_CORE, cf_onboard_t, estimate.attitude.roll),
-    CF_ROW("stabilizer", "pitch", FLOAT, CF_CORE, cf_onboard_t, estimate.attitude.pitch),
-    CF_ROW("stabilizer", "yaw", FLOAT, CF_CORE, cf_onboard_t, estimate.attitude.yaw),
-    CF_ROW("stabilizer", "thrust", FLOAT, CF_CORE, cf_onboard_t, control.thrust),
+    TARGET_Z(x),
+    TARGET_Z(y),
+    TARGET_Z(z),
+    TARGET_Z(vx),
+    TARGET_Z(vy),
+    TARGET_Z(vz),
+    TARGET_Z(ax),
+    TARGET_Z(ay),
+    TARGET_Z(az),
+    CF_ROW("stabilizer", "roll", FLOAT, 0, cf_onboard_t, estimate.attitude.roll),
+    CF_ROW("stabilizer", "pitch", FLOAT, 0, cf_onboard_t, estimate.attitude.pitch),
+    CF_ROW("stabilizer", "yaw", FLOAT, 0, cf_onboard_t, estimate.attitude.yaw),
+    CF_ROW("stabilizer", "thrust", FLOAT, 0, cf_onboard_t, control.thrust),
+    CF_ROW("stabilizer", "rtStab", FLOAT, 0, cf_onboard_t, loop_rate),
+    CF_ROW("stabilizer", "intToOut", UINT32, 0, cf_onboard_t, int_to_out),
     CF_ROW("controller", "ctr_yaw", INT16, 0, cf_onboard_t, control_yaw),
     CF_ROW("stateEstimate", "x", FLOAT, CF_CORE, cf_onboard_t, estimate.position.x),
     CF_ROW("stateEstimate", "y", FLOAT, CF_CORE, cf_onboard_t, estimate.position.y),
@@ -44,6 +62,19 @@ static const cf_variable_t LOGS[] = {
     CF_ROW("stateEstimate", "qy", FLOAT, CF_CORE, cf_onboard_t, estimate.attitudeQuaternion.y),
     CF_ROW("stateEstimate", "qz", FLOAT, CF_CORE, cf_onboard_t, estimate.attitudeQuaternion.z),
     CF_ROW("stateEstimate", "qw", FLOAT, CF_CORE, cf_onboard_t, estimate.attitudeQuaternion.w),
+    STATE_Z(x, INT16),
+    STATE_Z(y, INT16),
+    STATE_Z(z, INT16),
+    STATE_Z(vx, INT16),
+    STATE_Z(vy, INT16),
+    STATE_Z(vz, INT16),
+    STATE_Z(ax, INT16),
+    STATE_Z(ay, INT16),
+    STATE_Z(az, INT16),
+    STATE_Z(quat, UINT32),
+    STATE_Z(rateRoll, INT16),
+    STATE_Z(ratePitch, INT16),
+    STATE_Z(rateYaw, INT16),
     CF_ROW("motor", "m1", UINT16, CF_CORE, cf_onboard_t, motors.motors.m1),
     CF_ROW("motor", "m2", UINT16, CF_CORE, cf_onboard_t, motors.motors.m2),
     CF_ROW("motor", "m3", UINT16, CF_CORE, cf_onboard_t, motors.motors.m3),
@@ -52,8 +83,9 @@ static const cf_variable_t LOGS[] = {
     CF_ROW("motor", "m2req", INT32, 0, cf_onboard_t, compensated.motors.m2),
     CF_ROW("motor", "m3req", INT32, 0, cf_onboard_t, compensated.motors.m3),
     CF_ROW("motor", "m4req", INT32, 0, cf_onboard_t, compensated.motors.m4),
-    CF_ROW("pm", "vbat", FLOAT, CF_CORE, cf_onboard_t, battery_voltage),
-    CF_ROW("pm", "vbatMV", UINT16, CF_CORE, cf_onboard_t, battery_millivolt),
+    CF_ROW("ext_pos", "X", FLOAT, 0, cf_onboard_t, external_pose.x),
+    CF_ROW("ext_pos", "Y", FLOAT, 0, cf_onboard_t, external_pose.y),
+    CF_ROW("ext_pos", "Z", FLOAT, 0, cf_onboard_t, external_pose.z),
     CF_ROW("locSrv", "x", FLOAT, CF_CORE, cf_onboard_t, external_pose.x),
     CF_ROW("locSrv", "y", FLOAT, CF_CORE, cf_onboard_t, external_pose.y),
     CF_ROW("locSrv", "z", FLOAT, CF_CORE, cf_onboard_t, external_pose.z),
@@ -61,7 +93,13 @@ static const cf_variable_t LOGS[] = {
     CF_ROW("locSrv", "qy", FLOAT, CF_CORE, cf_onboard_t, external_pose.quat.y),
     CF_ROW("locSrv", "qz", FLOAT, CF_CORE, cf_onboard_t, external_pose.quat.z),
     CF_ROW("locSrv", "qw", FLOAT, CF_CORE, cf_onboard_t, external_pose.quat.w),
+    CF_ROW("locSrvZ", "tick", UINT16, CF_CORE, cf_onboard_t, external_tick),
 };
+
+void cf_onboard_refresh_logs(cf_onboard_t *onboard) {
+  onboard->compressed_state    = cf_compress_state(&onboard->estimate, &onboard->sensors.data.gyro);
+  onboard->compressed_setpoint = cf_compress_setpoint(&onboard->setpoint);
+}
 
 cf_variables_t cf_onboard_parameters(void) {
   return CF_TABLE(PARAMETERS);

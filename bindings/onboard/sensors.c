@@ -11,16 +11,30 @@
 #define SAMPLE_RATE 1000.0f       // [Hz]
 #define GYRO_CUTOFF 80.0f         // [Hz]
 #define ACC_CUTOFF 30.0f          // [Hz]
+#define ACC_CUTOFF_TEST 500.0f    // [Hz], while propellers are tested
 #define GYRO_MAX_VARIANCE 100.0f  // [LSB^2], still enough to trust the mean
 #define GYRO_BIAS_HOLD_OFF 1000   // [ms]
 
+// barometer: the standard atmosphere upside down (section 12.8)
+#define SEA_LEVEL_PRESSURE 1015.7f  // [mbar]
+#define BARO_EXPONENT 0.1902630958f
+#define BARO_TEMPERATURE (25.0f + 273.15f)  // [K], taken for granted
+#define LAPSE_RATE 0.0065f                  // [K/m]
+
 void cf_sensors_init(cf_sensors_t *sensors) {
   memset(sensors, 0, sizeof *sensors);
+  sensors->has_barometer   = 1;
   sensors->acc_scale.scale = 1.0f;
   for (int i = 0; i < 3; i++) {
     sensors->alignment[i][i] = 1.0f;
     lpf2pInit(&sensors->gyro_filter[i], SAMPLE_RATE, GYRO_CUTOFF);
     lpf2pInit(&sensors->acc_filter[i], SAMPLE_RATE, ACC_CUTOFF);
+  }
+}
+
+void cf_sensors_listen_to_propellers(cf_sensors_t *sensors, bool is_listening) {
+  for (int i = 0; i < 3; i++) {
+    lpf2pInit(&sensors->acc_filter[i], SAMPLE_RATE, is_listening ? ACC_CUTOFF_TEST : ACC_CUTOFF);
   }
 }
 
@@ -109,6 +123,29 @@ static Axis3f align(const float m[3][3], const Axis3f *in) {
                   }};
 }
 
+void cf_sensors_set_trim(cf_sensors_t *sensors, float pitch, float roll) {
+  const float to_rad      = 3.14159265358979f / 180.0f;
+  sensors->is_trimmed     = pitch != 0.0f || roll != 0.0f;
+  sensors->trim_sin_pitch = sinf(pitch * to_rad);
+  sensors->trim_cos_pitch = cosf(pitch * to_rad);
+  sensors->trim_sin_roll  = sinf(roll * to_rad);
+  sensors->trim_cos_roll  = cosf(roll * to_rad);
+}
+
+// About x by the roll, then about y by the pitch (section 12.6).
+static Axis3f trim(const cf_sensors_t *sensors, Axis3f in) {
+  if (!sensors->is_trimmed) {
+    return in;
+  }
+  const float y = in.y * sensors->trim_cos_roll - in.z * sensors->trim_sin_roll;
+  const float z = in.y * sensors->trim_sin_roll + in.z * sensors->trim_cos_roll;
+  return (Axis3f){.axis = {
+                      in.x * sensors->trim_cos_pitch - z * sensors->trim_sin_pitch,
+                      y,
+                      in.x * sensors->trim_sin_pitch + z * sensors->trim_cos_pitch,
+                  }};
+}
+
 void cf_sensors_update(cf_sensors_t *sensors, const Axis3i16 *gyro, const Axis3i16 *acc,
                        uint32_t tick) {
   sensors->gyro_raw = *gyro;
@@ -134,7 +171,7 @@ void cf_sensors_update(cf_sensors_t *sensors, const Axis3i16 *gyro, const Axis3i
                          }};
 
   const Axis3f rate_aligned  = align(sensors->alignment, &rate);
-  const Axis3f force_aligned = align(sensors->alignment, &force);
+  const Axis3f force_aligned = trim(sensors, align(sensors->alignment, &force));
   for (int i = 0; i < 3; i++) {
     sensors->data.gyro.axis[i] = lpf2pApply(&sensors->gyro_filter[i], rate_aligned.axis[i]);
     sensors->data.acc.axis[i]  = lpf2pApply(&sensors->acc_filter[i], force_aligned.axis[i]);
@@ -142,7 +179,19 @@ void cf_sensors_update(cf_sensors_t *sensors, const Axis3i16 *gyro, const Axis3i
   sensors->data.interruptTimestamp = (uint64_t)tick * 1000;
 }
 
+void cf_sensors_update_baro(cf_sensors_t *sensors, float pressure, float temperature) {
+  const float mbar   = pressure * 0.01f;
+  const float height = powf(SEA_LEVEL_PRESSURE / mbar, BARO_EXPONENT) - 1.0f;
+
+  sensors->data.baro = (baro_t){
+      .pressure    = mbar,
+      .temperature = temperature,
+      .asl         = height * BARO_TEMPERATURE / LAPSE_RATE,
+  };
+}
+
 static const cf_variable_t PARAMETERS[] = {
+    CF_ROW("imu_sensors", "BMP3XX", UINT8, CF_READ_ONLY, cf_sensors_t, has_barometer),
     CF_ROW("imu_sensors", "imuPhi", FLOAT, CF_PERSISTENT, cf_sensors_t, imu_phi),
     CF_ROW("imu_sensors", "imuTheta", FLOAT, CF_PERSISTENT, cf_sensors_t, imu_theta),
     CF_ROW("imu_sensors", "imuPsi", FLOAT, CF_PERSISTENT, cf_sensors_t, imu_psi),
@@ -155,6 +204,12 @@ static const cf_variable_t LOGS[] = {
     CF_ROW("gyro", "x", FLOAT, CF_CORE, cf_sensors_t, data.gyro.x),
     CF_ROW("gyro", "y", FLOAT, CF_CORE, cf_sensors_t, data.gyro.y),
     CF_ROW("gyro", "z", FLOAT, CF_CORE, cf_sensors_t, data.gyro.z),
+    CF_ROW("mag", "x", FLOAT, CF_CORE, cf_sensors_t, data.mag.x),
+    CF_ROW("mag", "y", FLOAT, CF_CORE, cf_sensors_t, data.mag.y),
+    CF_ROW("mag", "z", FLOAT, CF_CORE, cf_sensors_t, data.mag.z),
+    CF_ROW("baro", "asl", FLOAT, CF_CORE, cf_sensors_t, data.baro.asl),
+    CF_ROW("baro", "temp", FLOAT, 0, cf_sensors_t, data.baro.temperature),
+    CF_ROW("baro", "pressure", FLOAT, CF_CORE, cf_sensors_t, data.baro.pressure),
     CF_ROW("gyro", "xRaw", INT16, 0, cf_sensors_t, gyro_raw.x),
     CF_ROW("gyro", "yRaw", INT16, 0, cf_sensors_t, gyro_raw.y),
     CF_ROW("gyro", "zRaw", INT16, 0, cf_sensors_t, gyro_raw.z),

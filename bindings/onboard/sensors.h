@@ -1,8 +1,9 @@
-/* The sensor front end: raw IMU samples in, calibrated and filtered body rates and accelerations
- * out.
+/* The sensor front end: raw samples in, calibrated and filtered body rates and accelerations, and
+ * the height above sea level out.
  *
- * One call per millisecond, as the gyro's data-ready interrupt drives it on the vehicle
- * (estimators dossier section 12, BMI088). */
+ * One call per millisecond, as the gyro's data-ready interrupt drives it on the vehicle, and one
+ * per sample of the barometer (estimators dossier section 12, BMI088 and BMP388). There is no
+ * magnetometer: it reads zero. */
 #ifndef CF_ONBOARD_SENSORS_H
 #define CF_ONBOARD_SENSORS_H
 
@@ -36,13 +37,20 @@ typedef struct {
 } cf_acc_scale_t;
 
 typedef struct {
+  cf_gyro_bias_t gyro_bias;
+
   // parameters
-  float imu_phi;    // [deg], rotation of the board in the airframe
-  float imu_theta;  // [deg]
-  float imu_psi;    // [deg]
+  uint8_t has_barometer;  // imu_sensors.BMP3XX, always 1
+  float   imu_phi;        // [deg], rotation of the board in the airframe
+  float   imu_theta;      // [deg]
+  float   imu_psi;        // [deg]
+
+  // settings
+  bool  is_trimmed;
+  float trim_sin_pitch, trim_cos_pitch;  // level of the accelerometer in the airframe
+  float trim_sin_roll, trim_cos_roll;
 
   // state
-  cf_gyro_bias_t gyro_bias;
   cf_acc_scale_t acc_scale;
   lpf2pData      gyro_filter[3];
   lpf2pData      acc_filter[3];
@@ -57,9 +65,20 @@ typedef struct {
 // Fills the whole struct: filters at rest, no bias known.
 void cf_sensors_init(cf_sensors_t *sensors);
 
+// Sets the trim of the accelerometer, which the vehicle keeps in its configuration block: the pitch
+// and roll [deg, legacy pitch] that it shows while the vehicle is level.
+void cf_sensors_set_trim(cf_sensors_t *sensors, float pitch, float roll);
+
+// Moves the low-pass of the accelerometer from 30 Hz to half the sample rate, and back: the test of
+// the propellers wants to hear every shake. The filter starts from zero each time.
+void cf_sensors_listen_to_propellers(cf_sensors_t *sensors, bool is_listening);
+
 // Takes the raw samples [LSB] of one millisecond; the result is in `data`.
 void cf_sensors_update(cf_sensors_t *sensors, const Axis3i16 *gyro, const Axis3i16 *acc,
                        uint32_t tick);
+
+// Takes a sample of the barometer: pressure [Pa] and its temperature [deg C].
+void cf_sensors_update_baro(cf_sensors_t *sensors, float pressure, float temperature);
 
 // True once the gyro bias is known; the stabilizer waits for it.
 bool cf_sensors_are_calibrated(const cf_sensors_t *sensors);

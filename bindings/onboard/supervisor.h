@@ -30,7 +30,7 @@ typedef struct {
   // settings
   bool     auto_arming;
   uint8_t  stop;           // param stabilizer.stop: emergency stop while not 0
-  uint8_t  infdmp;         // param supervisor.infdmp: clears itself; the core has no console
+  uint8_t  infdmp;         // param supervisor.infdmp: prints the state once and clears itself
   uint16_t prefltTimeout;  // [ms], from arming until the vehicle has to fly
   uint16_t landedTimeout;  // [ms], from landing until the vehicle disarms
   uint8_t  tmblChckEn;     // 0: a tumbled vehicle may fly

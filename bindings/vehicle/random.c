@@ -16,6 +16,7 @@ void cf_random_init(cf_random_t *random, uint64_t seed, uint64_t id) {
   counter          = scramble(&counter) ^ seed;
   random->state[0] = scramble(&counter);
   random->state[1] = scramble(&counter);
+  // it would stay there; no seed is known that leads to it
   if ((random->state[0] | random->state[1]) == 0) {
     random->state[0] = 1;
   }

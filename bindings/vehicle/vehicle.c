@@ -2,6 +2,103 @@
 
 #include "variable_row.h"
 
+#define WORLD_ID UINT64_MAX  // drones have ids of 32 bits
+#define POSITIONING_DICE 4   // mocap, flow deck, lighthouse, loco
+
+// ------------------------------------------------------------------------------------ positioning
+
+// A room of 5 m by 5 m by 2.5 m around the origin: base stations in two opposite corners under the
+// ceiling, anchors in all eight. Neighbors in the order of the anchors are never straight above
+// each other, so that TDoA2 sees all directions.
+static void default_positioning(cf_vehicle_config_t *config) {
+  config->positioning            = CF_POSITIONING_MOCAP;
+  config->mocap.mishap           = (cf_mishap_config_t){.outlier_size = 0.5f};
+  config->flow_deck.range_mishap = (cf_mishap_config_t){.outlier_size = 0.5f};
+  config->flow_deck.flow_mishap  = (cf_mishap_config_t){.outlier_size = 60.0f};
+
+  config->lighthouse = (cf_lighthouse_config_t){
+      .stations       = {{.position = {-2.5f, -2.5f, 2.5f}, .target = {0.0f, 0.0f, 0.7f}},
+                         {.position = {2.5f, 2.5f, 2.5f}, .target = {0.0f, 0.0f, 0.7f}}},
+      .rate           = 50,
+      .noise          = 0.0002f,
+      .position_error = 0.005f,
+      .attitude_error = 0.002f,
+      .mishap         = {.dropout = 0.02f, .outlier = 0.0001f, .outlier_size = 0.2f},
+  };
+  config->loco = (cf_loco_config_t){
+      .anchors   = {{-2.5f, -2.5f, 0.2f},
+                    {-2.5f, 2.5f, 2.4f},
+                    {2.5f, 2.5f, 0.2f},
+                    {2.5f, -2.5f, 2.4f},
+                    {-2.5f, -2.5f, 2.4f},
+                    {-2.5f, 2.5f, 0.2f},
+                    {2.5f, 2.5f, 2.4f},
+                    {2.5f, -2.5f, 0.2f}},
+      .twr_rate  = 125,
+      .tdoa_rate = 500,
+      .noise     = 0.07f,
+      .bias      = 0.05f,
+      .mishap    = {.dropout = 0.05f, .outlier = 0.01f, .outlier_size = 2.0f},
+  };
+}
+
+static cf_loco_mode_t loco_mode(cf_positioning_t positioning) {
+  switch (positioning) {
+    case CF_POSITIONING_LOCO_TDOA2:
+      return CF_LOCO_TDOA2;
+    case CF_POSITIONING_LOCO_TDOA3:
+      return CF_LOCO_TDOA3;
+    default:
+      return CF_LOCO_TWR;
+  }
+}
+
+// Fits the system of the config; the configs of the others are checked all the same.
+static cf_status_t fit(cf_vehicle_t *vehicle, const cf_vehicle_config_t *config,
+                       const cf_random_t noise[POSITIONING_DICE], cf_random_t mishap,
+                       cf_random_t world) {
+  cf_mocap_t        mocap;
+  cf_flow_deck_t    flow_deck;
+  cf_lighthouse_t   lighthouse;
+  cf_loco_t         loco;
+  const cf_status_t results[] = {
+      cf_mocap_init(&mocap, &config->mocap, noise[0], mishap),
+      cf_flow_deck_init(&flow_deck, &config->flow_deck, noise[1], mishap),
+      cf_lighthouse_init(&lighthouse, &config->lighthouse, noise[2], mishap, world),
+      cf_loco_init(&loco, &config->loco, loco_mode(config->positioning), noise[3], mishap, world),
+  };
+  for (size_t i = 0; i < sizeof results / sizeof results[0]; i++) {
+    if (results[i] != CF_OK) {
+      return results[i];
+    }
+  }
+
+  vehicle->positioning = config->positioning;
+  switch (config->positioning) {
+    case CF_POSITIONING_NONE:
+      return CF_OK;
+    case CF_POSITIONING_MOCAP:
+    case CF_POSITIONING_MOCAP_POSITION:
+      vehicle->mocap = mocap;
+      return CF_OK;
+    case CF_POSITIONING_FLOW:
+      vehicle->flow_deck = flow_deck;
+      return CF_OK;
+    case CF_POSITIONING_LIGHTHOUSE:
+      vehicle->lighthouse = lighthouse;
+      return CF_OK;
+    case CF_POSITIONING_LOCO_TWR:
+    case CF_POSITIONING_LOCO_TDOA2:
+    case CF_POSITIONING_LOCO_TDOA3:
+      vehicle->loco = loco;
+      return CF_OK;
+    default:
+      return CF_ERR_VALUE;
+  }
+}
+
+// ---------------------------------------------------------------------------------------- vehicle
+
 cf_status_t cf_vehicle_default_config(cf_vehicle_config_t *config, cf_platform_t platform) {
   cf_airframe_t     airframe;
   const cf_status_t status = cf_airframe(&airframe, platform);
@@ -17,8 +114,10 @@ cf_status_t cf_vehicle_default_config(cf_vehicle_config_t *config, cf_platform_t
                     .attitude_noise = 0.002f,
                     .position_std   = 0.01f,
                     .attitude_std   = 4.5e-3f},
-      .flow_deck = {.range_noise_scale = 1.0f, .flow_noise = 1.0f, .flow_std = 2.0f},
+      .flow_deck = {.range_noise_scale = 1.0f, .flow_noise = 1.0f},
+      .barometer = {.noise = 0.15f, .drift = 0.3f, .noise_scale = 1.0f},
   };
+  default_positioning(config);
   return CF_OK;
 }
 
@@ -29,9 +128,15 @@ cf_status_t cf_vehicle_init(cf_vehicle_t *vehicle, const cf_vehicle_config_t *co
 
   // each sensor gets its own dice: switching one off leaves the others as they were
   cf_random_init(&fresh.random, seed, id);
-  const cf_random_t imu_random   = cf_random_split(&fresh.random);
-  const cf_random_t mocap_random = cf_random_split(&fresh.random);
-  const cf_random_t flow_random  = cf_random_split(&fresh.random);
+  const cf_random_t imu_random = cf_random_split(&fresh.random);
+  cf_random_t       positioning_random[POSITIONING_DICE];
+  for (int i = 0; i < POSITIONING_DICE; i++) {
+    positioning_random[i] = cf_random_split(&fresh.random);
+  }
+  const cf_random_t mishap_random = cf_random_split(&fresh.random);
+  cf_random_t       world_random;
+  cf_random_init(&world_random, seed, WORLD_ID);
+  const cf_random_t baro_random = cf_random_split(&fresh.random);
 
   const cf_status_t results[] = {
       cf_airframe_check(airframe),
@@ -39,8 +144,8 @@ cf_status_t cf_vehicle_init(cf_vehicle_t *vehicle, const cf_vehicle_config_t *co
       cf_battery_init(&fresh.battery, &airframe->battery),
       cf_aerodynamics_init(&fresh.aerodynamics, &airframe->aerodynamics, &airframe->rotors),
       cf_imu_init(&fresh.imu, &airframe->imu, imu_random),
-      cf_mocap_init(&fresh.mocap, &config->mocap, mocap_random),
-      cf_flow_deck_init(&fresh.flow_deck, &config->flow_deck, flow_random),
+      fit(&fresh, config, positioning_random, mishap_random, world_random),
+      cf_barometer_init(&fresh.barometer, &config->barometer, baro_random),
   };
   for (size_t i = 0; i < sizeof results / sizeof results[0]; i++) {
     if (results[i] != CF_OK) {
@@ -64,15 +169,38 @@ void cf_vehicle_imu(cf_vehicle_t *vehicle, const float rates_body[3], const floa
 
 bool cf_vehicle_mocap(cf_vehicle_t *vehicle, const float position[3], const float quat_wxyz[4],
                       poseMeasurement_t *pose) {
-  return cf_mocap_step(&vehicle->mocap, position, quat_wxyz, pose);
+  const cf_positioning_t fitted = vehicle->positioning;
+  return (fitted == CF_POSITIONING_MOCAP || fitted == CF_POSITIONING_MOCAP_POSITION) &&
+         cf_mocap_step(&vehicle->mocap, position, quat_wxyz, pose);
 }
 
-int cf_vehicle_flow_deck(cf_vehicle_t *vehicle, uint32_t tick, float height,
-                         const float rotation[9], const float velocity_world[3],
-                         const float rates_body[3], tofMeasurement_t *range,
-                         flowMeasurement_t *flow) {
-  return cf_flow_deck_step(&vehicle->flow_deck, tick, height, rotation, velocity_world, rates_body,
-                           range, flow);
+int cf_vehicle_flow_deck(cf_vehicle_t *vehicle, float height, const float rotation[9],
+                         const float velocity_world[3], const float rates_body[3],
+                         cf_flow_reading_t *reading) {
+  if (vehicle->positioning != CF_POSITIONING_FLOW) {
+    return 0;
+  }
+  return cf_flow_deck_step(&vehicle->flow_deck, height, rotation, velocity_world, rates_body,
+                           reading);
+}
+
+int cf_vehicle_lighthouse(cf_vehicle_t *vehicle, const float position[3], const float rotation[9],
+                          cf_sweep_t sweeps[CF_LIGHTHOUSE_STATIONS]) {
+  if (vehicle->positioning != CF_POSITIONING_LIGHTHOUSE) {
+    return 0;
+  }
+  return cf_lighthouse_step(&vehicle->lighthouse, position, rotation, sweeps);
+}
+
+bool cf_vehicle_loco(cf_vehicle_t *vehicle, const float position[3], cf_ranging_t *ranging) {
+  const cf_positioning_t fitted = vehicle->positioning;
+  return fitted >= CF_POSITIONING_LOCO_TWR && fitted <= CF_POSITIONING_LOCO_TDOA3 &&
+         cf_loco_step(&vehicle->loco, position, ranging);
+}
+
+bool cf_vehicle_barometer(cf_vehicle_t *vehicle, float height, float *pressure,
+                          float *temperature) {
+  return cf_barometer_step(&vehicle->barometer, height, pressure, temperature);
 }
 
 static const cf_variable_t LOGS[] = {

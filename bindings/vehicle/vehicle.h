@@ -11,23 +11,32 @@
 
 #include "api/imu_types.h"
 #include "api/stabilizer_types.h"
+#include "deck_facts.h"
 #include "platform.h"
+#include "positioning.h"
 #include "status.h"
 #include "variables.h"
 #include "vehicle/aerodynamics.h"
 #include "vehicle/airframe.h"
+#include "vehicle/barometer.h"
 #include "vehicle/battery.h"
-#include "vehicle/flow_deck.h"
 #include "vehicle/imu.h"
-#include "vehicle/mocap.h"
+#include "vehicle/positioning/flow_deck.h"
+#include "vehicle/positioning/lighthouse.h"
+#include "vehicle/positioning/loco.h"
+#include "vehicle/positioning/mocap.h"
 #include "vehicle/random.h"
 #include "vehicle/rotors.h"
 
 // Start from the default of a platform and change what differs.
 typedef struct {
-  cf_airframe_t         airframe;
-  cf_mocap_config_t     mocap;
-  cf_flow_deck_config_t flow_deck;
+  cf_airframe_t          airframe;
+  cf_positioning_t       positioning;  // the one system that is fitted
+  cf_mocap_config_t      mocap;
+  cf_flow_deck_config_t  flow_deck;
+  cf_lighthouse_config_t lighthouse;
+  cf_loco_config_t       loco;
+  cf_barometer_config_t  barometer;
 } cf_vehicle_config_t;
 
 typedef struct {
@@ -37,15 +46,24 @@ typedef struct {
   cf_battery_t      battery;
   cf_aerodynamics_t aerodynamics;
   cf_imu_t          imu;
-  cf_flow_deck_t    flow_deck;
-  cf_mocap_t        mocap;
+  cf_barometer_t    barometer;
   cf_random_t       random;  // spare dice, for whoever disturbs this drone
+
+  // only the fitted one is there
+  cf_positioning_t positioning;
+  union {
+    cf_mocap_t      mocap;
+    cf_flow_deck_t  flow_deck;
+    cf_lighthouse_t lighthouse;
+    cf_loco_t       loco;
+  };
 } cf_vehicle_t;
 
 // Writes the default config. Returns CF_ERR_UNKNOWN for an unknown platform.
 cf_status_t cf_vehicle_default_config(cf_vehicle_config_t *config, cf_platform_t platform);
 
-// Fills the vehicle, rotors at rest. The sequences of noise depend on seed and id only. Returns
+// Fills the vehicle, rotors at rest. The sequences of noise depend on seed and id only, the errors
+// of base stations and anchors on the seed alone: drones share the room. Returns
 // CF_ERR_VALUE (CF_ERR_CAPACITY for the delay line of the motion capture) and leaves the vehicle
 // untouched when the config holds a number outside its range.
 cf_status_t cf_vehicle_init(cf_vehicle_t *vehicle, const cf_vehicle_config_t *config, uint64_t seed,
@@ -61,15 +79,19 @@ void cf_vehicle_wrench(const cf_vehicle_t *vehicle, const float rotation[9],
                        const float velocity_world[3], const float rates_body[3],
                        float force_world[3], float torque_body[3]);
 
-// The sensors, once per tick each; see imu.h, mocap.h and flow_deck.h.
+// The sensors, once per tick each; see imu.h, barometer.h, mocap.h, flow_deck.h, lighthouse.h and
+// loco.h. A positioning system that is not fitted measures nothing.
 void cf_vehicle_imu(cf_vehicle_t *vehicle, const float rates_body[3], const float specific_force[3],
                     Axis3i16 *gyro_raw, Axis3i16 *acc_raw);
 bool cf_vehicle_mocap(cf_vehicle_t *vehicle, const float position[3], const float quat_wxyz[4],
                       poseMeasurement_t *pose);
-int  cf_vehicle_flow_deck(cf_vehicle_t *vehicle, uint32_t tick, float height,
-                          const float rotation[9], const float velocity_world[3],
-                          const float rates_body[3], tofMeasurement_t *range,
-                          flowMeasurement_t *flow);
+int  cf_vehicle_flow_deck(cf_vehicle_t *vehicle, float height, const float rotation[9],
+                          const float velocity_world[3], const float rates_body[3],
+                          cf_flow_reading_t *reading);
+int  cf_vehicle_lighthouse(cf_vehicle_t *vehicle, const float position[3], const float rotation[9],
+                           cf_sweep_t sweeps[CF_LIGHTHOUSE_STATIONS]);
+bool cf_vehicle_loco(cf_vehicle_t *vehicle, const float position[3], cf_ranging_t *ranging);
+bool cf_vehicle_barometer(cf_vehicle_t *vehicle, float height, float *pressure, float *temperature);
 
 // Log variables of group `sim`: what only the simulator knows. Offsets count from cf_vehicle_t.
 cf_variables_t cf_vehicle_logs(void);

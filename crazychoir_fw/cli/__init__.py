@@ -1,4 +1,4 @@
-"""The command line: `crazychoir fly MISSION.yaml` and `crazychoir info`.
+"""The command line: `crazychoir fly MISSION.yaml`, `crazychoir info` and `crazychoir variables`.
 
 One module per command. Whatever is slow to import, a command imports when it runs.
 """
@@ -7,6 +7,7 @@ import typer
 
 from crazychoir_fw.cli.fly import fly
 from crazychoir_fw.cli.info import info
+from crazychoir_fw.cli.variables import variables
 
 app = typer.Typer(
     help="Swarms of Crazyflies in MuJoCo, flown by their own onboard software.",
@@ -16,5 +17,6 @@ app = typer.Typer(
 )
 app.command()(fly)
 app.command()(info)
+app.command()(variables)
 
 __all__ = ["app"]

@@ -1,19 +1,23 @@
 """The drones of a mission: who starts where, with which vehicle and onboard software."""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number, point, whole, word
+from crazychoir_fw.mission.values import choice, number, parameter_values, point, whole, word
 
 PLATFORMS = ("cf2", "cf21bl")
-CONTROLLERS = ("pid",)
-ESTIMATORS = ("kalman",)
-POSITIONINGS = ("mocap", "flow", "none")
+CONTROLLERS = ("pid", "mellinger", "indi", "brescianini", "lee")
+ESTIMATORS = ("kalman", "complementary")
+POSITIONINGS = ("mocap", "mocap_position", "lighthouse", "loco_twr", "loco_tdoa2", "loco_tdoa3", "flow", "none")
 PROVIDERS = ("builtin",)
+
+FORCE_CONTROLLERS = ("brescianini", "lee")
+"""Controllers that command newtons: for them the firmware's log of the thrust shows a torque."""
 
 START_DISTANCE = 0.15
 """Least distance between two drones at start (m): the span of a Crazyflie with its propellers."""
@@ -31,7 +35,7 @@ class Settings(Section):
     """Onboard controller."""
 
     estimator: Annotated[str, choice(*ESTIMATORS)] | None = None
-    """Onboard state estimator."""
+    """Onboard state estimator; without it, what the positioning asks for."""
 
     positioning: Annotated[str, choice(*POSITIONINGS)] | None = None
     """Where position measurements come from."""
@@ -47,6 +51,9 @@ class Settings(Section):
 
     mass: Annotated[float, number(0.005, 0.5, "kg")] | None = None
     """Mass of the vehicle (kg); without it, that of the airframe."""
+
+    parameters: Annotated[Mapping[str, float], parameter_values()] | None = None
+    """Onboard parameters by their cflib names, such as `colAv.enable`, set before the flight."""
 
 
 class DroneEntry(Settings):
@@ -123,19 +130,25 @@ class Drone:
     yaw_deg: float = 0.0
     platform: str = "cf2"
     controller: str = "pid"
-    estimator: str = "kalman"
+    estimator: str = "auto"
     positioning: str = "mocap"
     provider: str = "builtin"
     noise: float = 1.0
     battery: float = 1.0
     mass: float | None = None  # [kg]
+    parameters: Mapping[str, float] = field(default_factory=dict)
 
 
 def decide(drones: list[DroneEntry] | Layout, defaults: Settings) -> tuple[Drone, ...]:
     """Return every drone with its settings decided, in the order of the file."""
     entries = drones.entries() if isinstance(drones, Layout) else drones
     common = defaults.model_dump(exclude_none=True)
-    return tuple(Drone(**(common | entry.model_dump(exclude_none=True))) for entry in entries)
+    fleet = []
+    for entry in entries:
+        settings = common | entry.model_dump(exclude_none=True)
+        settings["parameters"] = {**(defaults.parameters or {}), **(entry.parameters or {})}
+        fleet.append(Drone(**settings))
+    return tuple(fleet)
 
 
 def close_pair(drones: tuple[Drone, ...]) -> tuple[int, int, float] | None:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.core import identity
+from crazychoir_fw.mission.fleet import FORCE_CONTROLLERS
 from crazychoir_fw.mission.plan import TICKS_PER_SECOND, FlightPlan
 from crazychoir_fw.mission.schema import Mission
 
@@ -24,6 +25,7 @@ SETPOINT = ("ctrltarget.x", "ctrltarget.y", "ctrltarget.z")
 THRUST = "stabilizer.thrust"
 SUPERVISOR = "supervisor.info"
 FLYING_BIT = 0x0010
+OFF_THE_FLOOR = 0.05  # [m] above the start
 FULL_THRUST = 65535
 
 HOVER_WINDOW = 1.0
@@ -74,10 +76,13 @@ def summarize(
     Errors count from a drone's take-off to the end of its landing, while its supervisor says that it flies:
     `rms_error_m` and `max_error_m` between true position and onboard setpoint, `estimator_rms_m` between true position
     and state estimate. `endpoint_error_m` is the distance from the last commanded place at the end of the flight.
-    `hover_thrust_percent` is the mean thrust command over the steadiest second, before battery compensation. A figure
-    that a flight does not have is null.
+    `hover_thrust_percent` is the mean thrust command over the steadiest second, before battery compensation; the
+    firmware logs none for a controller that commands newtons. A figure that a flight does not have is null.
     """
     measured = flight_figures(plan, log, start)
+    for settings, figures in zip(mission.fleet, measured, strict=True):
+        if settings.controller in FORCE_CONTROLLERS:
+            figures["hover_thrust_percent"] = None
     drones = [
         {
             "id": drone.id,
@@ -112,7 +117,9 @@ def flight_figures(plan: FlightPlan, log: "FlightLog", start: float) -> list[dic
     figures = []
     for i in range(len(plan.fleet)):
         flies = _airborne(plan, log, i, start)
-        thrust = hover_thrust(log.time, true[:, i], log.signals[THRUST][:, i], flies)
+        # the supervisor sees a drone flying whose motors have not lifted it yet
+        is_off_the_floor = true[:, i, 2] > true[0, i, 2] + OFF_THE_FLOOR
+        thrust = hover_thrust(log.time, true[:, i], log.signals[THRUST][:, i], flies & is_off_the_floor)
         figures.append(
             {
                 "rms_error_m": _rounded(_rms(tracking[flies, i])),

@@ -5,12 +5,15 @@ message learns the allowed range without opening the documentation.
 """
 
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from difflib import get_close_matches
 from numbers import Integral, Real
 
+import numpy as np
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
+
+from crazychoir_fw.variables import parameter_table
 
 
 def refusal(must: str, path: str = "") -> PydanticCustomError:
@@ -88,6 +91,33 @@ def word(pattern: str, must: str) -> BeforeValidator:
         return value
 
     return BeforeValidator(check)
+
+
+def parameter_values() -> BeforeValidator:
+    """A mapping from names of onboard parameters to numbers that fit into them."""
+    must = "a mapping from onboard parameters to numbers, such as {colAv.enable: 1}"
+
+    def check(value: object) -> dict[str, float]:
+        if not isinstance(value, Mapping):
+            raise refusal(must)
+        table = parameter_table()
+        for name, amount in value.items():
+            if name not in table:
+                raise refusal(must + did_you_mean(name, table))
+            kind = table[name].dtype
+            low, high = _range_of(kind)
+            is_whole = kind.kind != "f"
+            if not is_number(amount, low, high) or (is_whole and not float(amount).is_integer()):
+                what = "a whole number" if is_whole else "a number"
+                raise refusal(f"a mapping with {what} in [{low:g}, {high:g}] for {name}")
+        return dict(value)
+
+    return BeforeValidator(check)
+
+
+def _range_of(kind: np.dtype) -> tuple[float, float]:
+    limits = np.finfo(kind) if kind.kind == "f" else np.iinfo(kind)
+    return float(limits.min), float(limits.max)
 
 
 def point(*names: str, low: float = -1000.0, high: float = 1000.0, floor: float | None = None) -> BeforeValidator:

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import address_of, check, struct_view
+from crazychoir_fw.core import address_of, check, receive_packet, struct_view
 from crazychoir_fw.errors import RangeError, StateError
 from crazychoir_fw.simulation.builder import body_addresses
-from crazychoir_fw.simulation.clients import Commander, HighLevelCommander, Log, Param
+from crazychoir_fw.simulation.clients import Commander, HighLevelCommander, Localization, Log, Param
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.variables import log_table, parameter_table
 
@@ -29,7 +29,9 @@ class DroneSnapshot:
 class Drone:
     """A handle of one drone; its memory belongs to the `mjData` of its world."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, config: DroneConfig) -> None:
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, config: DroneConfig, watched: dict[str, Param] | None = None
+    ) -> None:
         self._data = data  # keeps the memory alive
         self.config = config
         self.id = config.id
@@ -44,8 +46,9 @@ class Drone:
         provider = self._cf.config.provider
         self.commander = Commander(self.id, self._cf)
         self.high_level_commander = HighLevelCommander(self.id, self._cf)
-        self.param = Param(self.id, self.memory, parameter_table(provider))
-        self.log = Log(self.id, self.memory, log_table(provider))
+        self.loc = Localization(self.id, self._cf)
+        self.param = Param(self.id, self.memory, parameter_table(provider), {} if watched is None else watched)
+        self.log = Log(self.id, self.memory, log_table(provider), self._cf)
 
     def __repr__(self) -> str:
         x, y, z = self.true_position
@@ -126,6 +129,23 @@ class Drone:
         return f"{self.id}: {reason} (at {onboard.fault_tick / 1000:.3f} s)"
 
     @property
+    def console(self) -> str:
+        """The latest 512 characters that the onboard software printed."""
+        console = ffi.addressof(self._cf.onboard, "console")
+        text, first = ffi.new("char[]", lib.CF_CONSOLE_BYTES), ffi.new("uint32_t *")
+        count = lib.cf_console_read(console, 0, text, lib.CF_CONSOLE_BYTES, first)
+        return ffi.unpack(text, count).decode("ascii", "replace")
+
+    @property
+    def peers(self) -> NDArray[np.float64]:
+        """Where this drone has been told that others are (m, world), shape (n, 3), n at most 10.
+
+        The world tells it 100 times a second, but only while its parameter ``colAv.enable`` is set.
+        """
+        told = [peer.pos for peer in self._cf.onboard.peers.peers if peer.id]
+        return np.array([(position.x, position.y, position.z) for position in told]).reshape(-1, 3)
+
+    @property
     def battery_voltage(self) -> float:
         """Voltage at the terminals of the battery (V)."""
         return float(self._cf.vehicle.battery.voltage)
@@ -166,6 +186,19 @@ class Drone:
         """Tell the drone its pose (m, quaternion xyzw), as cflib's `extpos.send_extpose`."""
         status = lib.cf_send_external_pose(self._cf, x, y, z, [qx, qy, qz, qw])
         check(status, f"{self.id}: send_extpose({x}, {y}, {z}, …)")
+
+    def receive_packet(self, port: int, channel: int, data: bytes) -> bytes | None:
+        """Hand over a CRTP packet as the radio would, and return the payload of the answer, or None.
+
+        Ports 3 and 7 (setpoints), 6 (localization), 8 (high-level commander) and 9 (supervisor).
+
+        Raises:
+            RangeError: If the packet has a wrong length, or a number in it is not finite.
+            UnknownNameError: If there is no such port, channel or type.
+            StateError: If the drone refuses it in its present state.
+        """
+        who = f"{self.id}: packet '{data.hex(' ')}' on port {port} channel {channel}"
+        return receive_packet(self._cf, port, channel, data, who)
 
     # ---------------------------------------------------------------- snapshots
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 
@@ -30,17 +30,20 @@ class DroneConfig:
     provider: str = "builtin"
     """Implementation of the onboard algorithms."""
     controller: str | None = None
-    """Controller at boot."""
+    """Controller at boot: ``pid`` (default), ``mellinger``, ``indi``, ``brescianini`` or ``lee``."""
     estimator: str | None = None
-    """State estimator at boot."""
+    """State estimator at boot: ``kalman`` or ``complementary``; by default what the positioning asks for."""
     positioning: str | None = None
-    """``mocap`` (default), ``flow`` or ``none``."""
+    """``mocap`` (default), ``mocap_position``, ``lighthouse``, ``loco_twr``, ``loco_tdoa2``, ``loco_tdoa3``, ``flow``
+    or ``none``."""
     battery: float | None = None
     """State of charge at the start, in [0, 1]."""
     noise: float | None = None
     """Factor on the noise of the inertial sensors; 0 is ideal."""
-    attributes: Mapping[str, str | float | int] = field(default_factory=dict)
-    """Any further attribute of the engine plugin, such as ``mocap_noise`` (m)."""
+    parameters: Mapping[str, float | int] = field(default_factory=dict)
+    """Onboard parameters that a client sets at the start, such as ``{"colAv.enable": 1}``; a reboot forgets them."""
+    attributes: Mapping[str, str | float | int | Sequence[float]] = field(default_factory=dict)
+    """Any further attribute of the engine plugin, such as ``mocap_noise`` (m) or ``anchor0`` (x, y, z in m)."""
 
     def plugin_attributes(self) -> dict[str, str]:
         """Return the attributes for the engine plugin as text."""
@@ -57,5 +60,7 @@ class DroneConfig:
         return {name: _text(value) for name, value in chosen.items() if value is not None}
 
 
-def _text(value: str | float | int) -> str:
+def _text(value: str | float | int | Sequence[float]) -> str:
+    if isinstance(value, Iterable) and not isinstance(value, str):
+        return " ".join(repr(float(number)) for number in value)
     return repr(float(value)) if isinstance(value, float) else str(value)

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
+from crazychoir_fw._core import lib
 from crazychoir_fw.core import identity
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.report.flight_log import FlightLog
@@ -42,6 +43,7 @@ class FlightRecorder:
         self._world = world
         self.ticks_per_sample = TICKS_PER_SECOND // rate_hz
         self._views = swarm_views(world)
+        self._stride = _stride(world)
         self._times: list[float] = []
         self._samples: dict[str, list[NDArray]] = {name: [] for name in self._views}
         self._qpos: list[NDArray[np.float64]] = []
@@ -49,6 +51,7 @@ class FlightRecorder:
 
     def sample(self) -> None:
         """Take one sample of the present instant."""
+        lib.cf_refresh_logs(self._world.drones[0].struct, len(self._world.drones), self._stride)
         self._times.append(self._world.time)
         for name, view in self._views.items():
             self._samples[name].append(view.copy())
@@ -100,22 +103,28 @@ class FlightRecorder:
         return {name: values.astype(np.float32) for name, values in truth.items()}
 
 
+def _stride(world: World) -> int:
+    """Return how far apart the drones stand in memory (bytes)."""
+    starts = [drone.memory.ctypes.data for drone in world.drones]
+    strides = set(np.diff(starts)) or {world.drones[0].memory.nbytes}
+    if len(strides) != 1:
+        raise RangeError("other engine plugins stand between the drones, they cannot be recorded together")
+    return int(strides.pop())
+
+
 def swarm_views(world: World) -> dict[str, NDArray]:
     """Return each log variable of all drones as a live view of the world's memory, shape (N,).
 
-    The drones must carry the same provider, and nothing else may stand between them in `plugin_state`.
+    The drones must carry the same provider, and nothing else may stand between them in `plugin_state`. The
+    groups `stateEstimateZ` and `ctrltargetZ` are as old as the latest call of `cf_refresh_logs`.
     """
     first = world.drones[0].memory
-    starts = [drone.memory.ctypes.data for drone in world.drones]
-    strides = set(np.diff(starts)) or {first.nbytes}
-    if len(strides) != 1:
-        raise RangeError("other engine plugins stand between the drones, they cannot be recorded together")
-    stride = int(strides.pop())
+    count, stride = len(world.drones), _stride(world)
     views = {}
     for name, variable in log_table(world.drones[0].struct.config.provider).items():
         end = variable.offset + variable.dtype.itemsize
         cell = first[variable.offset : end].view(variable.dtype)
-        views[name] = as_strided(cell, shape=(len(starts),), strides=(stride,), writeable=False)
+        views[name] = as_strided(cell, shape=(count,), strides=(stride,), writeable=False)
     return views
 
 

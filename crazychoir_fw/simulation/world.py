@@ -13,10 +13,13 @@ from crazychoir_fw._core import lib
 from crazychoir_fw.core import register_plugin
 from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
 from crazychoir_fw.simulation.builder import build_model
+from crazychoir_fw.simulation.clients import Param
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
 
 TICKS_PER_SECOND = 1000
+SETTLE_S = 2.0
+"""Time (s) that the filter of a drone needs which must find its place by light or radio."""
 
 
 class World:
@@ -41,7 +44,7 @@ class World:
 
         Raises:
             RangeError: If a value is outside its range; the message names drone, value and range.
-            UnknownNameError: If there is no such scene or platform.
+            UnknownNameError: If there is no such scene, platform or onboard parameter.
         """
         register_plugin()
         if threads is not None:
@@ -51,8 +54,10 @@ class World:
         self.model = build_model(drones, scene, seed, visuals)
         self.data = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)
-        self.drones = tuple(Drone(self.model, self.data, config) for config in drones)
+        self._watched: dict[str, Param] = {}  # parameters that somebody listens to
+        self.drones = tuple(Drone(self.model, self.data, config, self._watched) for config in drones)
         self._by_id = {drone.id: drone for drone in self.drones}
+        self._set_parameters()
         self._steps_per_tick = max(1, round(0.001 / self.model.opt.timestep))
         self._ticks_per_step = max(1, round(self.model.opt.timestep / 0.001))
 
@@ -83,6 +88,8 @@ class World:
             mujoco.mj_step(self.model, self.data, nstep=n_ticks * self._steps_per_tick // self._ticks_per_step)
         finally:
             lib.cf_plugin_overlap(model, data, False)
+        for param in list(self._watched.values()):
+            param.report_changes()
 
     def run(self, seconds: float) -> None:
         """Advance by seconds, rounded to whole milliseconds."""
@@ -94,7 +101,8 @@ class World:
         """Advance until every drone can fly; drones that must be armed are armed as soon as they can be.
 
         A drone needs about 1.6 s: sensors start after 1 s, the gyro bias takes 0.5 s, then come the supervisor's
-        pre-flight checks.
+        pre-flight checks. With a lighthouse or loco deck among them it takes 2 s more, in which their filters find out
+        where they are.
 
         Raises:
             StateError: If a drone is not ready in time; the message names it and its state.
@@ -108,6 +116,8 @@ class World:
             for drone in self.drones:
                 if drone.can_arm:
                     drone.arm()
+        if any(drone.param[deck] for drone in self.drones for deck in ("deck.bcLighthouse4", "deck.bcLoco")):
+            self.run(SETTLE_S)
 
     def positions(self) -> NDArray[np.float64]:
         """Return the true positions of all drones (m, world), shape (N, 3)."""
@@ -117,6 +127,13 @@ class World:
         """Go back to the start: time 0, drones booting at their start poses."""
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_forward(self.model, self.data)
+        self._set_parameters()
+
+    def _set_parameters(self) -> None:
+        """Set the onboard parameters that the drones were configured with."""
+        for drone in self.drones:
+            for name, value in drone.config.parameters.items():
+                drone.param[name] = value
 
     def snapshot(self) -> NDArray[np.float64]:
         """Return the whole state of the world: time, motion and every byte of every drone."""

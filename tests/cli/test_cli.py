@@ -140,3 +140,30 @@ def test_verdict_says_how_it_went_how_fast_and_where(tmp_path):
     assert verdict(summary_of(1), tmp_path).plain == (
         f"success: 10.0 s flown in 0.5 s (20.0 x real time), see {tmp_path}/"
     )
+
+
+def test_variables_lists_parameters_with_their_factory_values():
+    result = run("variables", "pid_rate.*", "--platform", "cf21bl", "--json")
+    rows = {row["name"]: row for row in json.loads(result.stdout)}
+    assert all(name.startswith("pid_rate.") for name in rows)
+    assert rows["pid_rate.roll_kp"] == {
+        "name": "pid_rate.roll_kp",
+        "type": "float32",
+        "value": 200.0,
+        "read_only": False,
+        "persistent": True,
+        "core": False,
+    }
+
+
+def test_variables_lists_logs_as_a_table():
+    result = run("variables", "pm.*", "--logs")
+    assert result.exit_code == 0
+    assert "pm.vbat " in result.stdout
+    assert "float32" in result.stdout
+
+
+def test_variables_of_an_unknown_platform_are_refused():
+    result = run("variables", "--platform", "cf3")
+    assert result.exit_code == 2
+    assert result.stderr == "no platform named 'cf3', allowed: cf2, cf21bl\n"

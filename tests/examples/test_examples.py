@@ -13,8 +13,12 @@ from crazychoir_fw.cli import app
 EXAMPLES = Path(__file__).parents[2] / "examples"
 MISSIONS = sorted(EXAMPLES.glob("*.yaml"))
 
-# largest tracking error (m) that the stock PID may show on the path of the mission: half a second times its speed
-LARGEST_ERROR = {"hello_swarm": 0.6, "figure8": 0.7}
+# largest tracking error (m) that the stock PID may show on the path of the mission: half a second times its speed,
+# and as much again where collision avoidance moves the setpoint about
+LARGEST_ERROR = {"hello_swarm": 0.6, "figure8": 0.7, "swap_places": 0.9, "mixed_swarm": 0.8}
+# and (m) of the end point and the estimate, where something else than motion capture tells the drones where they are
+LARGEST_END_ERROR = {"mixed_swarm": 0.3}
+LARGEST_ESTIMATE_ERROR = {"mixed_swarm": 0.2}
 
 
 def fly(mission, out, *options):
@@ -38,10 +42,11 @@ def test_flight_succeeds_with_small_errors(flown):
     assert summary["mission"] == mission.stem
     for drone in summary["drones"]:
         assert drone["max_error_m"] < LARGEST_ERROR[mission.stem]
-        assert drone["endpoint_error_m"] < 0.05
-        assert drone["estimator_rms_m"] < 0.03
-        # vehicle dossier 14.1: 59 % in theory, the battery sags and the integrators trim
-        assert 50 < drone["hover_thrust_percent"] < 70
+        assert drone["endpoint_error_m"] < LARGEST_END_ERROR.get(mission.stem, 0.05)
+        assert drone["estimator_rms_m"] < LARGEST_ESTIMATE_ERROR.get(mission.stem, 0.03)
+        # vehicle dossier 14.1: 59 % in theory, the battery sags and the integrators trim; none for those in newtons
+        if not drone["id"].startswith(("lee", "brescianini")):
+            assert 50 < drone["hover_thrust_percent"] < 70
         assert 3.3 < drone["battery_V"] < 4.2
 
 

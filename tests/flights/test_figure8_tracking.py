@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from test_acceptance import hovering, record, reference_world, within
 
-DATA = Path(__file__).parents[1] / "bindings" / "builtin" / "data" / "figure8.csv"
+DATA = Path(__file__).parents[1] / "bindings" / "builtin" / "planning" / "data" / "figure8.csv"
 
 
 def pieces():

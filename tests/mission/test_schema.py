@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from crazychoir_fw.errors import CrazychoirError, MissionError
 from crazychoir_fw.mission import Mission, load_mission, parse_mission
+from crazychoir_fw.mission.runner import build_world
 
 NAN = float("nan")
 INF = float("inf")
@@ -71,6 +72,18 @@ BAD_VALUES = [
     (["defaults"], {"noise": NAN}, ["defaults.noise is nan", "[0, 100]"]),
     (["defaults"], {"provider": "bitkraze"}, ["defaults.provider is 'bitkraze'", "builtin"]),
     (["defaults"], {"id": "cf1"}, ["defaults has no key 'id'", "platform"]),
+    (["defaults"], {"parameters": 1}, ["defaults.parameters is 1", "a mapping from onboard parameters to numbers"]),
+    (
+        ["defaults"],
+        {"parameters": {"colAv.enable_": 1}},
+        ["defaults.parameters is {'colAv.enable_': 1}", "did you mean 'colAv.enable'?"],
+    ),
+    (["defaults"], {"parameters": {1: 1}}, ["defaults.parameters is {1: 1}", "a mapping from onboard parameters"]),
+    (["defaults"], {"parameters": {"colAv.enable": 256}}, ["a whole number in [0, 255] for colAv.enable"]),
+    (["defaults"], {"parameters": {"colAv.enable": 0.5}}, ["a whole number in [0, 255] for colAv.enable"]),
+    (["defaults"], {"parameters": {"colAv.enable": True}}, ["a whole number in [0, 255] for colAv.enable"]),
+    (["drones", 1, "parameters"], {"colAv.horizon": NAN}, ["drones[1].parameters", "a number in", "for colAv.horizon"]),
+    (["drones", 1, "parameters"], {"colAv.horizon": 1e39}, ["drones[1].parameters", "[-3.40282e+38, 3.40282e+38]"]),
     (["tolerance"], {"endpoint": 0}, ["tolerance.endpoint is 0", "[0.001, 10] m"]),
     (["fligth"], [], ["a mission has no key 'fligth'", "did you mean 'flight'?"]),
     (["flight"], [], ["flight is []", "at least 1"]),
@@ -182,6 +195,22 @@ def test_own_settings_beat_defaults_and_defaults_beat_the_package(hop):
     first, second = parse_mission(hop).fleet
     assert (first.platform, first.noise, first.positioning) == ("cf21bl", 2.0, "mocap")
     assert (second.platform, second.noise) == ("cf21bl", 0.5)
+
+
+def test_own_parameters_add_to_those_of_all(hop):
+    hop["defaults"] = {"parameters": {"colAv.enable": 1, "colAv.horizon": 2}}
+    hop["drones"][0]["parameters"] = {"colAv.horizon": 0.5}
+    mission = parse_mission(hop)
+    first, second = mission.fleet
+    assert first.parameters == {"colAv.enable": 1, "colAv.horizon": 0.5}
+    assert second.parameters == {"colAv.enable": 1, "colAv.horizon": 2}
+    world = build_world(mission, visuals=False)
+    assert [drone.param["colAv.horizon"] for drone in world.drones] == [0.5, 2.0]
+
+
+def test_parameters_of_a_layout_are_those_of_all_its_drones(hop):
+    hop["drones"] = {"count": 2, "parameters": {"colAv.enable": 1}}
+    assert [drone.parameters for drone in parse_mission(hop).fleet] == [{"colAv.enable": 1}] * 2
 
 
 @pytest.mark.parametrize("layout", ["grid", "line", "circle"])

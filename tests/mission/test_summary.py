@@ -72,6 +72,15 @@ def test_constant_errors_come_out_as_they_went_in(mission, plan, world, make_log
     assert drone["hover_thrust_percent"] == pytest.approx(100 * 39000 / 65535, abs=0.01)
 
 
+@pytest.mark.parametrize("controller", ["brescianini", "lee"])
+def test_controller_that_commands_newtons_has_no_thrust_figure(hop, world, make_log, controller):
+    hop["drones"][1]["controller"] = controller
+    mission = parse_mission(hop)
+    summary = summarize(mission, plan_flight(mission), world, make_log(ideal_flight, 9.0), 0.0, 0.5, [])
+    assert summary["drones"][0]["hover_thrust_percent"] is not None
+    assert summary["drones"][1]["hover_thrust_percent"] is None
+
+
 def test_setpoint_that_vanishes_after_landing_is_no_tracking_error(mission, plan, world, make_log):
     log = make_log(ideal_flight, 9.0)
     # the planner has stopped and the set-point is null, while the supervisor still says flying

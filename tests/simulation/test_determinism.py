@@ -1,9 +1,15 @@
 """Same seed and same commands give the same bits: on every run, at any number of threads, from any snapshot."""
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 from worlds import make_world
 
+import crazychoir_fw
 from crazychoir_fw.simulation import DroneConfig, World, set_threads
 
 TENTHS = 100  # of a second: the flight lasts 10 s
@@ -123,3 +129,20 @@ def test_one_drone_returns_to_its_snapshot():
     assert second.true_position[2] == height_of_second
     world.run(1.0)
     assert np.linalg.norm(first.true_position - snapshot.qpos[:3]) < 0.2
+
+
+def test_a_forked_child_flies_on_without_the_threads_of_its_parent():
+    script = """
+import os
+from worlds import make_world
+world = make_world(4, threads=2)
+world.run(0.1)
+child = os.fork()
+world.run(0.1)
+if child == 0:
+    os._exit(7 if abs(world.time - 0.2) < 1e-9 else 1)
+assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
+"""
+    paths = [str(Path(__file__).parent), str(Path(crazychoir_fw.__file__).parents[1])]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+    subprocess.run([sys.executable, "-c", script], check=True, timeout=60, env=environment)

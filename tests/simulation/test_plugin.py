@@ -230,3 +230,14 @@ def test_attributes_document_themselves():
     table = core.attributes()
     assert table["platform"][0] == "cf2 | cf21bl"
     assert all(meaning and allowed for allowed, meaning in table.values())
+
+
+def test_instance_without_a_body_is_refused():
+    model = """
+      <mujoco>
+        <extension><plugin plugin="crazychoir.crazyflie"><instance name="alone"/></plugin></extension>
+        <worldbody><body><freejoint/><geom size="0.1" mass="1"/></body></worldbody>
+      </mujoco>
+    """
+    with pytest.raises(ValueError, match="plugin instance 0 is not used by any body"):
+        mujoco.MjModel.from_xml_string(model)

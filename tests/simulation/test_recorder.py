@@ -53,3 +53,19 @@ def test_attitude_has_the_sign_of_the_firmware():
     half = np.radians(10.0) / 2
     nose_up = np.array([np.cos(half), 0.0, -np.sin(half), 0.0])
     assert roll_pitch_yaw_deg(nose_up) == pytest.approx([0.0, 10.0, 0.0])
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_compressed_signals_are_as_new_as_the_others(count):
+    world = make_world(count)
+    world.wait_until_ready()
+    for drone in world.drones:
+        drone.high_level_commander.takeoff(0.5, 1.0)
+    recorder = FlightRecorder(world)
+    recorder.run(1.5)
+    log = recorder.finish()
+    for group in ("stateEstimate", "ctrltarget"):
+        for name in ("x", "z", "vz"):
+            short, full = log.signals[f"{group}Z.{name}"], log.signals[f"{group}.{name}"]
+            np.testing.assert_array_equal(short, np.trunc(full * np.float32(1000.0)))
+        assert np.all(log.signals[f"{group}Z.z"][-1] > 450)

@@ -2,8 +2,8 @@
 
 #include <math.h>
 
-#include "builtin/fast_math.h"
 #include "builtin/kalman/constants.h"
+#include "builtin/math/fast_math.h"
 
 void cf_attitude_turn(float product[4], const float q[4], const float rotation[3]) {
   const float angle =

@@ -1,6 +1,6 @@
 #include "api/kalman_core.h"
-#include "builtin/fast_math.h"
 #include "builtin/kalman/constants.h"
+#include "builtin/math/fast_math.h"
 
 static float squared(float x) {
   return x * x;

@@ -1,8 +1,10 @@
 #include "builtin/kalman/kalman.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "builtin/kalman/externalize.h"
+#include "builtin/kalman/mm_tdoa.h"
 
 static void keep_attitude(cf_kalman_t *kalman) {
   memcpy(kalman->attitude_of, kalman->core.q, sizeof(kalman->attitude_of));
@@ -16,39 +18,102 @@ void cf_kalman_boot(cf_kalman_t *kalman, uint32_t now_ms) {
 }
 
 void cf_kalman_init(cf_kalman_t *kalman, uint32_t now_ms) {
+  outlierFilterTdoaReset(&kalman->tdoa_filter);
+  outlierFilterLighthouseReset(&kalman->sweep_filter, 0);
   kalmanCoreInit(&kalman->core, &kalman->params, now_ms);
   keep_attitude(kalman);
 }
 
+// The bounds of the covariance make 100 of what is no number, and the filter would fly on with
+// gains that nobody chose.
+static bool is_noise_known(const kalmanCoreParams_t *params) {
+  const float sum = params->procNoiseAcc_xy + params->procNoiseAcc_z + params->procNoiseVel +
+                    params->procNoisePos + params->procNoiseAtt + params->measNoiseGyro_rollpitch +
+                    params->measNoiseGyro_yaw;
+  return !isnan(sum);
+}
+
 void cf_kalman_predict(cf_kalman_t *kalman, const Axis3f *acc, const Axis3f *gyro, uint32_t now_ms,
                        bool is_flying) {
+  kalman->is_flying = is_flying;
   kalmanCorePredict(&kalman->core, &kalman->params, acc, gyro, now_ms, is_flying);
+  if (!is_noise_known(&kalman->params)) {
+    kalman->core.S[KC_STATE_X] = NAN;
+  }
 }
 
 void cf_kalman_add_process_noise(cf_kalman_t *kalman, uint32_t now_ms) {
   kalmanCoreAddProcessNoise(&kalman->core, &kalman->params, now_ms);
 }
 
+static void update_with_tdoa(cf_kalman_t *kalman, const tdoaMeasurement_t *tdoa, uint32_t now_ms) {
+  if (kalman->robust_tdoa) {
+    kalmanCoreRobustUpdateWithTdoa(&kalman->core, tdoa, &kalman->tdoa_filter,
+                                   kalman->robust_tdoa_error);
+  } else {
+    kalman->tdoa_innovation = cf_mm_tdoa_update(&kalman->core, tdoa, now_ms, &kalman->tdoa_filter);
+  }
+}
+
+static void update_with_distance(cf_kalman_t *kalman, const distanceMeasurement_t *distance) {
+  if (kalman->robust_twr) {
+    kalmanCoreRobustUpdateWithDistance(&kalman->core, distance, kalman->robust_distance_error);
+  } else {
+    kalmanCoreUpdateWithDistance(&kalman->core, distance);
+  }
+}
+
+static void update_with_sweep_angle(cf_kalman_t *kalman, const sweepAngleMeasurement_t *sweep,
+                                    uint32_t now_ms) {
+  // who knows the base stations fills the pointers; without them there is nothing to predict
+  if (sweep->sensorPos && sweep->rotorPos && sweep->rotorRot && sweep->rotorRotInv &&
+      sweep->calib && sweep->calibrationMeasurementModel) {
+    kalmanCoreUpdateWithSweepAngles(&kalman->core, sweep, now_ms, &kalman->sweep_filter);
+  }
+}
+
+static void update_with_barometer(cf_kalman_t *kalman, const baro_t *baro) {
+  if (kalman->fuses_barometer) {
+    kalmanCoreUpdateWithBaro(&kalman->core, &kalman->params, baro->asl, kalman->is_flying);
+  }
+}
+
 void cf_kalman_update(cf_kalman_t *kalman, const measurement_t *measurement,
                       const Axis3f *gyro_latest, uint32_t now_ms) {
-  (void)now_ms;  // for outlier filters to come
-
   switch (measurement->type) {
+    case MeasurementTypeTDOA:
+      update_with_tdoa(kalman, &measurement->data.tdoa, now_ms);
+      break;
     case MeasurementTypePosition:
       kalmanCoreUpdateWithPosition(&kalman->core, &measurement->data.position);
       break;
     case MeasurementTypePose:
       kalmanCoreUpdateWithPose(&kalman->core, &measurement->data.pose);
       break;
+    case MeasurementTypeDistance:
+      update_with_distance(kalman, &measurement->data.distance);
+      break;
     case MeasurementTypeTOF:
       kalmanCoreUpdateWithTof(&kalman->core, &measurement->data.tof);
+      break;
+    case MeasurementTypeAbsoluteHeight:
+      kalmanCoreUpdateWithAbsoluteHeight(&kalman->core, &measurement->data.height);
       break;
     case MeasurementTypeFlow:
       cf_mm_flow_update(&kalman->core, &measurement->data.flow, gyro_latest, &kalman->flow_position,
                         &kalman->flow);
       break;
+    case MeasurementTypeYawError:
+      kalmanCoreUpdateWithYawError(&kalman->core, &measurement->data.yawError);
+      break;
+    case MeasurementTypeSweepAngle:
+      update_with_sweep_angle(kalman, &measurement->data.sweepAngle, now_ms);
+      break;
+    case MeasurementTypeBarometer:
+      update_with_barometer(kalman, &measurement->data.barometer.baro);
+      break;
     default:
-      // inertial samples belong to the task, and the barometer is not fused
+      // inertial samples belong to the task
       break;
   }
 }

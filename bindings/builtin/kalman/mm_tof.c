@@ -1,9 +1,6 @@
 #include <math.h>
 
-#include "builtin/kalman/constants.h"
 #include "builtin/kalman/scalar_update.h"
-
-#define HALF_CONE_DEG 7.5f  // the sensor reports the nearest point within a cone of 15 degrees
 
 void kalmanCoreUpdateWithTof(kalmanCoreData_t *self, const tofMeasurement_t *tof) {
   // compared in double, as the firmware does; NaN is refused
@@ -12,7 +9,7 @@ void kalmanCoreUpdateWithTof(kalmanCoreData_t *self, const tofMeasurement_t *tof
     return;
   }
 
-  float angle = fabsf(acosf(tilt_cosine)) - DEG_TO_RAD * HALF_CONE_DEG;
+  float angle = fabsf(acosf(tilt_cosine)) - tof->coneHalfAngle;
   if (angle < 0.0f) {
     angle = 0.0f;
   }

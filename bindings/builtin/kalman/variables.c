@@ -69,6 +69,8 @@ static const cf_variable_t LOGS[] = {
     FLOW_LOG("predNY", predicted_y),
     FLOW_LOG("measNX", measured_x),
     FLOW_LOG("measNY", measured_y),
+    CF_ROW("outlierf", "lhWin", INT32, 0, cf_kalman_t, sweep_filter.openingWindowMs),
+    CF_ROW("tdoa", "innovation", FLOAT, 0, cf_kalman_t, tdoa_innovation),
 };
 
 cf_variables_t cf_kalman_parameters(void) {

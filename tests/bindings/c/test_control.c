@@ -7,69 +7,12 @@
 #include "api/filter.h"
 #include "api/num.h"
 #include "api/pid.h"
-#include "builtin/battery_compensation.h"
-#include "builtin/controller_pid.h"
-#include "builtin/motor_override.h"
-#include "builtin/power_distribution.h"
+#include "builtin/control/controller_pid.h"
+#include "builtin/power/battery_compensation.h"
+#include "builtin/power/motor_override.h"
+#include "builtin/power/power_distribution.h"
 #include "check.h"
-
-static const float EXTREMES[] = {
-    0.0f,          -0.0f,         1.0f,           -1.0f,          180.0f,   -180.0f,
-    540.0f,        32767.0f,      -32768.0f,      65535.0f,       65536.0f, 16777216.0f,
-    2147483520.0f, 2147483648.0f, -2147483648.0f, -2147483904.0f, 1e-45f,   1e20f,
-    3.4e38f,       -3.4e38f,      INFINITY,       -INFINITY,      NAN,
-};
-#define EXTREME_COUNT ((int)(sizeof(EXTREMES) / sizeof(EXTREMES[0])))
-
-// a small generator, so that the test needs no clock and no library
-static uint32_t next_random(uint32_t *seed) {
-  *seed = *seed * 1664525u + 1013904223u;
-  return *seed >> 8;
-}
-
-static float random_extreme(uint32_t *seed) {
-  return EXTREMES[next_random(seed) % (uint32_t)EXTREME_COUNT];
-}
-
-static Axis3f random_axes(uint32_t *seed) {
-  return (Axis3f){.axis = {random_extreme(seed), random_extreme(seed), random_extreme(seed)}};
-}
-
-static attitude_t random_attitude(uint32_t *seed) {
-  return (attitude_t){
-      .roll = random_extreme(seed), .pitch = random_extreme(seed), .yaw = random_extreme(seed)};
-}
-
-static vector_t random_vector(uint32_t *seed) {
-  return (vector_t){
-      .x = random_extreme(seed), .y = random_extreme(seed), .z = random_extreme(seed)};
-}
-
-static setpoint_t random_setpoint(uint32_t *seed) {
-  setpoint_t setpoint = {
-      .attitude           = random_attitude(seed),
-      .attitudeRate       = random_attitude(seed),
-      .attitudeQuaternion = {.x = random_extreme(seed), .w = random_extreme(seed)},
-      .thrust             = random_extreme(seed),
-      .position           = random_vector(seed),
-      .velocity           = random_vector(seed),
-      .velocity_body      = next_random(seed) % 2u == 0u,
-  };
-  setpoint.mode.x     = (stab_mode_t)(next_random(seed) % 3u);
-  setpoint.mode.y     = (stab_mode_t)(next_random(seed) % 3u);
-  setpoint.mode.z     = (stab_mode_t)(next_random(seed) % 3u);
-  setpoint.mode.roll  = (stab_mode_t)(next_random(seed) % 3u);
-  setpoint.mode.pitch = (stab_mode_t)(next_random(seed) % 3u);
-  setpoint.mode.yaw   = (stab_mode_t)(next_random(seed) % 3u);
-  setpoint.mode.quat  = (stab_mode_t)(next_random(seed) % 3u);
-  return setpoint;
-}
-
-static state_t random_state(uint32_t *seed) {
-  return (state_t){.attitude = random_attitude(seed),
-                   .position = random_vector(seed),
-                   .velocity = random_vector(seed)};
-}
+#include "extremes.h"
 
 static void test_pid_with_extremes(void) {
   for (int i = 0; i < EXTREME_COUNT; i++) {

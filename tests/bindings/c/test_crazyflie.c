@@ -142,10 +142,10 @@ static void test_nothing_else_than_known_numbers_boots(void) {
   cf_config_t config;
   CHECK(cf_config_default(&config, (cf_platform_t)7) == CF_ERR_UNKNOWN);
   cf_config_default(&config, CF_PLATFORM_CF2);
-  config.controller = 3;
+  config.controller = 99;
   CHECK(cf_init(&cf, &config) == CF_ERR_UNKNOWN);
   cf_config_default(&config, CF_PLATFORM_CF2);
-  config.estimator = 1;
+  config.estimator = StateEstimatorType_COUNT;
   CHECK(cf_init(&cf, &config) == CF_ERR_UNKNOWN);
   cf_config_default(&config, CF_PLATFORM_CF2);
   config.provider = 1;

@@ -3,8 +3,8 @@
 #include <stdint.h>
 #include <string.h>
 
-#include "builtin/fast_math.h"
 #include "builtin/kalman/kalman.h"
+#include "builtin/math/fast_math.h"
 #include "check.h"
 #include "onboard/estimator.h"
 
@@ -46,11 +46,37 @@ static measurement_t hostile_measurement(uint32_t *seed) {
       };
       break;
     case MeasurementTypeTOF:
-      measurement.data.tof = (tofMeasurement_t){.distance = x, .stdDev = y};
+      measurement.data.tof = (tofMeasurement_t){.distance = x, .stdDev = y, .coneHalfAngle = z};
       break;
     case MeasurementTypeFlow:
       measurement.data.flow = (flowMeasurement_t){
           .dpixelx = x, .dpixely = y, .stdDevX = z, .stdDevY = hostile(seed), .dt = hostile(seed)};
+      break;
+    case MeasurementTypeTDOA:
+      measurement.data.tdoa = (tdoaMeasurement_t){
+          .anchorPositionA = {.x = x, .y = y, .z = z},
+          .anchorPositionB = {.x = hostile(seed), .y = hostile(seed), .z = hostile(seed)},
+          .distanceDiff    = hostile(seed),
+          .stdDev          = hostile(seed),
+      };
+      break;
+    case MeasurementTypeDistance:
+      measurement.data.distance = (distanceMeasurement_t){
+          .x = x, .y = y, .z = z, .distance = hostile(seed), .stdDev = hostile(seed)};
+      break;
+    case MeasurementTypeAbsoluteHeight:
+      measurement.data.height = (heightMeasurement_t){.height = x, .stdDev = y};
+      break;
+    case MeasurementTypeYawError:
+      measurement.data.yawError = (yawErrorMeasurement_t){.yawError = x, .stdDev = y};
+      break;
+    case MeasurementTypeSweepAngle:
+      // as it lies in the queue, without its pointers
+      measurement.data.sweepAngle =
+          (sweepAngleMeasurement_t){.t = x, .measuredSweepAngle = y, .stdDev = z};
+      break;
+    case MeasurementTypeBarometer:
+      measurement.data.barometer.baro = (baro_t){.pressure = x, .temperature = y, .asl = z};
       break;
     case MeasurementTypeGyroscope:
       measurement.data.gyroscope.gyro = (Axis3f){.x = x, .y = y, .z = z};
@@ -91,6 +117,9 @@ static void test_each_measurement_leaves_a_bounded_covariance(void) {
   for (int round = 0; round < 20000; round++) {
     cf_kalman_t kalman;
     cf_kalman_boot(&kalman, 0);
+    kalman.fuses_barometer = true;
+    kalman.robust_tdoa     = round % 2 == 0;
+    kalman.robust_twr      = round % 3 == 0;
     cf_kalman_add_process_noise(&kalman, 1);
 
     const measurement_t measurement = hostile_measurement(&seed);
@@ -182,7 +211,7 @@ static void test_the_task_survives_floods_of_nonsense(void) {
   cf_kalman_t    kalman;
   cf_estimator_t estimator;
   cf_kalman_boot(&kalman, 1000);
-  cf_estimator_init(&estimator, &PROVIDER, &kalman, 1000);
+  cf_estimator_init(&estimator, &PROVIDER, &kalman, StateEstimatorTypeKalman, 1000);
 
   for (uint32_t now_ms = 1001; now_ms < 6000; now_ms++) {
     const uint32_t offered = next(&seed) % 40;

@@ -5,11 +5,12 @@
 #include <string.h>
 
 #include "api/math3d.h"
-#include "builtin/planner.h"
+#include "builtin/planning/planner.h"
 #include "check.h"
-#include "onboard/commander.h"
-#include "onboard/high_level_commander.h"
-#include "onboard/setpoints.h"
+#include "onboard/commander/commander.h"
+#include "onboard/commander/high_level_commander.h"
+#include "onboard/commander/rpyt.h"
+#include "onboard/commander/setpoints.h"
 
 #define COUNT(array_) (sizeof(array_) / sizeof((array_)[0]))
 
@@ -26,6 +27,10 @@ static int land(void *state, const cf_plan_start_t *from, float height, float ya
 static int go_to(void *state, const uint8_t *memory, const cf_plan_start_t *from, bool relative,
                  bool linear, struct vec goal, float yaw, float duration, float t) {
   return cf_planner_go_to(state, memory, from, relative, linear, goal, yaw, duration, t);
+}
+
+static int spiral(void *state, const cf_plan_start_t *from, const cf_spiral_t *wanted, float t) {
+  return cf_planner_spiral(state, from, wanted, t);
 }
 
 static int start_trajectory(void *state, const uint8_t *memory,
@@ -68,6 +73,7 @@ static const cf_provider_t PROVIDER = {
     .plan_takeoff          = takeoff,
     .plan_land             = land,
     .plan_go_to            = go_to,
+    .plan_spiral           = spiral,
     .plan_start_trajectory = start_trajectory,
     .plan_stop             = stop,
     .plan_disable          = disable,

@@ -16,12 +16,17 @@ static const float ODD[ODD_COUNT] = {
     -FLT_MAX, 2.2e9f, -2.2e9f, 4.3e9f, NAN,     INFINITY, -INFINITY,
 };
 
-static cf_vehicle_t make(cf_platform_t platform) {
+static cf_vehicle_t make_with(cf_platform_t platform, cf_positioning_t positioning) {
   cf_vehicle_config_t config;
   cf_vehicle_t        vehicle;
   CHECK(cf_vehicle_default_config(&config, platform) == CF_OK);
+  config.positioning = positioning;
   CHECK(cf_vehicle_init(&vehicle, &config, 1, 2) == CF_OK);
   return vehicle;
+}
+
+static cf_vehicle_t make(cf_platform_t platform) {
+  return make_with(platform, CF_POSITIONING_MOCAP);
 }
 
 static void sensors_survive(cf_vehicle_t *vehicle, float odd, int place) {
@@ -41,20 +46,27 @@ static void sensors_survive(cf_vehicle_t *vehicle, float odd, int place) {
   Axis3i16          gyro;
   Axis3i16          acc;
   poseMeasurement_t pose;
-  tofMeasurement_t  range;
-  flowMeasurement_t flow;
+  cf_flow_reading_t reading = {0};
+  cf_sweep_t        sweeps[CF_LIGHTHOUSE_STATIONS];
+  cf_ranging_t      ranging;
   float             f[3];
   float             t[3];
   for (uint32_t tick = 0; tick < 60; tick++) {
     cf_vehicle_imu(vehicle, rates, force, &gyro, &acc);
     (void)cf_vehicle_mocap(vehicle, position, quat, &pose);
-    const int measured =
-        cf_vehicle_flow_deck(vehicle, tick, position[2], rotation, velocity, rates, &range, &flow);
-    if (measured & CF_FLOW_DECK_RANGE) {
-      CHECK(range.distance >= 0.0f && range.distance < 5.0f);
+    (void)cf_vehicle_flow_deck(vehicle, position[2], rotation, velocity, rates, &reading);
+    CHECK(reading.range < 5000 || reading.range == CF_RANGE_NOTHING);
+    const int count = cf_vehicle_lighthouse(vehicle, position, rotation, sweeps);
+    CHECK(count >= 0 && count <= CF_LIGHTHOUSE_STATIONS);
+    for (int i = 0; i < count; i++) {
+      CHECK(sweeps[i].station < CF_LIGHTHOUSE_STATIONS && sweeps[i].sweep < CF_LIGHTHOUSE_SWEEPS);
+      CHECK(sweeps[i].sensors != 0 && sweeps[i].sensors < 1u << CF_LIGHTHOUSE_SENSORS);
+      for (int k = 0; k < CF_LIGHTHOUSE_SENSORS; k++) {
+        CHECK(isfinite(sweeps[i].angles[k]));
+      }
     }
-    if (measured & CF_FLOW_DECK_FLOW) {
-      CHECK(fabsf(flow.dpixelx) < 100.0f && fabsf(flow.dpixely) < 100.0f);
+    if (cf_vehicle_loco(vehicle, position, &ranging)) {
+      CHECK(ranging.anchor < CF_LOCO_ANCHORS && ranging.previous < CF_LOCO_ANCHORS);
     }
     cf_vehicle_wrench(vehicle, rotation, velocity, rates, f, t);
   }
@@ -62,10 +74,12 @@ static void sensors_survive(cf_vehicle_t *vehicle, float odd, int place) {
 
 static void broken_motion_does_not_trap(void) {
   for (int platform = 0; platform < CF_PLATFORM_COUNT; platform++) {
-    cf_vehicle_t vehicle = make((cf_platform_t)platform);
-    for (int i = 0; i < ODD_COUNT; i++) {
-      for (int place = 0; place < 7; place++) {
-        sensors_survive(&vehicle, ODD[i], place);
+    for (int system = 0; system < CF_POSITIONING_COUNT; system++) {
+      cf_vehicle_t vehicle = make_with((cf_platform_t)platform, (cf_positioning_t)system);
+      for (int i = 0; i < ODD_COUNT; i++) {
+        for (int place = 0; place < 7; place++) {
+          sensors_survive(&vehicle, ODD[i], place);
+        }
       }
     }
   }
@@ -116,9 +130,10 @@ static void pack_runs_down_without_trap(void) {
 
 // every float of the config in turn becomes every odd number: init must say no or make a vehicle
 // that runs
-static void odd_configs_are_refused_or_run(void) {
+static void odd_configs_are_refused_or_run(cf_positioning_t positioning) {
   cf_vehicle_config_t good;
   CHECK(cf_vehicle_default_config(&good, CF_PLATFORM_CF2) == CF_OK);
+  good.positioning         = positioning;
   const uint16_t ratios[4] = {65535, 30000, 1, 0};
 
   for (size_t word = 0; word < sizeof good / sizeof(float); word++) {
@@ -175,9 +190,10 @@ static void ring_of_the_mocap_never_overflows(void) {
     config.mocap.latency_ms = CF_MOCAP_CAPACITY * 1000u / rate - 1u;
     cf_mocap_t mocap;
     config.mocap.latency_ms++;
-    CHECK(cf_mocap_init(&mocap, &config.mocap, (cf_random_t){{1, 2}}) == CF_ERR_CAPACITY);
+    const cf_random_t dice = {{1, 2}};
+    CHECK(cf_mocap_init(&mocap, &config.mocap, dice, dice) == CF_ERR_CAPACITY);
     config.mocap.latency_ms--;
-    CHECK(cf_mocap_init(&mocap, &config.mocap, (cf_random_t){{1, 2}}) == CF_OK);
+    CHECK(cf_mocap_init(&mocap, &config.mocap, dice, dice) == CF_OK);
     uint32_t          arrived = 0;
     poseMeasurement_t pose;
     for (uint32_t tick = 0; tick < 3000 + config.mocap.latency_ms; tick++) {
@@ -193,7 +209,9 @@ int main(void) {
   saturation_is_at_the_ends_of_16_bits();
   every_ratio_is_fine();
   pack_runs_down_without_trap();
-  odd_configs_are_refused_or_run();
+  for (int system = 0; system < CF_POSITIONING_COUNT; system++) {
+    odd_configs_are_refused_or_run((cf_positioning_t)system);
+  }
   refused_config_leaves_the_vehicle();
   normal_numbers_exist_for_all_kinds_of_bits();
   ring_of_the_mocap_never_overflows();

@@ -1,46 +1,9 @@
 """What the tests of the onboard part share: a provider that only plans."""
 
-from dataclasses import dataclass
-from typing import Any
-
 import pytest
-
-from crazychoir_fw._core import ffi, lib
-
-PLAN_ENTRIES = [
-    "takeoff",
-    "land",
-    "go_to",
-    "start_trajectory",
-    "stop",
-    "disable",
-    "is_stopped",
-    "is_disabled",
-    "is_finished",
-    "state",
-    "current_goal",
-]
-
-
-@dataclass
-class PlanningProvider:
-    """The builtin planner behind the plan_* entries of a provider; the other entries are null."""
-
-    table: Any
-    state: Any
-
-    @property
-    def plan_state(self) -> int:
-        return lib.cf_planner_state(self.state)
+from planning_provider import PlanningProvider, planning_provider
 
 
 @pytest.fixture
 def provider() -> PlanningProvider:
-    table = ffi.new("cf_provider_t *")
-    for entry in PLAN_ENTRIES:
-        signature = ffi.typeof(getattr(table, f"plan_{entry}"))
-        function = ffi.addressof(lib, f"cf_planner_{entry}")
-        setattr(table, f"plan_{entry}", ffi.cast(signature, function))
-    state = ffi.new("cf_planner_t *")
-    lib.cf_planner_init(state)
-    return PlanningProvider(table, state)
+    return planning_provider()

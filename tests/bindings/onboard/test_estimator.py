@@ -32,7 +32,27 @@ class Provider:
                 "externalize",
             )
         ]
+        self._functions += self._complementary()
         self.table = ffi.new("cf_provider_t *", dict(self._functions))
+
+    def _complementary(self) -> list[tuple[str, ffi.CData]]:
+        """A complementary estimator that tells what it was given: the step as x, the tick as y."""
+        kinds = dict(ffi.typeof("cf_provider_t").fields)
+        self.latest = ffi.new("cf_latest_samples_t *")
+
+        def init(state: ffi.CData) -> None:
+            self.calls.append("complementary_init")
+
+        def update(state: ffi.CData, latest: ffi.CData, estimate: ffi.CData, step: int, now_ms: int) -> None:
+            self.calls.append("complementary")
+            self.latest[0] = latest[0]
+            estimate.position.x = step
+            estimate.position.y = now_ms
+
+        return [
+            ("complementary_init", ffi.callback(kinds["complementary_init"].type, init)),
+            ("complementary", ffi.callback(kinds["complementary"].type, update)),
+        ]
 
     def _function(self, name: str) -> tuple[str, ffi.CData]:
         entry = f"kalman_{name}"
@@ -64,7 +84,7 @@ class Task:
         self.now_ms = now_ms
         self.estimator = ffi.new("cf_estimator_t *")
         ffi.buffer(self.estimator)[:] = b"\xaa" * ffi.sizeof("cf_estimator_t")
-        lib.cf_estimator_init(self.estimator, provider.table, provider.state, now_ms)
+        lib.cf_estimator_init(self.estimator, provider.table, provider.state, lib.StateEstimatorTypeKalman, now_ms)
 
     def enqueue(self, kind: int, **data: dict) -> bool:
         return lib.cf_estimator_enqueue(self.estimator, ffi.new("measurement_t *", {"type": kind, "data": data}))
@@ -74,6 +94,15 @@ class Task:
 
     def acc(self, x: float, y: float, z: float) -> bool:
         return self.enqueue(lib.MeasurementTypeAcceleration, acceleration={"acc": {"x": x, "y": y, "z": z}})
+
+    def switch_to(self, kind: int) -> bool:
+        return lib.cf_estimator_switch_to(self.estimator, self.provider.table, self.provider.state, kind, self.now_ms)
+
+    def update(self, step: int = 1) -> ffi.CData:
+        """Return the estimate that the stabilizer gets at the next tick."""
+        state = ffi.new("state_t *", {"velocity": {"x": 7.0}})
+        lib.cf_estimator_update(self.estimator, self.provider.table, self.provider.state, state, step, self.now_ms + 1)
+        return state
 
     def run(self, is_flying: bool = False) -> ffi.CData:
         """Run the loop of the next tick and return the estimate."""
@@ -340,3 +369,95 @@ def test_selection_numbers_are_those_of_the_firmware():
         lib.StateEstimatorType_COUNT,
     )
     assert selection == (0, 1, 2, 3)
+
+
+AUTO, COMPLEMENTARY, KALMAN = 0, 1, 2
+
+
+@pytest.mark.parametrize(("kind", "active"), [(AUTO, COMPLEMENTARY), (COMPLEMENTARY, COMPLEMENTARY), (KALMAN, KALMAN)])
+def test_selection_starts_an_estimator_and_auto_is_complementary(task, kind, active):
+    task.provider.calls.clear()
+    assert task.switch_to(kind)
+    assert task.estimator.type == active
+    assert task.provider.calls == ["init" if active == KALMAN else "complementary_init"]
+
+
+@pytest.mark.parametrize("kind", [-1, 3, 255])
+def test_selection_of_what_does_not_exist_changes_nothing(task, kind):
+    task.provider.calls.clear()
+    assert not task.switch_to(kind)
+    assert task.estimator.type == KALMAN
+    assert task.provider.calls == []
+
+
+def test_estimators_have_the_names_of_the_firmware():
+    assert [ffi.string(lib.cf_estimator_name(kind)) for kind in range(3)] == [b"None", b"Complementary", b"Kalman"]
+    assert [lib.cf_estimator_name(kind) for kind in (-1, 3)] == [ffi.NULL, ffi.NULL]
+
+
+def test_complementary_estimator_gets_the_latest_of_each_sensor(task):
+    task.switch_to(COMPLEMENTARY)
+    for i in range(1, 4):
+        task.gyro(i, 0, 0)
+        task.acc(0, i, 0)
+    task.enqueue(lib.MeasurementTypeBarometer, barometer={"baro": {"asl": 5.0}})
+    task.enqueue(lib.MeasurementTypeTOF, tof={"distance": 0.5, "timestamp": 990})
+    task.enqueue(lib.MeasurementTypeTOF, tof={"distance": 0.6, "timestamp": 1000})
+    task.enqueue(lib.MeasurementTypePose, pose={"pos": [9.0, 9.0, 9.0]})
+    state = task.update(step=33)
+    latest = task.provider.latest
+    assert (latest.gyro.x, latest.acc.y, latest.baro.asl) == (3.0, 3.0, 5.0)
+    assert latest.tof.distance == pytest.approx(0.6)
+    assert latest.tof.timestamp == 1000
+    assert task.estimator.queue_count == 0
+    assert (state.position.x, state.position.y) == (33.0, 1001.0)
+    assert state.velocity.x == 7.0  # what nobody writes stays
+
+    # nothing new: the same again
+    task.update(step=34)
+    assert task.provider.latest.gyro.x == 3.0
+
+
+def test_task_of_the_kalman_filter_stands_still_while_the_other_flies(task):
+    task.switch_to(COMPLEMENTARY)
+    task.provider.calls.clear()
+    for step in range(1, 1501):
+        task.gyro(0, 0, 0)
+        task.update(step)
+        task.run()
+    assert set(task.provider.calls) == {"complementary"}
+    rates = list(task.estimator.rates)
+    assert rates[lib.CF_ESTIMATOR_UPDATED] == 0.0
+    assert rates[lib.CF_ESTIMATOR_APPENDED] == 1000.0
+    assert rates[lib.CF_ESTIMATOR_REJECTED] == 0.0
+
+
+def test_kalman_filter_starts_anew_when_it_is_selected_again(task):
+    """Dossier 8.1 and 18.1: the first loop predicts over no time, with averages of nothing."""
+    task.gyro(30.0, 0, 0)
+    task.run()
+    task.provider.kalman.core.S[0] = 3.0
+    before = task.run()
+    task.switch_to(COMPLEMENTARY)
+    task.now_ms += 5000
+    task.switch_to(KALMAN)
+    assert task.provider.kalman.core.S[0] == 0.0
+    assert task.estimator.gyroSubSampler.count == 0
+
+    # the stabilizer still gets the estimate of the latest loop, 5 s old
+    assert task.update().position.x == before.position.x == 3.0
+    task.provider.predictions.clear()
+    state = task.run()
+    acc, gyro, _ = task.provider.predictions[0]
+    assert (acc, gyro) == ([0.0] * 3, [0.0] * 3)
+    assert state.position.z == pytest.approx(0.0, abs=1e-5)
+
+
+def test_reset_is_kept_for_the_kalman_filter(task):
+    task.switch_to(COMPLEMENTARY)
+    task.estimator.resetEstimation = 1
+    task.run()
+    assert task.estimator.resetEstimation == 1
+    task.switch_to(KALMAN)
+    task.run()
+    assert task.estimator.resetEstimation == 0

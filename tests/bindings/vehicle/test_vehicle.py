@@ -14,13 +14,22 @@ from crazychoir_fw._core import ffi, lib
 Make = Callable[..., Any]
 
 
+SYSTEMS = {
+    name.removeprefix("CF_POSITIONING_").lower(): getattr(lib, name)
+    for name in dir(lib)
+    if name.startswith("CF_POSITIONING_") and name != "CF_POSITIONING_COUNT"
+}
+
+
 def trace(vehicle: Any, ticks: int = 300) -> bytes:
     """Return every bit of a vehicle that flew through some ticks."""
     ratios = ffi.new("uint16_t[4]")
     zeros, force = ffi.new("float[3]"), ffi.new("float[3]", [0.1, 0.2, 9.81])
     quat, eye = ffi.new("float[4]", [1, 0, 0, 0]), ffi.new("float[9]", np.eye(3).ravel().tolist())
     gyro, acc = ffi.new("Axis3i16 *"), ffi.new("Axis3i16 *")
-    pose, tof, flow = ffi.new("poseMeasurement_t *"), ffi.new("tofMeasurement_t *"), ffi.new("flowMeasurement_t *")
+    pose, flow = ffi.new("poseMeasurement_t *"), ffi.new("cf_flow_reading_t *")
+    sweeps, ranging = ffi.new("cf_sweep_t[2]"), ffi.new("cf_ranging_t *")
+    place = ffi.new("float[3]", [0.1, 0.2, 0.8])
     out = b""
     for tick in range(ticks):
         for i in range(4):
@@ -28,18 +37,69 @@ def trace(vehicle: Any, ticks: int = 300) -> bytes:
         lib.cf_vehicle_actuate(vehicle, ratios)
         lib.cf_vehicle_imu(vehicle, zeros, force, gyro, acc)
         lib.cf_vehicle_mocap(vehicle, force, quat, pose)
-        lib.cf_vehicle_flow_deck(vehicle, tick, 1.0, eye, force, zeros, tof, flow)
-        out += b"".join(bytes(ffi.buffer(x)) for x in (gyro, acc, pose, tof, flow))
+        lib.cf_vehicle_flow_deck(vehicle, 1.0, eye, force, zeros, flow)
+        lib.cf_vehicle_lighthouse(vehicle, place, eye, sweeps)
+        lib.cf_vehicle_loco(vehicle, place, ranging)
+        out += b"".join(bytes(ffi.buffer(x)) for x in (gyro, acc, pose, flow, sweeps, ranging))
     return out + bytes(ffi.buffer(vehicle))
 
 
-def test_same_seed_and_id_give_the_same_bits(make_vehicle: Make) -> None:
-    assert trace(make_vehicle(seed=4, drone_id=2)) == trace(make_vehicle(seed=4, drone_id=2))
+@pytest.fixture(params=SYSTEMS)
+def fitted(request: Any, make_vehicle: Make) -> Make:
+    """Return a function that makes a vehicle with one of the positioning systems."""
+
+    def change(config: Any) -> None:
+        config.positioning = SYSTEMS[request.param]
+
+    return lambda **options: make_vehicle(change=change, **options)
+
+
+def test_same_seed_and_id_give_the_same_bits(fitted: Make) -> None:
+    assert trace(fitted(seed=4, drone_id=2)) == trace(fitted(seed=4, drone_id=2))
 
 
 @pytest.mark.parametrize(("seed", "drone_id"), [(4, 3), (5, 2)])
-def test_other_seed_or_id_gives_other_noise(make_vehicle: Make, seed: int, drone_id: int) -> None:
-    assert trace(make_vehicle(seed=4, drone_id=2)) != trace(make_vehicle(seed=seed, drone_id=drone_id))
+def test_other_seed_or_id_gives_other_noise(fitted: Make, seed: int, drone_id: int) -> None:
+    assert trace(fitted(seed=4, drone_id=2)) != trace(fitted(seed=seed, drone_id=drone_id))
+
+
+def test_drones_of_one_world_share_base_stations_and_anchors(make_vehicle: Make) -> None:
+    def room(system: int, member: str, seed: int, drone_id: int) -> bytes:
+        def change(config: Any) -> None:
+            config.positioning = system
+
+        vehicle = make_vehicle(change=change, seed=seed, drone_id=drone_id)
+        part = getattr(vehicle.lighthouse if member == "stations" else vehicle.loco, member)
+        return bytes(ffi.buffer(part))
+
+    for system, member in ((lib.CF_POSITIONING_LIGHTHOUSE, "stations"), (lib.CF_POSITIONING_LOCO_TWR, "bias")):
+        assert room(system, member, 4, 0) == room(system, member, 4, 1)
+        assert room(system, member, 4, 0) != room(system, member, 5, 0)
+
+
+@pytest.mark.parametrize("number", [-1, 8, 2**31 - 1])
+def test_unknown_positioning_is_refused(make_config: Make, number: int) -> None:
+    config = make_config()
+    ffi.cast("int *", ffi.addressof(config, "positioning"))[0] = number
+    assert lib.cf_vehicle_init(ffi.new("cf_vehicle_t *"), config, 1, 0) == lib.CF_ERR_VALUE
+
+
+@pytest.mark.parametrize("system", SYSTEMS)
+def test_only_the_fitted_system_measures(make_vehicle: Make, system: str) -> None:
+    def change(config: Any) -> None:
+        config.positioning = SYSTEMS[system]
+
+    vehicle = make_vehicle(change=change)
+    zeros, quat, eye = ffi.new("float[3]"), ffi.new("float[4]", [1, 0, 0, 0]), ffi.new("float[9]", [1, 0, 0] * 3)
+    eye[0], eye[4], eye[8] = 1.0, 1.0, 1.0
+    place = ffi.new("float[3]", [0.1, 0.2, 0.8])
+    counts = dict.fromkeys(("mocap", "flow", "lighthouse", "loco"), 0)
+    for _ in range(200):
+        counts["mocap"] += lib.cf_vehicle_mocap(vehicle, place, quat, ffi.new("poseMeasurement_t *"))
+        counts["flow"] += lib.cf_vehicle_flow_deck(vehicle, 1.0, eye, zeros, zeros, ffi.new("cf_flow_reading_t *"))
+        counts["lighthouse"] += lib.cf_vehicle_lighthouse(vehicle, place, eye, ffi.new("cf_sweep_t[2]"))
+        counts["loco"] += lib.cf_vehicle_loco(vehicle, place, ffi.new("cf_ranging_t *"))
+    assert {name for name, count in counts.items() if count} == {system.split("_")[0]} - {"none"}
 
 
 def test_copy_of_the_memory_flies_on_alike(make_vehicle: Make) -> None:
@@ -66,7 +126,7 @@ def test_sensors_have_dice_of_their_own(make_vehicle: Make) -> None:
 
 
 def test_vehicle_is_small_and_fills_whole_doubles() -> None:
-    assert ffi.sizeof("cf_vehicle_t") <= 2048
+    assert ffi.sizeof("cf_vehicle_t") <= 1600
     assert ffi.sizeof("cf_vehicle_t") % 8 == 0
 
 
@@ -101,6 +161,8 @@ NUMBERS = [
     ("airframe.imu.noise_scale", float("nan")),
     ("mocap.position_noise", float("nan")),
     ("flow_deck.flow_noise", -1.0),
+    ("lighthouse.noise", float("nan")),
+    ("loco.bias", -0.1),
 ]
 
 

@@ -229,6 +229,49 @@ def random_core(seed: int) -> ffi.CData:
     return core
 
 
+def single_update_core() -> ffi.CData:
+    """Return the filter that every single update of dossier 17 H starts from."""
+    core = ffi.new("kalmanCoreData_t *", {"S": [0.5, -0.3, 1.2], "q": [1.0]})
+    assign(core.R, np.eye(3))
+    assign(core.P, np.diag([0.04, 0.03, 0.02, 1e-3, 1e-3, 1e-3, 1e-4, 1e-4, 1e-4]))
+    core.P[0][3] = core.P[3][0] = 0.002
+    return core
+
+
+@dataclasses.dataclass
+class SingleUpdate:
+    """A row of dossier 17 H: what one measurement makes of S and P; None where the row says nothing."""
+
+    state: tuple[float | None, float | None, float | None, float | None]  # X, Y, Z, PX
+    variance: tuple[float | None, float | None, float | None, float | None]  # of the same
+    covariance: tuple[float, float] | None = None  # X with Y, X with PX
+    tolerance: float = 1e-6
+
+    def assert_same_as(self, core: ffi.CData) -> None:
+        found = [core.S[i] for i in (0, 1, 2, 3)] + [core.P[i][i] for i in (0, 1, 2, 3)]
+        expected = [*self.state, *self.variance]
+        if self.covariance is not None:
+            found += [core.P[0][1], core.P[0][3]]
+            expected += [*self.covariance]
+        told = [i for i, value in enumerate(expected) if value is not None]
+        np.testing.assert_allclose(
+            [found[i] for i in told], [expected[i] for i in told], rtol=self.tolerance, atol=0.1 * self.tolerance
+        )
+
+
+Derivative = Callable[[NDArray[np.float64]], float]
+
+
+def updated_in_double(core: ffi.CData, predict: Derivative, measured: float, std_dev: float) -> tuple:
+    """Return S and P after an update in float64, with the numerical derivative of *predict* by the state."""
+    S, P = array(core.S).astype(np.float64), array(core.P).astype(np.float64)
+    steps = 1e-6 * np.eye(9)
+    H = np.array([(predict(S + step) - predict(S - step)) / 2e-6 for step in steps])
+    K = P @ H / (H @ P @ H + std_dev**2)
+    M = np.eye(9) - np.outer(K, H)
+    return S + K * (measured - predict(S)), M @ P @ M.T + np.outer(K, K) * std_dev**2
+
+
 @pytest.fixture
 def params() -> ffi.CData:
     """Return the default parameters of the filter."""
@@ -257,7 +300,7 @@ class Flight:
     def _steps(self) -> Iterator[tuple[str, Callable[[], None]]]:
         core = self.core
         position = ffi.new("positionMeasurement_t *", {"pos": [1.0, 2.0, 3.0], "stdDev": 0.01})
-        tof = ffi.new("tofMeasurement_t *", {"distance": 3.05, "stdDev": 0.05})
+        tof = ffi.new("tofMeasurement_t *", {"distance": 3.05, "stdDev": 0.05, "coneHalfAngle": math.radians(7.5)})
         flow = ffi.new(
             "flowMeasurement_t *", {"dpixelx": 4.0, "dpixely": -3.0, "stdDevX": 2.0, "stdDevY": 2.0, "dt": 0.01}
         )
@@ -297,5 +340,10 @@ def helpers() -> type:
         assign = staticmethod(assign)
         axis3f = staticmethod(axis3f)
         random_core = staticmethod(random_core)
+        single_update_core = staticmethod(single_update_core)
+        product = staticmethod(product)
+        bounded = staticmethod(bounded)
+        SingleUpdate = SingleUpdate
+        updated_in_double = staticmethod(updated_in_double)
 
     return Helpers

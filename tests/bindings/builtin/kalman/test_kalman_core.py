@@ -216,6 +216,50 @@ def test_drag_slows_the_velocity_and_its_variance(params, helpers):
     assert dragged.P[3][3] < still.P[3][3]
 
 
+@pytest.mark.parametrize("is_flying", [False, True])
+def test_drag_of_a_place_beside_the_center_brakes_the_turn_as_well(params, helpers, is_flying):
+    """Dossier 4.4.6: -B p - B (w x c), in flight alone; the transition has the drag in any case."""
+    dt, drag, place, gyro = 0.01, np.array([1.0, 2.0, 3.0]), np.array([0.1, -0.2, 0.3]), np.array([0.5, -1.0, 2.0])
+    acc = helpers.axis3f(0, 0, 9.81)
+    plain, braked = (ffi.new("kalmanCoreData_t *", helpers.random_core(7)[0]) for _ in range(2))
+    lib.kalmanCorePredict(plain, params, acc, helpers.axis3f(*gyro), 1010, is_flying)
+    params.dragB_x, params.dragB_y, params.dragB_z = drag
+    params.cop_x, params.cop_y, params.cop_z = place
+    lib.kalmanCorePredict(braked, params, acc, helpers.axis3f(*gyro), 1010, is_flying)
+
+    velocity = helpers.array(helpers.random_core(7).S)[3:6].astype(float)
+    expected = -dt * drag * (velocity + np.cross(gyro, place)) if is_flying else np.zeros(3)
+    change = helpers.array(braked.S) - helpers.array(plain.S)
+    np.testing.assert_allclose(change, [0, 0, 0, *expected, 0, 0, 0], atol=1e-6)
+    assert not np.array_equal(helpers.array(braked.P), helpers.array(plain.P))
+
+
+def test_noise_of_velocity_position_and_attitude_adds_before_squaring(params, helpers):
+    """Dossier 4.5, with the parameters that are zero by default."""
+    params.procNoiseVel, params.procNoisePos, params.procNoiseAtt = 0.25, 0.125, 0.5
+    params.measNoiseGyro_yaw = 0.75
+    core = ffi.new("kalmanCoreData_t *")
+    helpers.assign(core.P, np.eye(9))
+    lib.kalmanCoreAddProcessNoise(core, params, 500)
+    dt, xy, z = 0.5, 0.5, 1.0
+    plane, height = xy * dt * dt + 0.25 * dt + 0.125, z * dt * dt + 0.25 * dt + 0.125
+    added = [plane, plane, height, xy * dt + 0.25, xy * dt + 0.25, z * dt + 0.25]
+    added += [0.1 * dt + 0.5, 0.1 * dt + 0.5, 0.75 * dt + 0.5]
+    np.testing.assert_allclose(helpers.array(core.P), np.eye(9) + np.diag(np.square(added)), rtol=1e-6)
+
+
+def test_ten_short_steps_add_a_tenth_of_the_noise_of_a_long_one(params, helpers):
+    """Dossier 4.5: the rate of the calls is part of the tuning."""
+    many, one = ffi.new("kalmanCoreData_t *"), ffi.new("kalmanCoreData_t *")
+    for core in (many, one):
+        helpers.assign(core.P, 1e-3 * np.eye(9))
+    for now_ms in range(1, 11):
+        lib.kalmanCoreAddProcessNoise(many, params, now_ms)
+    lib.kalmanCoreAddProcessNoise(one, params, 10)
+    added = [helpers.array(core.P)[DIAGONAL][3:] - F(1e-3) for core in (many, one)]
+    np.testing.assert_allclose(10.0 * added[0], added[1], rtol=0.01)
+
+
 def test_noise_without_time_does_nothing(params, helpers):
     core = helpers.random_core(1)
     core.P[2][2] = 1e6

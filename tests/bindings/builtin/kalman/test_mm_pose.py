@@ -112,3 +112,12 @@ def test_the_sign_of_the_measured_quaternion_does_not_matter(helpers):
     lib.kalmanCoreUpdateWithPose(first, pose_measurement([1, 2, 3], quat, 0.02, 0.005))
     lib.kalmanCoreUpdateWithPose(second, pose_measurement([1, 2, 3], -quat, 0.02, 0.005))
     assert ffi.buffer(first)[:] == ffi.buffer(second)[:]
+
+
+def test_half_a_turn_away_the_innovation_is_infinite(helpers):
+    """Dossier 5.8: a residual without scalar part is divided by zero, and the estimate shows it."""
+    core = ffi.new("kalmanCoreData_t *", {"q": [1.0]})
+    helpers.assign(core.P, np.eye(9))
+    lib.kalmanCoreUpdateWithPose(core, pose_measurement([0, 0, 0], (0, 1, 0, 0), 1.0, 1.0))
+    assert not np.isfinite(list(core.S)[6:9]).any()
+    assert np.isfinite(helpers.array(core.P)).all()

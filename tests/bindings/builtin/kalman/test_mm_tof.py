@@ -7,8 +7,6 @@ import pytest
 
 from crazychoir_fw._core import ffi, lib
 
-HALF_CONE = math.radians(7.5)
-
 
 def test_check_vector_d(flight):
     core = flight.after("D")
@@ -26,14 +24,25 @@ def tilted_core(helpers, r22: float) -> ffi.CData:
     return core
 
 
-# dossier 16.1; the firmware's test gives the half cone, ours is always 7.5 deg, and only the tilt beyond it counts
+def measured(half_cone: float) -> ffi.CData:
+    return ffi.new("tofMeasurement_t *", {"distance": 1.6, "stdDev": 0.045, "coneHalfAngle": half_cone})
+
+
+# dossier 16.1, and the cone of 15 degrees that every real deck has
 @pytest.mark.parametrize(
-    ("tilt", "derivative", "innovation"),
-    [(HALF_CONE + 0.2, 1.0203388, 0.0694917), (0.1, 1.0, 0.1), (HALF_CONE - 0.05, 1.0, 0.1), (0.0, 1.0, 0.1)],
+    ("tilt", "half_cone", "derivative", "innovation"),
+    [
+        (0.2, 0.0, 1.0203388, 0.0694917),
+        (0.3, 0.1, 1.0203388, 0.0694917),
+        (0.05, 0.1, 1.0, 0.1),
+        (math.radians(7.5) + 0.2, math.radians(7.5), 1.0203388, 0.0694917),
+        (0.1, math.radians(7.5), 1.0, 0.1),
+        (0.0, 0.0, 1.0, 0.1),
+    ],
 )
-def test_only_tilt_beyond_half_the_cone_counts(helpers, tilt, derivative, innovation):
+def test_only_tilt_beyond_half_the_cone_counts(helpers, tilt, half_cone, derivative, innovation):
     core = tilted_core(helpers, math.cos(tilt))
-    lib.kalmanCoreUpdateWithTof(core, ffi.new("tofMeasurement_t *", {"distance": 1.6, "stdDev": 0.045}))
+    lib.kalmanCoreUpdateWithTof(core, measured(half_cone))
     # P_ZZ was 1: its new value gives H, and with H the correction gives the innovation
     assert core.P[2][2] == pytest.approx(0.045**2 / (derivative**2 + 0.045**2), rel=1e-4)
     gain = derivative / (derivative**2 + 0.045**2)
@@ -44,7 +53,7 @@ def test_only_tilt_beyond_half_the_cone_counts(helpers, tilt, derivative, innova
 def test_range_is_refused_when_the_floor_is_out_of_sight(helpers, r22):
     core = tilted_core(helpers, r22)
     before = ffi.buffer(core)[:]
-    lib.kalmanCoreUpdateWithTof(core, ffi.new("tofMeasurement_t *", {"distance": 1.6, "stdDev": 0.045}))
+    lib.kalmanCoreUpdateWithTof(core, measured(0.1))
     assert ffi.buffer(core)[:] == before
 
 
@@ -52,5 +61,5 @@ def test_the_gate_compares_in_double(helpers):
     # the float nearest to 0.1 lies above the double nearest to 0.1
     core = tilted_core(helpers, float(np.float32(0.1)))
     core.isUpdated = False
-    lib.kalmanCoreUpdateWithTof(core, ffi.new("tofMeasurement_t *", {"distance": 1.6, "stdDev": 0.045}))
+    lib.kalmanCoreUpdateWithTof(core, measured(0.1))
     assert core.isUpdated

@@ -1,0 +1,34 @@
+/* The table of attributes: what may be chosen, in which range, and where it is stored. Internal to
+ * the plugin. */
+#ifndef CF_MUJOCO_PLUGIN_ATTRIBUTE_TABLE_H
+#define CF_MUJOCO_PLUGIN_ATTRIBUTE_TABLE_H
+
+#include <stddef.h>
+
+#define CF_MAX_CHOICES 8
+#define CF_MAX_VECTOR 6
+
+typedef enum {
+  KIND_CHOICE,  // one of a list of words; the number of the word is stored in an int
+  KIND_SWITCH,  // the same for off and on, stored in a bool
+  KIND_COUNT,   // a whole number in [low, high], stored in a uint32_t
+  KIND_NUMBER,  // a number in [low, high], stored in a float
+  KIND_VECTOR,  // `count` such numbers with spaces between them, stored in floats
+} kind_t;
+
+typedef struct {
+  const char *name;
+  const char *doc;
+  kind_t      kind;
+  size_t      offset;  // in cf_config_t
+  double      low;
+  double      high;
+  int         count;  // of a vector
+  const char *words[CF_MAX_CHOICES];
+  int         numbers[CF_MAX_CHOICES];
+} attribute_t;
+
+// Returns attribute number i, or null behind the last one.
+const attribute_t *cf_attribute(int i);
+
+#endif  // CF_MUJOCO_PLUGIN_ATTRIBUTE_TABLE_H

@@ -1,0 +1,51 @@
+/* Who is near whom: the drones that a ground station sees, sorted into square columns.
+ *
+ * A grid is scratch, made anew from positions whenever it is asked for; it is not part of any
+ * state. To fill it costs a time in proportion to the drones, to ask it about one drone a time that
+ * depends on its neighborhood only. Columns have a side of 1 m and no end in height. */
+#ifndef CF_MUJOCO_PLUGIN_PEER_GRID_H
+#define CF_MUJOCO_PLUGIN_PEER_GRID_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define CF_PEER_GRID_REACH 10  // [m], whoever is farther away is nobody's neighbor
+
+typedef struct {
+  float   position[3];  // [m], world
+  int32_t column[2];
+  int32_t index;  // of the drone
+} cf_seen_drone_t;
+
+typedef struct {
+  int capacity;
+  int count;
+  int bucket_bits;  // there are 2^bits buckets
+
+  int32_t low[2];   // columns that hold somebody
+  int32_t high[2];  // inclusive
+
+  cf_seen_drone_t *added;   // [capacity], in the order of their coming
+  cf_seen_drone_t *sorted;  // [capacity], by bucket
+  int32_t         *starts;  // [buckets + 1], in `sorted`
+} cf_peer_grid_t;
+
+// Makes room for `capacity` > 0 drones. Returns false when there is no memory; otherwise the grid
+// must be freed.
+bool cf_peer_grid_new(cf_peer_grid_t *grid, int capacity);
+void cf_peer_grid_free(cf_peer_grid_t *grid);
+
+// Fills the grid: clear, add every drone once, sort. A position that is not finite, or 10 km away,
+// is seen by nobody and left out.
+void cf_peer_grid_clear(cf_peer_grid_t *grid);
+void cf_peer_grid_add(cf_peer_grid_t *grid, int index, const float position[3]);
+void cf_peer_grid_sort(cf_peer_grid_t *grid);
+
+// Writes the drones nearest to this position, without the drone `self`, nearest first and with the
+// lower index first among equals; at most `most` <= CF_PEER_GRID_MOST, all nearer than the reach.
+// Returns how many. What comes out depends on the positions only.
+#define CF_PEER_GRID_MOST 16
+int cf_peer_grid_nearest(const cf_peer_grid_t *grid, const float position[3], int self,
+                         cf_seen_drone_t *nearest, int most);
+
+#endif  // CF_MUJOCO_PLUGIN_PEER_GRID_H

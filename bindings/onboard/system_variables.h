@@ -1,0 +1,57 @@
+/* Parameters and log variables that clients look for and nothing on board computes with: identity,
+ * lights, sound, self-tests, radio statistics (crtp-cflib dossier section 20).
+ *
+ * Lights and sound keep what is written to them; nothing shines or sounds in the simulation. The
+ * types of names that the dossier marks as not read again are its own guesses. */
+#ifndef CF_ONBOARD_SYSTEM_VARIABLES_H
+#define CF_ONBOARD_SYSTEM_VARIABLES_H
+
+#include <stdint.h>
+
+#include "variables.h"
+
+typedef struct {
+  // what this drone is
+  int8_t   selftest_passed;  // system.selftestPassed
+  uint32_t revision0;        // firmware.revision0, 0: no revision of the firmware flies here
+  uint16_t revision1;
+  uint8_t  modified;
+  uint16_t flash;  // [KiB], cpu.flash
+  uint32_t id[3];  // cpu.id0, id1, id2: differ between drones
+
+  // requests, which clear themselves
+  uint8_t task_dump;
+  uint8_t storage_stats;
+  uint8_t assert_info;
+  uint8_t memory_test_reset;  // memTst.resetW
+
+  // lights and sound
+  uint8_t  led_bitmask;
+  uint8_t  ring_effect;
+  uint8_t  ring_effects;  // ring.neffect, read-only
+  uint8_t  ring_red, ring_green, ring_blue;
+  uint8_t  ring_headlight;
+  uint32_t ring_fade_color;  // 0xRRGGBB
+  float    ring_fade_time;   // [s]
+  uint8_t  sound_effect;
+
+  // statistics of the link; whoever simulates the radio writes them
+  uint8_t  radio_rssi;
+  uint8_t  radio_is_connected;
+  uint16_t radio_received_broadcasts;
+  uint16_t radio_received_unicasts;
+  uint16_t crtp_receive_rate;   // [packets/s]
+  uint16_t crtp_transmit_rate;  // [packets/s]
+  uint32_t memory_test_errors;  // memTst.errCntW
+} cf_system_variables_t;
+
+// `serial` tells the drones of a world apart.
+void cf_system_variables_init(cf_system_variables_t *system, uint32_t seed, uint32_t serial);
+
+// Serves the requests; 25 times a second.
+void cf_system_variables_update(cf_system_variables_t *system);
+
+cf_variables_t cf_system_variables_parameters(void);
+cf_variables_t cf_system_variables_logs(void);
+
+#endif  // CF_ONBOARD_SYSTEM_VARIABLES_H

@@ -1,0 +1,117 @@
+#include "vehicle/positioning/mocap.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "vehicle/random_inline.h"
+#include "vehicle/valid.h"
+
+#define TICKS_PER_SECOND 1000u
+
+static bool is_valid(const cf_mocap_config_t *config) {
+  return config->rate <= TICKS_PER_SECOND && cf_is_not_negative(config->position_noise) &&
+         cf_is_not_negative(config->attitude_noise) && cf_is_positive(config->position_std) &&
+         cf_is_positive(config->attitude_std) && cf_mishap_check(&config->mishap) == CF_OK;
+}
+
+cf_status_t cf_mocap_init(cf_mocap_t *mocap, const cf_mocap_config_t *config, cf_random_t random,
+                          cf_random_t mishap_random) {
+  if (!is_valid(config)) {
+    return CF_ERR_VALUE;
+  }
+  // a sample waits over latency + 1 steps; 64 bits, because the latency may be any number
+  const uint64_t steps = (uint64_t)config->latency_ms + 1;
+  if (steps * config->rate > (uint64_t)CF_MOCAP_CAPACITY * TICKS_PER_SECOND) {
+    return CF_ERR_CAPACITY;
+  }
+
+  *mocap = (cf_mocap_t){
+      .config        = *config,
+      .phase         = (TICKS_PER_SECOND - config->rate) % TICKS_PER_SECOND,
+      .random        = random,
+      .mishap_random = mishap_random,
+  };
+  return CF_OK;
+}
+
+// q <- q (1, d/2), normalized, for a small rotation d [rad] about body axes.
+static void rotate_slightly(float q[4], const float d[3]) {
+  const float x = 0.5f * d[0];
+  const float y = 0.5f * d[1];
+  const float z = 0.5f * d[2];
+  const float a = q[0], b = q[1], c = q[2], e = q[3];
+
+  const float s = 1.0f / sqrtf(1.0f + x * x + y * y + z * z);
+  q[0]          = s * (a - b * x - c * y - e * z);
+  q[1]          = s * (b + a * x + c * z - e * y);
+  q[2]          = s * (c + a * y + e * x - b * z);
+  q[3]          = s * (e + a * z + b * y - c * x);
+}
+
+// A wrong marker: off in a direction of its own.
+static void misplace(cf_mocap_t *mocap, float position[3]) {
+  const float error = cf_mishap_error(&mocap->config.mishap, &mocap->mishap_random);
+  if (error == 0.0f) {
+    return;
+  }
+  float direction[3];
+  cf_random_normals(&mocap->mishap_random, direction, 3);
+  const float length = sqrtf(direction[0] * direction[0] + direction[1] * direction[1] +
+                             direction[2] * direction[2]);
+  for (int i = 0; i < 3; i++) {
+    position[i] += error * direction[i] / length;
+  }
+}
+
+static void take_sample(cf_mocap_t *mocap, const float position[3], const float quat_wxyz[4]) {
+  // drawn even when nothing is seen, so that a loss does not change the noise after it
+  float normal[6];
+  cf_next_normals(&mocap->random, normal, 6);
+  if (mocap->is_lost || cf_mishap_drops(&mocap->config.mishap, &mocap->mishap_random)) {
+    return;
+  }
+
+  const uint32_t     place  = (mocap->oldest + mocap->waiting) % CF_MOCAP_CAPACITY;
+  cf_mocap_sample_t *sample = &mocap->samples[place];
+  float              turn[3];
+  for (int i = 0; i < 3; i++) {
+    sample->position[i] = position[i] + mocap->config.position_noise * normal[i];
+    turn[i]             = mocap->config.attitude_noise * normal[i + 3];
+  }
+  misplace(mocap, sample->position);
+  memcpy(sample->quat_wxyz, quat_wxyz, sizeof sample->quat_wxyz);
+  rotate_slightly(sample->quat_wxyz, turn);
+  sample->due = mocap->tick + mocap->config.latency_ms;
+  mocap->waiting++;
+}
+
+static poseMeasurement_t pose_of(const cf_mocap_config_t *config, const cf_mocap_sample_t *sample) {
+  const float *q = sample->quat_wxyz;
+  return (poseMeasurement_t){
+      .pos        = {sample->position[0], sample->position[1], sample->position[2]},
+      .quat       = {.x = q[1], .y = q[2], .z = q[3], .w = q[0]},
+      .stdDevPos  = config->position_std,
+      .stdDevQuat = config->attitude_std,
+  };
+}
+
+bool cf_mocap_step(cf_mocap_t *mocap, const float position[3], const float quat_wxyz[4],
+                   poseMeasurement_t *pose) {
+  // cameras
+  mocap->phase += mocap->config.rate;
+  if (mocap->phase >= TICKS_PER_SECOND) {
+    mocap->phase -= TICKS_PER_SECOND;
+    take_sample(mocap, position, quat_wxyz);
+  }
+
+  // radio
+  const cf_mocap_sample_t *oldest  = &mocap->samples[mocap->oldest];
+  const bool               arrives = mocap->waiting > 0 && oldest->due == mocap->tick;
+  if (arrives) {
+    *pose         = pose_of(&mocap->config, oldest);
+    mocap->oldest = (mocap->oldest + 1) % CF_MOCAP_CAPACITY;
+    mocap->waiting--;
+  }
+  mocap->tick++;
+  return arrives;
+}

@@ -1,0 +1,115 @@
+"""Low-level setpoints of one drone."""
+
+from __future__ import annotations
+
+import struct
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from crazychoir_fw._core import lib
+from crazychoir_fw.core import check, receive_packet
+from crazychoir_fw.errors import RangeError
+
+_X_MODE = 0.707  # cflib's sine of 45 deg
+_FULL_STATE = struct.Struct("<B9hI3h")  # type; position, velocity, acceleration; attitude; rates
+_PORT_GENERIC = 7
+
+
+class Commander:
+    """Low-level setpoints, flown as long as they keep coming (500 ms, then the drone levels out)."""
+
+    def __init__(self, name: str, cf: Any) -> None:
+        self._name = name
+        self._cf = cf
+        self._is_x_mode = False
+
+    def _check(self, status: int, call: str) -> None:
+        check(status, f"{self._name}: {call}")
+
+    def set_client_xmode(self, enabled: bool) -> None:
+        """Turn roll and pitch of `send_setpoint` by 45 deg, for a frame whose forward is between two motors."""
+        self._is_x_mode = enabled
+
+    def send_setpoint(self, roll: float, pitch: float, yawrate: float, thrust: int) -> None:
+        """Attitude (deg), yaw rate (deg/s, positive to the right) and thrust in [0, 65535].
+
+        As in cflib, the first thrust after boot must be 0, which unlocks the motors, and positive pitch lowers the
+        nose, so that the drone flies forward. The parameters ``flightmode.*`` give the numbers another meaning:
+        rates in place of angles, velocities, a position, a climb rate in place of thrust.
+        """
+        if not 0 <= thrust <= 65535:
+            raise RangeError(f"{self._name}: thrust {thrust} is outside [0, 65535]")
+        if self._is_x_mode:
+            roll, pitch = _X_MODE * (roll - pitch), _X_MODE * (roll + pitch)
+        self._check(lib.cf_send_rpyt(self._cf, roll, -pitch, yawrate, int(thrust)), "send_setpoint")
+
+    def send_stop_setpoint(self) -> None:
+        """Stop the motors."""
+        self._check(lib.cf_send_stop(self._cf), "send_stop_setpoint")
+
+    def send_velocity_world_setpoint(self, vx: float, vy: float, vz: float, yawrate: float) -> None:
+        """Velocity (m/s, world) and yaw rate (deg/s, positive to the left)."""
+        self._check(lib.cf_send_velocity_world(self._cf, vx, vy, vz, yawrate), "send_velocity_world_setpoint")
+
+    def send_zdistance_setpoint(self, roll: float, pitch: float, yawrate: float, zdistance: float) -> None:
+        """Attitude (deg), yaw rate (deg/s) and height (m)."""
+        self._check(lib.cf_send_zdistance(self._cf, roll, pitch, yawrate, zdistance), "send_zdistance_setpoint")
+
+    def send_hover_setpoint(self, vx: float, vy: float, yawrate: float, zdistance: float) -> None:
+        """Velocity (m/s, forward and left), yaw rate (deg/s) and height (m)."""
+        self._check(lib.cf_send_hover(self._cf, vx, vy, yawrate, zdistance), "send_hover_setpoint")
+
+    def send_position_setpoint(self, x: float, y: float, z: float, yaw: float) -> None:
+        """Position (m, world) and yaw (deg)."""
+        self._check(lib.cf_send_position(self._cf, x, y, z, yaw), "send_position_setpoint")
+
+    def send_setpoint_manual(
+        self, roll: float, pitch: float, yawrate: float, thrust_percentage: float, rate: bool
+    ) -> None:
+        """Roll and pitch as angles (deg) or rates (deg/s), yaw rate (deg/s), thrust (%).
+
+        As in cflib, 0 to 100 % are 10001 to 60000 counts, and positive pitch lowers the nose.
+        """
+        if not 0 <= thrust_percentage <= 100:
+            raise RangeError(f"{self._name}: thrust_percentage {thrust_percentage} is outside [0, 100]")
+        thrust = int(10001 + 0.01 * thrust_percentage * 49999)
+        self._check(lib.cf_send_manual(self._cf, roll, -pitch, yawrate, thrust, rate), "send_setpoint_manual")
+
+    def send_full_state_setpoint(
+        self,
+        pos: ArrayLike,
+        vel: ArrayLike,
+        acc: ArrayLike,
+        orientation: ArrayLike,
+        rollrate: float,
+        pitchrate: float,
+        yawrate: float,
+    ) -> None:
+        """Position (m), velocity (m/s), acceleration (m/s^2), attitude (quaternion xyzw) and body rates (rad/s).
+
+        Sent as the radio carries it: lengths cut to millimeters, rates to milliradians, both within 32.7 of their
+        unit, and the attitude, normalized, in 32 bits (0.2 deg).
+        """
+        call = "send_full_state_setpoint"
+        moving = [*np.ravel(pos), *np.ravel(vel), *np.ravel(acc), rollrate, pitchrate, yawrate]
+        quat = np.asarray(orientation, float)
+        norm = np.linalg.norm(quat)
+        if len(moving) != 12 or quat.shape != (4,) or not (np.isfinite(norm) and norm > 0.0):
+            raise RangeError(f"{self._name}: {call}: allowed: three vectors of 3, a quaternion xyzw and three rates")
+        numbers = [self._thousandths(value, call) for value in moving]
+        attitude = lib.quatcompress(list(quat / norm))
+        packet = _FULL_STATE.pack(lib.CF_GENERIC_FULL_STATE, *numbers[:9], attitude, *numbers[9:])
+        receive_packet(self._cf, _PORT_GENERIC, 0, packet, f"{self._name}: {call}")
+
+    def _thousandths(self, value: float, call: str) -> int:
+        thousandths = value * 1000
+        if not -32769 < thousandths < 32768:
+            raise RangeError(f"{self._name}: {call}: {value} is outside [-32.768, 32.767]")
+        return int(thousandths)
+
+    def send_notify_setpoint_stop(self, remain_valid_milliseconds: int = 0) -> None:
+        """Give way to the high-level commander; command it right after, or the motors stop."""
+        del remain_valid_milliseconds  # the firmware ignores it as well
+        lib.cf_notify_setpoint_stop(self._cf)

@@ -1,0 +1,148 @@
+"""Motion capture: rate, latency, noise, loss."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from crazychoir_fw._core import ffi, lib
+
+Make = Callable[..., Any]
+
+
+def make_mocap(make_config: Make, seed: int = 1, **changes: Any) -> Any:
+    config = make_config("cf2").mocap
+    for name, value in changes.items():
+        setattr(config, name, value)
+    random = ffi.new("cf_random_t *")
+    lib.cf_random_init(random, seed, 0)
+    mocap = ffi.new("cf_mocap_t *")
+    assert lib.cf_mocap_init(mocap, ffi.addressof(config), random[0], lib.cf_random_split(random)) == lib.CF_OK
+    return mocap
+
+
+def with_mishaps(**numbers: float) -> dict[str, Any]:
+    return {"mishap": {"dropout": 0.0, "outlier": 0.0, "outlier_size": 0.0, **numbers}}
+
+
+def watch(mocap: Any, ticks: int, quat: Any = (1.0, 0.0, 0.0, 0.0), start: int = 0) -> list[tuple[int, Any]]:
+    """Move along x by 1 m per tick; return the arrival ticks and poses."""
+    pose = ffi.new("poseMeasurement_t *")
+    quat = ffi.new("float[4]", list(quat))
+    arrived = []
+    for tick in range(start, start + ticks):
+        if lib.cf_mocap_step(mocap, ffi.new("float[3]", [tick, -1.0, 0.5]), quat, pose):
+            arrived.append((tick, ffi.new("poseMeasurement_t *", pose[0])))
+    return arrived
+
+
+@pytest.mark.parametrize(
+    ("rate", "latency"), [(100, 8), (100, 0), (200, 5), (1000, 0), (1000, 31), (300, 12), (30, 100), (1, 3), (100, 310)]
+)
+def test_rate_and_latency_are_exact(make_config: Make, rate: int, latency: int) -> None:
+    mocap = make_mocap(make_config, rate=rate, latency_ms=latency, position_noise=0.0)
+    arrived = watch(mocap, 2000 + latency)
+    sampled = [
+        t for t in range(2000 + latency) if ((t + 1) * rate + 1000 - rate) // 1000 > (t * rate + 1000 - rate) // 1000
+    ]
+    assert [tick for tick, _ in arrived] == [t + latency for t in sampled if t < 2000]
+    assert [pose.x for _, pose in arrived] == [float(t) for t in sampled if t < 2000]
+    assert len([t for t in sampled if t < 2000]) == 2 * rate
+
+
+def test_default_arrives_every_ten_milliseconds_eight_late(make_config: Make) -> None:
+    assert [tick for tick, _ in watch(make_mocap(make_config), 40)] == [8, 18, 28, 38]
+
+
+def test_rate_zero_is_off(make_config: Make) -> None:
+    assert watch(make_mocap(make_config, rate=0), 3000) == []
+
+
+def test_filter_is_told_the_deviations_of_the_location_service(make_config: Make) -> None:
+    _, pose = watch(make_mocap(make_config), 10)[0]
+    assert pose.stdDevPos == pytest.approx(0.01)
+    assert pose.stdDevQuat == pytest.approx(4.5e-3)
+
+
+def test_ideal_pose_is_the_true_pose(make_config: Make) -> None:
+    mocap = make_mocap(make_config, position_noise=0.0, attitude_noise=0.0)
+    _, pose = watch(mocap, 10, quat=(0.5, -0.5, 0.5, 0.5))[0]
+    assert (pose.x, pose.y, pose.z) == (0.0, -1.0, 0.5)
+    assert (pose.quat.w, pose.quat.x, pose.quat.y, pose.quat.z) == (0.5, -0.5, 0.5, 0.5)
+
+
+def test_noise_has_the_asked_deviation(make_config: Make) -> None:
+    mocap = make_mocap(make_config, rate=1000, latency_ms=0, position_noise=0.001, attitude_noise=0.002)
+    truth = Rotation.from_euler("xyz", [0.3, -0.2, 2.0])
+    x, y, z, w = truth.as_quat()
+    poses = [pose for _, pose in watch(mocap, 10_000, quat=(w, x, y, z))]
+    position = np.array([(pose.y + 1.0, pose.z - 0.5) for pose in poses])
+    quat = np.array([(pose.quat.x, pose.quat.y, pose.quat.z, pose.quat.w) for pose in poses])
+    turn = (truth.inv() * Rotation.from_quat(quat)).as_rotvec()
+    assert position.std(axis=0) == pytest.approx(0.001, rel=0.04)
+    assert turn.std(axis=0) == pytest.approx(0.002, rel=0.04)
+    assert np.abs(position.mean(axis=0)).max() < 5e-5
+    assert np.abs(turn.mean(axis=0)).max() < 1e-4
+    assert np.linalg.norm(quat, axis=1) == pytest.approx(1.0, abs=1e-6)
+
+
+def test_lost_drone_is_not_seen_but_poses_under_way_arrive(make_config: Make) -> None:
+    mocap = make_mocap(make_config)
+    assert [tick for tick, _ in watch(mocap, 12)] == [8]
+    mocap.is_lost = True
+    assert [tick for tick, _ in watch(mocap, 100, start=12)] == [18]
+    mocap.is_lost = False
+    assert [tick for tick, _ in watch(mocap, 30, start=112)] == [128, 138]
+
+
+def test_drop_outs_have_the_asked_frequency_and_leave_the_noise_alone(make_config: Make) -> None:
+    everything = watch(make_mocap(make_config, rate=1000, latency_ms=0), 10_000)
+    some = watch(make_mocap(make_config, rate=1000, latency_ms=0, **with_mishaps(dropout=0.3)), 10_000)
+    assert len(some) == pytest.approx(7000, abs=200)
+    same = {tick: (pose.x, pose.y, pose.quat.x) for tick, pose in everything}
+    assert all(same[tick] == (pose.x, pose.y, pose.quat.x) for tick, pose in some)
+
+
+def test_outliers_are_off_by_a_quarter_of_their_size_to_all_of_it_in_any_direction(make_config: Make) -> None:
+    quiet = {"rate": 1000, "latency_ms": 0, "position_noise": 0.0}
+    poses = watch(make_mocap(make_config, **quiet, **with_mishaps(outlier=0.1, outlier_size=0.8)), 10_000)
+    errors = np.array([(pose.x - tick, pose.y + 1.0, pose.z - 0.5) for tick, pose in poses])
+    distances = np.linalg.norm(errors, axis=1)
+    wrong = distances > 0.01
+    assert wrong.sum() == pytest.approx(1000, abs=100)
+    assert distances[wrong].min() > 0.199
+    assert distances[wrong].max() < 0.801
+    assert np.abs(errors[wrong].mean(axis=0)).max() < 0.05
+
+
+def test_tick_may_wrap_around(make_config: Make) -> None:
+    mocap = make_mocap(make_config, position_noise=0.0)
+    mocap.tick = 2**32 - 3
+    assert [tick for tick, _ in watch(mocap, 40)] == [8, 18, 28, 38]
+
+
+@pytest.mark.parametrize(
+    ("changes", "status"),
+    [
+        ({"rate": 1001}, lib.CF_ERR_VALUE),
+        ({"rate": 1000, "latency_ms": 32}, lib.CF_ERR_CAPACITY),
+        ({"rate": 100, "latency_ms": 320}, lib.CF_ERR_CAPACITY),
+        ({"rate": 1000, "latency_ms": 2**32 - 1}, lib.CF_ERR_CAPACITY),
+        ({"position_noise": -0.001}, lib.CF_ERR_VALUE),
+        ({"attitude_noise": float("nan")}, lib.CF_ERR_VALUE),
+        ({"position_std": 0.0}, lib.CF_ERR_VALUE),
+        ({"attitude_std": float("inf")}, lib.CF_ERR_VALUE),
+        (with_mishaps(dropout=1.1), lib.CF_ERR_VALUE),
+    ],
+)
+def test_impossible_config_is_refused(make_config: Make, changes: dict[str, float], status: int) -> None:
+    config = make_config("cf2").mocap
+    for name, value in changes.items():
+        setattr(config, name, value)
+    mocap = ffi.new("cf_mocap_t *")
+    dice = ffi.new("cf_random_t *")[0]
+    assert lib.cf_mocap_init(mocap, ffi.addressof(config), dice, dice) == status
