@@ -31,7 +31,8 @@ typedef enum {
   ControllerTypeINDI        = 3,
   ControllerTypeBrescianini = 4,
   ControllerTypeLee         = 5,
-  ControllerType_COUNT      = 6,
+  ControllerTypeOot         = 6,  // a user's own C, where a provider carries one
+  ControllerType_COUNT      = 7,
 } ControllerType;
 
 // Where a high-level plan starts, or what the planner asks for.
@@ -89,7 +90,13 @@ typedef struct {
 
 typedef struct {
   const char *name;
-  size_t      state_bytes;  // at most CF_PROVIDER_STATE_BYTES
+  int         platform;     // cf_platform_t, or -1: every one
+  size_t      state_bytes;  // whole words of 8; above CF_PROVIDER_STATE_BYTES a drone is longer
+
+  // Everything between the two is for one drone, by one thread. They save work where a call is
+  // dear, change nothing, and may be null.
+  void (*begin)(void *state);
+  void (*end)(void *state);
 
   // Writes the whole block: gains of the platform, default controller, filter at now_ms.
   cf_status_t (*init)(void *state, cf_platform_t platform, uint32_t now_ms);
@@ -139,6 +146,12 @@ typedef struct {
   void (*complementary)(void *state, const cf_latest_samples_t *latest, state_t *estimate,
                         stabilizerStep_t step, uint32_t now_ms);
 
+  // The user's own estimator, at 1 kHz, with what arrived in the queue since the latest call. Both
+  // are null where the provider carries none.
+  void (*out_of_tree_estimator_init)(void *state);
+  void (*out_of_tree_estimator)(void *state, const measurement_t *queue, int count,
+                                state_t *estimate, stabilizerStep_t step, uint32_t now_ms);
+
   // Planner. Times are float32 seconds. Functions returning int return 0 when the plan was made, 1
   // when refused.
   int (*plan_takeoff)(void *state, const cf_plan_start_t *from, float height, float yaw,
@@ -170,6 +183,10 @@ typedef struct {
   // at most `capacity` tables and returns how many there are.
   int (*parameters)(cf_variables_t *tables, int capacity);
   int (*logs)(cf_variables_t *tables, int capacity);
+  // After a client wrote a parameter: runs what the code wants to run then. May be null.
+  void (*parameter_written)(void *state, const char *group, const char *name);
+  // Before somebody reads log variables: brings those up to date that are computed. May be null.
+  void (*refresh_logs)(void *state);
 } cf_provider_t;
 
 // Returns provider number i, or null behind the last one.
