@@ -164,7 +164,7 @@ def builtin_recipe(apps: Sequence[Path]) -> Recipe:
         own=(*builtin, *sorted((bindings / "app").glob("*.c")), bindings / BUILTIN_ADAPTER, *_library_sources()),
         apps=apps,
         probes=(),
-        include_dirs=(bindings / "library" / "include", bindings / "app", bindings / "api", bindings),
+        include_dirs=(bindings / "library" / "include", bindings / "app" / "include", bindings),
         flags=(*deciding_flags(), *_LIBRARY_FLAGS),
         app_flags=APP_WARNINGS,
         own_include_dirs=(bindings,),
