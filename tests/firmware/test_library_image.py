@@ -41,10 +41,10 @@ SEEN static const int constant = 4;
 
 int *local_static(void);
 int *local_static(void) {
-  static int count;
-  static int *where;
+  SEEN static int count;
+  SEEN static int *where;
   {
-    static void *deeper[2];
+    SEEN static void *deeper[2];
     deeper[0] = &count;
     where = deeper[0];
   }
@@ -52,8 +52,8 @@ int *local_static(void) {
   return where;
 }
 static inline int inlined(int by) {
-  static int *total_of;
-  static int total;
+  SEEN static int *total_of;
+  SEEN static int total;
   total_of = &total;
   *total_of += by;
   return total;

@@ -246,3 +246,60 @@ def test_an_estimator_that_crashes_stops_the_drone(app, host):
     estimate = host.ffi.new("state_t *")
     app.out_of_tree_estimator(drone.block, host.ffi.cast("measurement_t *", 8), 1, estimate, 1, 1)
     assert host.reason == "segmentation fault in estimatorOutOfTree"
+
+
+def test_an_estimator_that_forwards_to_the_complementary_one_is_that(app, host):
+    drone = app.drone()
+    app.set(drone, "testEstimator.forward", 1)
+    app.out_of_tree_estimator_init(drone.block)
+    queue = host.ffi.new("measurement_t[]", 4)
+    latest = host.ffi.new("cf_latest_samples_t *")
+    expected, estimate = host.ffi.new("state_t *"), host.ffi.new("state_t *")
+    memory = host.ffi.new("uint64_t[]", host.builtin.state_bytes // 8 + 1)
+    builtin, block = host.builtin, host.ffi.cast("char *", memory)
+    assert builtin.init(block, lib.CF_PLATFORM_CF2, 0) == lib.CF_OK
+    builtin.complementary_init(block)
+    random_numbers = random.Random(8)
+    for now in range(1, 400):
+        latest.acc = {"x": random_numbers.gauss(0, 0.1), "y": 0.0, "z": 1.0}
+        latest.gyro = {"x": random_numbers.gauss(0, 1.0), "y": 0.0, "z": 1.0}
+        latest.baro.asl = random_numbers.gauss(50, 0.1)
+        queue[0].type, queue[0].data.gyroscope.gyro = lib.MeasurementTypeGyroscope, latest.gyro
+        queue[1].type, queue[1].data.acceleration.acc = lib.MeasurementTypeAcceleration, latest.acc
+        queue[2].type, queue[2].data.barometer.baro = lib.MeasurementTypeBarometer, latest.baro
+        queue[3].type = lib.MeasurementTypeFlow
+        app.out_of_tree_estimator(drone.block, queue, 4, estimate, now, now)
+        builtin.complementary(block, latest, expected, now, now)
+        assert bytes(host.ffi.buffer(estimate)) == bytes(host.ffi.buffer(expected))
+    assert estimate.attitude.roll != 0.0 and estimate.acc.z != 0.0
+
+
+def test_loops_mixer_and_airframe_by_their_names(app, host):
+    control, state = host.ffi.new("control_t *"), host.ffi.new("state_t *")
+    setpoint, sensors = host.ffi.new("setpoint_t *"), host.ffi.new("sensorData_t *")
+    setpoint.mode.z, setpoint.position.z = lib.modeAbs, 0.1
+    for platform in (lib.CF_PLATFORM_CF2, lib.CF_PLATFORM_CF21BL):
+        drone = app.drone(platform)
+        app.set(drone, "testApp.mode", 13)
+        assert app.controller_init(drone.block, lib.ControllerTypeOot) == lib.CF_OK
+        app.controller(drone.block, control, setpoint, sensors, state, 0)
+        get = lambda name, drone=drone: app.get(drone, "parameters", name)
+        rates = {
+            axis: int(n * (get(f"pid_rate.{axis}_kp") + 0.002 * get(f"pid_rate.{axis}_ki")))
+            for n, axis in enumerate(("roll", "pitch", "yaw"), 1)
+        }
+        idle = get("powerDist.idleThrust")
+        m4 = 1000 + int(rates["roll"] / 2) + int(rates["pitch"] / 2) - rates["yaw"]
+        facts = lib.cf_platform_facts(platform)
+        # 0.1 m above, by both vertical loops
+        climb = 0.1 * get("posCtlPid.zKp") + 0.1 * 0.01 * get("posCtlPid.zKi")
+        thrust = 1000 * climb * (get("velCtlPid.vzKp") + 0.01 * get("velCtlPid.vzKi")) + get("posCtlPid.thrustBase")
+        assert tuple(control.normalizedForces) == pytest.approx(
+            (
+                max(m4, idle),
+                get("pid_attitude.roll_kp") + 0.002 * get("pid_attitude.roll_ki"),
+                thrust,
+                facts.mass + 4 * facts.thrust.thrust_max,
+            ),
+            rel=1e-6,
+        )
