@@ -1,6 +1,8 @@
 """Which memory of a library belongs to a drone, and which words of it are pointers: compared with the symbol table."""
 
 import itertools
+import re
+import shutil
 import subprocess
 import sysconfig
 
@@ -63,27 +65,37 @@ int use(int n) { return inlined(n) + inlined(2 * n); }
 """
 
 
-def build(folder, text, *flags, linked=("-shared",)):
+def build(folder, text, *flags, linked=("-shared",), compiler=COMPILER):
     source, target = folder / "code.c", folder / "library.so"
     source.write_text(text)
-    command = [COMPILER, "-O2", "-fPIC", "-fno-common", *flags, *linked, str(source), "-o", str(target)]
+    command = [compiler, "-O2", "-fPIC", "-fno-common", *flags, *linked, str(source), "-o", str(target)]
     subprocess.run(command, check=True, capture_output=True, text=True)
     return target
 
 
 @pytest.fixture(
-    scope="module", params=[("-g", "-gdwarf-4"), ("-g", "-gdwarf-5"), ("-g", "-O3", "-gz"), ("-g", "-O0")], ids=" ".join
+    scope="module",
+    params=[
+        (COMPILER, "-g", "-gdwarf-4"),
+        (COMPILER, "-g", "-gdwarf-5"),
+        (COMPILER, "-g", "-O3", "-gz"),
+        (COMPILER, "-g", "-O0"),
+        ("clang", "-g", "-gdwarf-5"),
+    ],
+    ids=" ".join,
 )
 def library(request, tmp_path_factory):
-    return build(tmp_path_factory.mktemp("image"), VARIABLES, *request.param)
+    compiler, *flags = request.param
+    if shutil.which(compiler) is None:
+        pytest.skip(f"no {compiler} here")
+    return build(tmp_path_factory.mktemp("image"), VARIABLES, *flags, compiler=compiler)
 
 
 def symbols(path):
-    """Address of each variable, by its name without the number that the compiler adds."""
+    """Address of each variable by its name, without what compilers add: a number behind, a function before."""
     lines = subprocess.run(["nm", str(path)], capture_output=True, text=True, check=True).stdout.splitlines()
-    return {
-        name.split(".")[0]: int(address, 16) for address, _, name in (line.split() for line in lines if line[0] != " ")
-    }
+    rows = [line.split() for line in lines if line[0] != " "]
+    return {re.sub(r"(\.\d+)+$", "", name).split(".")[-1]: int(address, 16) for address, _, name in rows}
 
 
 def covers(ranges, address):
