@@ -1,6 +1,7 @@
 """A whole checkout, the miniature one: from its folder to drones that fly it."""
 
 import json
+import shutil
 
 import pytest
 from miniature import RELEASES, SETUP_PY, lay_out
@@ -77,8 +78,9 @@ def test_without_cmsis_the_builtin_provider_keeps_flying(tmp_path, monkeypatch):
     assert climb(World([DroneConfig("a", (0.0, 0.0))], seed=1)) == pytest.approx([0.5], abs=0.05)
 
 
-def test_nothing_is_written_into_the_checkout(tmp_path, cache_folder, photograph):
+def test_nothing_is_written_into_the_checkout(tmp_path, lasting_cache, photograph):
     root = lay_out(tmp_path / "checkout", git=True)
+    shutil.rmtree(root / "src" / "modules" / "src" / "kalman_core")
     broken = root / "src" / "modules" / "src" / "planner.c"
     broken.write_text("#error stop here\n")
     # one source is enough, and one that fails is the worst that can happen
@@ -142,8 +144,8 @@ def test_an_app_over_the_builtin_provider(tmp_path, lasting_cache):
     assert climb(world) == pytest.approx([0.5], abs=0.05)
     assert world["a"].param["mine.bias"] == 0.0
 
-    path.write_text(APP.replace("+= bias", "+= bais"))
-    with pytest.raises(CompileError, match=rf"{path}:10:22: error: .*bais"):
+    path.write_text(APP.replace("+= bias", "+= undeclared"))
+    with pytest.raises(CompileError, match=rf"{path}:10:22: error: .*undeclared"):
         build_provider(None, apps=[path])
     path.write_text(
         APP.replace("bias;\n}", "logWhatever();\n}").replace("static", "float logWhatever(void);\nstatic", 1)
