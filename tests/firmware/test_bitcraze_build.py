@@ -112,7 +112,7 @@ def test_a_library_that_was_loaded_by_hand_comes_first(bitcraze_library, monkeyp
 
 
 def test_an_unknown_word_is_answered_with_the_nearest(lasting_cache):
-    with pytest.raises(UnknownNameError, match=r"provider is 'bitcrase', allowed .*did you mean 'bitcraze'\?"):
+    with pytest.raises(UnknownNameError, match=r"no provider named 'bitcrase' .*did you mean 'bitcraze'\?"):
         providers.load("bitcrase", "cf2")
 
 
