@@ -31,8 +31,8 @@ class DroneConfig:
     """Implementation of the onboard algorithms: ``builtin``, ``bitcraze`` for the checkout of the real firmware, or the
     name of a library that was loaded (`crazychoir_fw.core.load_library`)."""
     controller: str | None = None
-    """Controller at boot: ``pid`` (default), ``mellinger``, ``indi``, ``brescianini``, ``lee``, or ``out_of_tree`` where
-    the provider carries one."""
+    """Controller at boot: ``pid`` (default), ``mellinger``, ``indi``, ``brescianini``, ``lee``, or ``out_of_tree``
+    where the provider carries one."""
     estimator: str | None = None
     """State estimator at boot: ``kalman``, ``complementary``, or ``out_of_tree`` where the provider carries one; by
     default what the positioning asks for."""
