@@ -1,7 +1,7 @@
 """From a file to a `Mission`, or to one sentence that says what is wrong with it."""
 
 import reprlib
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +9,7 @@ import yaml
 from pydantic import ValidationError
 
 from crazychoir_fw.errors import MissionError
-from crazychoir_fw.mission.fleet import START_DISTANCE, Layout, Settings, close_pair
+from crazychoir_fw.mission.fleet import BUILTIN, START_DISTANCE, Layout, Settings, close_pair
 from crazychoir_fw.mission.plan import plan_flight
 from crazychoir_fw.mission.schema import Mission
 
@@ -21,7 +21,7 @@ def load_mission(path: str | Path, **overrides: Any) -> Mission:
 
     Args:
         path: The mission file (YAML).
-        overrides: `seed` or `provider`, stronger than the file; None leaves the file alone.
+        overrides: `seed`, `provider` or `app`, stronger than the file; None leaves the file alone.
 
     Raises:
         MissionError: If the file cannot be read or flown; the text is one sentence that names the file, the key, its
@@ -38,6 +38,7 @@ def parse_mission(
     name: str | None = None,
     seed: int | None = None,
     provider: str | None = None,
+    app: Sequence[str | Path] | None = None,
 ) -> Mission:
     """Make a mission from what a mission file holds.
 
@@ -48,6 +49,7 @@ def parse_mission(
         name: Name of a mission that does not name itself.
         seed: Seed instead of that of *data*.
         provider: Provider instead of those of *data*, for all drones.
+        app: C files that all drones carry instead of those of *data*, seen from where the program runs.
 
     Raises:
         MissionError: As `load_mission`.
@@ -60,15 +62,19 @@ def parse_mission(
     if seed is not None:
         data["seed"] = seed
 
+    overrides = {"provider": provider, "app": None if app is None else list(map(str, app))}
+    # C that is compiled later may bring parameters of its own
+    is_closed = not (app or provider not in (None, BUILTIN) or _brings_parameters(data))
     try:
-        mission = Mission.model_validate(data, context={"folder": Path(folder)})
+        mission = Mission.model_validate(data, context={"folder": Path(folder), "parameters_are_known": is_closed})
+        mission = _with(mission, {key: value for key, value in overrides.items() if value is not None})
         _check_fleet(mission)
         plan_flight(mission)
     except ValidationError as error:
         raise MissionError(f"{source}: {_sentence(error)}") from None
     except MissionError as error:
         raise MissionError(f"{source}: {error}") from None
-    return mission if provider is None else _with_provider(mission, provider)
+    return mission
 
 
 class _Loader(yaml.SafeLoader):
@@ -149,10 +155,12 @@ def _check_fleet(mission: Mission) -> None:
         )
 
 
-def _with_provider(mission: Mission, provider: str) -> Mission:
-    """Return the mission with all drones flown by one provider."""
+def _with(mission: Mission, settings: Mapping[str, Any]) -> Mission:
+    """Return the mission with settings that all drones share, whatever they said themselves."""
+    if not settings:
+        return mission
     try:
-        chosen = Settings(provider=provider).model_dump(exclude_none=True)
+        chosen = Settings(**settings).model_dump(exclude_none=True)
     except ValidationError as error:
         raise MissionError(_sentence(error)) from None
     if isinstance(mission.drones, Layout):
@@ -163,6 +171,14 @@ def _with_provider(mission: Mission, provider: str) -> Mission:
     # the copy brings along what the original had decided for its fleet
     copy.__dict__.pop("fleet", None)
     return copy
+
+
+def _brings_parameters(data: Mapping[str, Any]) -> bool:
+    """Tell whether some drone of a file flies code whose parameters are known when it is compiled."""
+    drones = data.get("drones")
+    sections = [data.get("defaults"), *(drones if isinstance(drones, list) else [drones])]
+    mappings = [section for section in sections if isinstance(section, Mapping)]
+    return any(section.get("app") or section.get("provider") not in (None, BUILTIN) for section in mappings)
 
 
 # what pydantic itself refuses, as it continues "must be"

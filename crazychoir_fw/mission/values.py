@@ -8,12 +8,16 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from difflib import get_close_matches
 from numbers import Integral, Real
+from pathlib import Path
 
 import numpy as np
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from crazychoir_fw.variables import parameter_table
+
+
+FLOAT_MAX = float(np.finfo(np.float32).max)
 
 
 def refusal(must: str, path: str = "") -> PydanticCustomError:
@@ -93,17 +97,47 @@ def word(pattern: str, must: str) -> BeforeValidator:
     return BeforeValidator(check)
 
 
+def source_files() -> BeforeValidator:
+    """One C file or a list of them, seen from the folder of the mission file; an empty list is none."""
+    must = "a C file such as my_controller.c, or a list of them"
+
+    def check(value: object, info: ValidationInfo) -> tuple[str, ...]:
+        names = [value] if isinstance(value, str | Path) else value
+        if not isinstance(names, Sequence) or not all(isinstance(name, str | Path) for name in names):
+            raise refusal(must)
+        folder = (info.context or {}).get("folder", Path())
+        paths = []
+        for name in names:
+            path = folder / name
+            try:
+                is_source = path.suffix == ".c" and path.is_file()
+            except (OSError, ValueError):  # a name that no file can have
+                is_source = False
+            if not is_source:
+                raise refusal(f"{must}; {str(name)[:80]!r} is no existing .c file in {folder}")
+            paths.append(str(path))
+        return tuple(paths)
+
+    return BeforeValidator(check)
+
+
 def parameter_values() -> BeforeValidator:
-    """A mapping from names of onboard parameters to numbers that fit into them."""
+    """A mapping from names of onboard parameters to numbers that fit into them.
+
+    Where drones carry C that is not compiled yet, a name that is unknown here is for the world to judge.
+    """
     must = "a mapping from onboard parameters to numbers, such as {colAv.enable: 1}"
 
-    def check(value: object) -> dict[str, float]:
+    def check(value: object, info: ValidationInfo) -> dict[str, float]:
         if not isinstance(value, Mapping):
             raise refusal(must)
         table = parameter_table()
+        names_are_known = (info.context or {}).get("parameters_are_known", True)
         for name, amount in value.items():
             if name not in table:
-                raise refusal(must + did_you_mean(name, table))
+                if names_are_known or not isinstance(name, str) or not is_number(amount, -FLOAT_MAX, FLOAT_MAX):
+                    raise refusal(must + did_you_mean(name, table))
+                continue
             kind = table[name].dtype
             low, high = _range_of(kind)
             is_whole = kind.kind != "f"
