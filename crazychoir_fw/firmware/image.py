@@ -145,12 +145,12 @@ def _pointer_variables(elf: ELFFile) -> Iterator[int]:
     for unit in dwarf.iter_CUs():
         for die in unit.iter_DIEs():
             if die.tag == "DW_TAG_variable":
-                address = _address(die)
+                address = address_of_variable(die)
                 if address is not None:
                     yield from (address + offset for offset in _pointers_in(_type(die), layouts))
 
 
-def _address(die: Any) -> int | None:
+def address_of_variable(die: Any) -> int | None:
     """Return where a variable lives, or None when it has no fixed address."""
     location = die.attributes.get("DW_AT_location")
     # numbers stand for tables of places by time, which variables of static storage do not need
@@ -192,6 +192,11 @@ def _find_pointers(kind: Any, layouts: dict[int, list[int]]) -> Iterator[int]:
                 yield from (start + offset for offset in _pointers_in(_type(member), layouts))
     elif kind.tag != "DW_TAG_subroutine_type":  # a typedef, or const, volatile and the like
         yield from _pointers_in(_type(kind), layouts)
+
+
+def size_of_variable(die: Any) -> int:
+    """Return the size of a variable [bytes]."""
+    return _size(_type(die))
 
 
 def _value(die: Any, attribute: str, otherwise: int) -> int:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 
 @dataclass
@@ -29,10 +30,14 @@ class DroneConfig:
     """Airframe: ``cf2`` (Crazyflie 2.1+) or ``cf21bl`` (2.1 Brushless)."""
     provider: str = "builtin"
     """Implementation of the onboard algorithms."""
+    app: str | Path | Sequence[str | Path] = ()
+    """C files with a controller or an estimator of the user's. The world compiles them."""
     controller: str | None = None
-    """Controller at boot: ``pid`` (default), ``mellinger``, ``indi``, ``brescianini`` or ``lee``."""
+    """Controller at boot: ``pid``, ``mellinger``, ``indi``, ``brescianini``, ``lee`` or ``out_of_tree``, that of the
+    app; by default that of the app, if it brings one, else ``pid``."""
     estimator: str | None = None
-    """State estimator at boot: ``kalman`` or ``complementary``; by default what the positioning asks for."""
+    """State estimator at boot: ``kalman``, ``complementary`` or ``out_of_tree``; by default that of the app, if it
+    brings one, else what the positioning asks for."""
     positioning: str | None = None
     """``mocap`` (default), ``mocap_position``, ``lighthouse``, ``loco_twr``, ``loco_tdoa2``, ``loco_tdoa3``, ``flow``
     or ``none``."""

@@ -67,9 +67,9 @@ def draw(mission, log, table, path):
     true = log.stack("sim.x", "sim.y", "sim.z")
     wanted = log.stack("ctrltarget.x", "ctrltarget.y", "ctrltarget.z")
     step, eight = phase(mission, log, STEP, STEP + 1), phase(mission, log, FIGURE_8, FIGURE_8)
-    figure = Figure(figsize=(12.0, 7.0), dpi=110, layout="constrained")
+    figure = Figure(figsize=(11.0, 9.0), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
-    axes = figure.subplot_mosaic([["step", "eight"], ["error", "eight"]], width_ratios=[1.0, 1.1])
+    axes = figure.subplot_mosaic([["step", "error"], ["eight", "eight"]], height_ratios=[1.0, 1.35])
 
     # the drones fly side by side: for the picture both start at the origin
     home = true[0] * [1.0, 1.0, 0.0]
