@@ -19,7 +19,6 @@ CONTROLLERS = ("pid", "mellinger", "indi", "brescianini", "lee", OUT_OF_TREE)
 ESTIMATORS = ("kalman", "complementary", OUT_OF_TREE)
 POSITIONINGS = ("mocap", "mocap_position", "lighthouse", "loco_twr", "loco_tdoa2", "loco_tdoa3", "flow", "none")
 BUILTIN = "builtin"
-PROVIDERS = (BUILTIN, "bitcraze")
 
 FORCE_CONTROLLERS = ("brescianini", "lee")
 """Controllers that command newtons: for them the firmware's log of the thrust shows a torque."""
@@ -45,8 +44,8 @@ class Settings(Section):
     positioning: Annotated[str, choice(*POSITIONINGS)] | None = None
     """Where position measurements come from."""
 
-    provider: Annotated[str, choice(*PROVIDERS)] | None = None
-    """Whose implementation of the onboard software flies."""
+    provider: Annotated[str, word(r"[A-Za-z][\w.+-]{0,62}", "the name of a provider, such as builtin")] | None = None
+    """Whose implementation of the onboard software flies; `builtin` is ours, others are loaded before the flight."""
 
     app: Annotated[tuple[str, ...], source_files()] | None = None
     """C files with a controller or an estimator of the user's, seen from the folder of the mission file."""

@@ -63,10 +63,9 @@ def parse_mission(
         data["seed"] = seed
 
     overrides = {"provider": provider, "app": None if app is None else list(map(str, app))}
-    # C that is compiled later may bring parameters of its own
-    is_closed = not (app or provider not in (None, BUILTIN) or _brings_parameters(data))
     try:
-        mission = Mission.model_validate(data, context={"folder": Path(folder), "parameters_are_known": is_closed})
+        context = {"folder": Path(folder), "has_own_software": _has_own_software(data, provider, app)}
+        mission = Mission.model_validate(data, context=context)
         mission = _with(mission, {key: value for key, value in overrides.items() if value is not None})
         _check_fleet(mission)
         plan_flight(mission)
@@ -138,6 +137,16 @@ def _complaint(error: yaml.YAMLError, text: str) -> str:
     return f"{where}: {_one_line(str(reason))}"
 
 
+def _has_own_software(data: Mapping[str, Any], provider: str | None, app: Sequence[str | Path] | None) -> bool:
+    """Tell whether a drone may fly with software that brings parameters of its own."""
+    drones = data.get("drones")
+    sections = [data.get("defaults"), *(drones if isinstance(drones, list) else [drones])]
+    mappings = [section for section in sections if isinstance(section, Mapping)]
+    providers = [provider] if provider is not None else [section.get("provider", BUILTIN) for section in mappings]
+    apps = [app] if app is not None else [section.get("app") for section in mappings]
+    return any(apps) or any(name != BUILTIN for name in providers)
+
+
 def _check_fleet(mission: Mission) -> None:
     """Refuse two drones of one name, and two in one place."""
     seen: dict[str, int] = {}
@@ -171,14 +180,6 @@ def _with(mission: Mission, settings: Mapping[str, Any]) -> Mission:
     # the copy brings along what the original had decided for its fleet
     copy.__dict__.pop("fleet", None)
     return copy
-
-
-def _brings_parameters(data: Mapping[str, Any]) -> bool:
-    """Tell whether some drone of a file flies code whose parameters are known when it is compiled."""
-    drones = data.get("drones")
-    sections = [data.get("defaults"), *(drones if isinstance(drones, list) else [drones])]
-    mappings = [section for section in sections if isinstance(section, Mapping)]
-    return any(section.get("app") or section.get("provider") not in (None, BUILTIN) for section in mappings)
 
 
 # what pydantic itself refuses, as it continues "must be"

@@ -16,8 +16,7 @@ from pydantic_core import PydanticCustomError
 
 from crazychoir_fw.variables import parameter_table
 
-
-FLOAT_MAX = float(np.finfo(np.float32).max)
+_LARGEST = float(np.finfo(np.float32).max)
 
 
 def refusal(must: str, path: str = "") -> PydanticCustomError:
@@ -124,7 +123,7 @@ def source_files() -> BeforeValidator:
 def parameter_values() -> BeforeValidator:
     """A mapping from names of onboard parameters to numbers that fit into them.
 
-    Where drones carry C that is not compiled yet, a name that is unknown here is for the world to judge.
+    Software that is loaded before the flight may bring parameters that nobody knows yet; they are checked then.
     """
     must = "a mapping from onboard parameters to numbers, such as {colAv.enable: 1}"
 
@@ -132,12 +131,12 @@ def parameter_values() -> BeforeValidator:
         if not isinstance(value, Mapping):
             raise refusal(must)
         table = parameter_table()
-        names_are_known = (info.context or {}).get("parameters_are_known", True)
+        has_own_software = (info.context or {}).get("has_own_software", False)
         for name, amount in value.items():
             if name not in table:
-                if names_are_known or not isinstance(name, str) or not is_number(amount, -FLOAT_MAX, FLOAT_MAX):
-                    raise refusal(must + did_you_mean(name, table))
-                continue
+                if has_own_software and is_number(amount, -_LARGEST, _LARGEST) and re.fullmatch(r"\w+\.\w+", str(name)):
+                    continue
+                raise refusal(must + did_you_mean(name, table))
             kind = table[name].dtype
             low, high = _range_of(kind)
             is_whole = kind.kind != "f"
