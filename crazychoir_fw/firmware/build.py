@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 import secrets
 import shlex
+import shutil
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -63,6 +65,11 @@ def build_provider(
         recipe = builtin_recipe(apps)
     else:
         recipe = bitcraze_recipe(open_checkout(checkout), platform, apps, configured)
+    return build(recipe, force, progress)
+
+
+def build(recipe: Recipe, force: bool = False, progress: Progress | None = None) -> Library:
+    """Return the library of a recipe; see `build_provider`."""
     return _Build(recipe, force, progress).run()
 
 
@@ -95,11 +102,12 @@ class _Build:
         if (library := self._recall(key)) is not None:
             return library
         with self.cache.alone(key):
+            generated = self._write_generated()
             # another process may have built it meanwhile
             self.fingerprints = Fingerprints()
             if (library := self._recall(key)) is not None:
                 return library
-            library = self._build()
+            library = self._build(generated)
             if not self.fingerprints.changed_meanwhile(self.inputs):
                 self.cache.remember(key, self.inputs, {"folder": library.path.parent.name})
         self.cache.prune()
@@ -123,8 +131,7 @@ class _Build:
         version = self.recipe.checkout.version() or library.identity["content"]
         return replace(library, identity={**library.identity, "version": version})
 
-    def _build(self) -> Library:
-        generated = self._write_generated()
+    def _build(self, generated: Path) -> Library:
         scenery = digest_of(header_names([*self.recipe.include_dirs, *self.recipe.own_include_dirs]))
         self.objects = Objects(self.compiler, self.cache, self.fingerprints, scenery, recall=not self.force)
         recipe = self.recipe
@@ -143,16 +150,24 @@ class _Build:
             known = [*feature_flags(found), *self._source_flags(choice)]
             adapter = self._compile("compiling", [Unit(path, (*adapting, *known)) for path in recipe.adapter])
             objects = [*fixed, *apps, *adapter, *compiled.values()]
-            work = self.cache.libraries / f".{secrets.token_hex(6)}"
-            work.mkdir()
-            path = work / f"{recipe.name}.so"
-            self._tell("linking", 0, 1)
-            undefined = linking.link(self.compiler, {kept.path: kept.unit.source for kept in objects}, path)
-            if not undefined:
-                return self._finish(path, found, choice, [*objects])
-            work.rmdir()
+            with self._workspace() as folder:
+                path = folder / f"{recipe.name}.so"
+                self._tell("linking", 0, 1)
+                undefined = linking.link(self.compiler, {kept.path: kept.unit.source for kept in objects}, path)
+                if not undefined:
+                    return self._finish(path, found, choice, objects)
             compiled = self._retreat(undefined, choice, compiled, theirs)
         raise LinkError(linking.explain(undefined))
+
+    @contextmanager
+    def _workspace(self) -> Iterator[Path]:
+        """Give a folder on the file system of the cache, which is gone afterwards unless it was moved."""
+        folder = self.cache.libraries / f".{secrets.token_hex(6)}"
+        folder.mkdir()
+        try:
+            yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
 
     def _write_generated(self) -> Path:
         """Write the headers of this build, and return their folder."""

@@ -23,8 +23,8 @@ class Library:
     """The shared object."""
     name: str
     """Name of the provider: ``bitcraze``, or ``builtin+my_controller`` with an app."""
-    platform: str
-    """Platform that it was built for, e.g. ``cf2``."""
+    platform: str | None
+    """Platform that it was built for, e.g. ``cf2``; None is every one."""
     ranges: list[tuple[int, int]] = field(repr=False)
     """Pieces of the library that belong to a drone: (offset, bytes), ascending."""
     pointers: list[int] = field(repr=False)

@@ -21,6 +21,8 @@ from crazychoir_fw.firmware.setup_lists import SetupLists, read_setup_lists
 
 FIRMWARE_MODE = "-DCRAZYFLIE_FW"
 FORCED = "forced.h"
+BUILTIN_ADAPTER = Path("library", "builtin_adapter.c")
+_FACTS = ("platform.c", "status.c")  # what our own provider needs from outside of builtin/
 APP_WARNINGS = ("-Wall", "-Wextra")
 
 # the debug information tells which words are pointers; every variable must be in a section of its own object, and
@@ -47,7 +49,8 @@ class Recipe:
     """What is compiled, and how."""
 
     name: str
-    platform: str
+    platform: str | None
+    """None: every one."""
     checkout: Checkout | None
     sources: tuple[Path, ...]
     """Sources that must compile."""
@@ -149,21 +152,19 @@ def builtin_recipe(apps: Sequence[Path]) -> Recipe:
     apps = _existing_apps(apps)
     settings = {symbol: "1" for symbol, pattern in _OUT_OF_TREE.items() if _mention(pattern, apps)}
     listed = [name.removeprefix("bindings/") for name in read_list(bindings / "sources.txt")]
-    builtin = [bindings / name for name in listed if name.startswith("builtin/")]
+    builtin = [bindings / name for name in listed if name.startswith("builtin/") or name in _FACTS]
     return Recipe(
         name=_library_name("builtin", apps),
-        platform="",
+        platform=None,
         checkout=None,
         sources=(),
         extras=(),
         firmware_mode=frozenset(),
         adapter=(),
-        own=(*builtin, *_ours(bindings / "library" / "builtin_sources.txt"), *_library_sources()),
+        own=(*builtin, *sorted((bindings / "app").glob("*.c")), bindings / BUILTIN_ADAPTER, *_library_sources()),
         apps=apps,
         probes=(),
-        include_dirs=tuple(
-            path for path in (bindings / "library" / "include", bindings / "app", bindings / "api") if path.is_dir()
-        ),
+        include_dirs=(bindings / "library" / "include", bindings / "app", bindings / "api", bindings),
         flags=(*deciding_flags(), *_LIBRARY_FLAGS),
         app_flags=APP_WARNINGS,
         own_include_dirs=(bindings,),
@@ -256,7 +257,7 @@ def include_guard(path: Path) -> str | None:
 def _library_sources() -> tuple[Path, ...]:
     """Return our sources that every library has: its entry, the image, the guard, the captured variables."""
     folder = bindings_folder() / "library"
-    return tuple(path for path in sorted(folder.glob("*.c")) if path.name != "builtin_adapter.c")
+    return tuple(path for path in sorted(folder.glob("*.c")) if path.name != BUILTIN_ADAPTER.name)
 
 
 def _ours(listing: Path) -> tuple[Path, ...]:
