@@ -4,17 +4,36 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from crazychoir_fw.core import find_provider, platform_names, providers
 from crazychoir_fw.errors import UnknownNameError
+from crazychoir_fw.simulation.drone_config import DroneConfig
 
 _BUILDERS = "crazychoir_fw.firmware.providers"
 """The module that builds or finds a provider library by its word: ``load(word, platform)``."""
 
 
+def load_apps(drones: Sequence[DroneConfig]) -> Sequence[DroneConfig]:
+    """Build and load the apps that drones carry; return the drones with what that decides about them.
+
+    Raises:
+        BuildError: If an app does not compile.
+        CheckoutError: If there is no usable checkout for it.
+        RangeError: If a drone asks for what its app does not bring.
+    """
+    if not any(drone.app for drone in drones):
+        return drones
+    # compilers are for those who ask for them
+    from crazychoir_fw.firmware.apps import carry
+
+    return carry(drones)
+
+
 def load_providers(words_and_platforms: Iterable[tuple[str, str]]) -> None:
-    """Load every provider that drones ask for and that is not loaded yet.
+    """Load every provider that drones ask for.
+
+    A checkout that changed since the latest flight is built again.
 
     Args:
         words_and_platforms: Pairs such as ``("bitcraze", "cf21bl")``; pairs may repeat.
@@ -25,7 +44,7 @@ def load_providers(words_and_platforms: Iterable[tuple[str, str]]) -> None:
     """
     for word, platform in dict.fromkeys(words_and_platforms):
         # an unknown platform is refused by the builder of the world, which knows the drone's name
-        if platform in platform_names() and find_provider(word, platform) is None:
+        if platform in platform_names() and word != providers()[0]:
             _load(word, platform)
 
 
