@@ -123,7 +123,7 @@ def carry(drones: Sequence[Configuration]) -> list[Configuration]:
     """
     from crazychoir_fw import core
 
-    apps: dict[tuple[Any, ...], App] = {}
+    apps: dict[tuple[tuple[Path, ...], str, str], App] = {}
     files_of: dict[str, tuple[Path, ...]] = {}
     carrying = []
     for drone in drones:
@@ -131,8 +131,7 @@ def carry(drones: Sequence[Configuration]) -> list[Configuration]:
         if not files:
             carrying.append(drone)
             continue
-        # the builtin provider flies every airframe from one library
-        key = (files, drone.provider, drone.platform if drone.provider != "builtin" else None)
+        key = (files, drone.provider, drone.platform)
         if key not in apps:
             apps[key] = build_app(files, drone.platform, drone.provider)
             core.load_library(apps[key].library)
