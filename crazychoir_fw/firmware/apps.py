@@ -184,14 +184,18 @@ def _contents(library: Library, files: Sequence[Path]) -> tuple[set[str], int]:
     """Return the functions that files define within a library, and the size of their variables (bytes)."""
     from elftools.elf.elffile import ELFFile
 
-    from crazychoir_fw.firmware.image import address_of_variable, size_of_variable
+    from crazychoir_fw.firmware.image import address_of_variable, bytes_of_unit, size_of_variable
 
     functions, variables = set(), {}
     with library.path.open("rb") as file:
         elf = ELFFile(file)
         begin = min(segment["p_vaddr"] for segment in elf.iter_segments("PT_LOAD"))
-        for unit in elf.get_dwarf_info().iter_CUs():
-            if _source_of(unit) not in files:
+        dwarf = elf.get_dwarf_info()
+        names = _where_named(dwarf, files)
+        for unit in dwarf.iter_CUs():
+            # the first look is quick, and sorts out nearly all
+            data = bytes_of_unit(dwarf, unit)
+            if (names and not any(name in data for name in names)) or _source_of(unit) not in files:
                 continue
             for die in unit.iter_DIEs():
                 name = die.attributes.get("DW_AT_name")
@@ -203,6 +207,17 @@ def _contents(library: Library, files: Sequence[Path]) -> tuple[set[str], int]:
     ranges = [(start, start + size) for start, size in library.ranges]
     own = [size for at, size in variables.items() if any(first <= at < last for first, last in ranges)]
     return functions, sum(own)
+
+
+def _where_named(dwarf: Any, files: Sequence[Path]) -> list[bytes]:
+    """Return how the debug information of a file mentions its name, among other things; empty if that is not known."""
+    section = dwarf.debug_str_sec
+    if section is None:
+        return []
+    section.stream.seek(0)
+    strings = section.stream.read()
+    found = [match.start() for path in files for match in re.finditer(re.escape(str(path).encode()) + b"\0", strings)]
+    return [place.to_bytes(4, "little") for place in found] if len(found) >= len(files) else []
 
 
 def _source_of(unit: Any) -> Path:
