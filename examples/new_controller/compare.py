@@ -67,7 +67,7 @@ def draw(mission, log, table, path):
     true = log.stack("sim.x", "sim.y", "sim.z")
     wanted = log.stack("ctrltarget.x", "ctrltarget.y", "ctrltarget.z")
     step, eight = phase(mission, log, STEP, STEP + 1), phase(mission, log, FIGURE_8, FIGURE_8)
-    figure = Figure(figsize=(11.0, 9.0), dpi=100, layout="constrained")
+    figure = Figure(figsize=(10.0, 8.2), dpi=80, layout="constrained")
     FigureCanvasAgg(figure)
     axes = figure.subplot_mosaic([["step", "error"], ["eight", "eight"]], height_ratios=[1.0, 1.35])
 
