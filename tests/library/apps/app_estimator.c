@@ -1,0 +1,30 @@
+// The estimator of the test app: counts what is in the queue, and knows the height.
+
+#include "estimator.h"
+#include "log.h"
+
+static uint32_t taken;
+static uint32_t started;
+
+void estimatorOutOfTreeInit(void) {
+  started++;
+}
+
+bool estimatorOutOfTreeTest(void) {
+  return started > 0;
+}
+
+void estimatorOutOfTree(state_t *state, const stabilizerStep_t stabilizerStep) {
+  measurement_t measurement;
+  while (estimatorDequeue(&measurement)) {
+    taken++;
+    if (measurement.type == MeasurementTypeAbsoluteHeight) {
+      state->position.z = measurement.data.height.height;
+    }
+  }
+  state->position.timestamp = stabilizerStep;
+}
+
+LOG_GROUP_START(testEstimator)
+LOG_ADD(LOG_UINT32, taken, &taken)
+LOG_GROUP_STOP(testEstimator)
