@@ -16,6 +16,9 @@ if TYPE_CHECKING:
 OUT_OF_TREE = "out_of_tree"
 """The word for a controller or an estimator that an app brings."""
 
+PROVIDERS = ("builtin", "bitcraze")
+"""What may be around an app."""
+
 HOOKS = {
     "controller": ("controllerOutOfTreeInit", "controllerOutOfTreeTest", "controllerOutOfTree"),
     "estimator": ("estimatorOutOfTreeInit", "estimatorOutOfTreeTest", "estimatorOutOfTree"),
@@ -86,6 +89,7 @@ def build_app(
     Raises:
         BuildError: If files are missing or do not compile, functions are missing, or there is no compiler.
         CheckoutError: If there is no usable checkout.
+        RangeError: If there is no such provider.
     """
     from crazychoir_fw.firmware.build import build_provider
     from crazychoir_fw.firmware.checkout import locate
@@ -93,6 +97,8 @@ def build_app(
     paths = app_files(files)
     if not paths:
         raise BuildError("an app has at least one C file")
+    if provider not in PROVIDERS:
+        raise RangeError(f"provider is '{provider}', allowed around an app: {', '.join(PROVIDERS)}")
     root = locate(checkout) if provider == "bitcraze" else None
     library = build_provider(root, platform, paths, progress=progress)
     functions, state_bytes = _contents(library, paths)

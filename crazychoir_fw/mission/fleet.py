@@ -161,7 +161,8 @@ def decide(drones: list[DroneEntry] | Layout, defaults: Settings) -> tuple[Drone
         settings["parameters"] = {**(defaults.parameters or {}), **(entry.parameters or {})}
         drone = Drone(**settings)
         for key in ("controller", "estimator"):
-            if getattr(drone, key) == OUT_OF_TREE and not drone.app:
+            # a provider with an app in its name was loaded by whoever asks for it
+            if getattr(drone, key) == OUT_OF_TREE and not drone.app and "+" not in drone.provider:
                 raise MissionError(
                     f"{drone.id} has {key} '{OUT_OF_TREE}', but no app: name the C file that brings it, for instance "
                     f"app: my_{key}.c"
