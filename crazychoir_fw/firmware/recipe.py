@@ -131,7 +131,7 @@ def bitcraze_recipe(
         extras=tuple(extras),
         firmware_mode=frozenset(root / name for name in read_list(folder / "firmware_mode.txt")),
         adapter=_ours(folder / "adapter_sources.txt"),
-        own=_library_sources(),
+        own=(*_ours(folder / "own_sources.txt"), *_library_sources()),
         apps=apps,
         probes=tuple(sorted((folder / "probes").glob("HAVE_*.c"))),
         include_dirs=tuple(include_dirs),
