@@ -39,6 +39,9 @@ _HARMFUL = re.compile(r"-f(no-)?.*(plugin|profile|dump|coverage|lto|save|usage|i
 
 _BUILTIN_PLATFORMS = ("cf2", "cf21bl")
 
+# folders of headers that the vehicle's build gives to apps, and the list of the bindings does not have
+_APP_INCLUDES = ("src/modules/interface/estimator",)
+
 # word in an app's source that shows that it brings a part of the firmware, and the symbol that says so
 _OUT_OF_TREE = {
     "CONFIG_CONTROLLER_OOT": re.compile(r"\bcontrollerOutOfTree\s*\("),
@@ -136,7 +139,7 @@ def bitcraze_recipe(
         probes=tuple(sorted((folder / "probes").glob("HAVE_*.c"))),
         include_dirs=tuple(include_dirs),
         flags=tuple(_flags(lists, root, notes)),
-        app_flags=APP_WARNINGS,
+        app_flags=(*APP_WARNINGS, *(f"-I{root / name}" for name in _APP_INCLUDES if (root / name).is_dir())),
         own_include_dirs=(bindings,),
         generated=generated,
         settings=settings,
