@@ -79,6 +79,7 @@ def summarize(
     `hover_thrust_percent` is the mean thrust command over the steadiest second, before battery compensation; the
     firmware logs none for a controller that commands newtons, as one that an app brings may. A figure that a flight
     does not have is null.
+    `providers` says once per provider what it was built from.
     """
     measured = flight_figures(plan, log, start)
     for drone, figures in zip(world.drones, measured, strict=True):
@@ -87,6 +88,7 @@ def summarize(
     drones = [
         {
             "id": drone.id,
+            "provider": drone.config.provider,
             **figures,
             "battery_V": _rounded(drone.battery_voltage),
             "supervisor_state": drone.supervisor_state,
@@ -105,6 +107,7 @@ def summarize(
         "real_time_factor": _rounded(world.time / wall_seconds if wall_seconds > 0 else math.nan),
         "drones": drones,
         "build": identity(),
+        "providers": log.metadata.get("providers", []),
     }
 
 
