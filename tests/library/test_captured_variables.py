@@ -41,6 +41,7 @@ def test_parameters_with_types_and_flags(app):
     assert rows(app, "parameters", "counters") == {
         "gain": (lib.CF_TYPE_FLOAT, lib.CF_CORE | lib.CF_PERSISTENT),
         "odd": (lib.CF_TYPE_INT8, 0),
+        "a_macro": (lib.CF_TYPE_UINT32, lib.CF_CORE),
     }
 
 
@@ -52,6 +53,7 @@ def test_logs_with_types_and_flags(app):
         "computed": (lib.CF_TYPE_FLOAT, lib.CF_CORE),
         "byte": (lib.CF_TYPE_INT8, 0),
         "gainChanges": (lib.CF_TYPE_UINT32, 0),
+        "a_macro": (lib.CF_TYPE_FLOAT, lib.CF_CORE),
     }
 
 

@@ -6,7 +6,7 @@
 #include "param.h"
 
 // modes up to the number of controllers forward to the one of that number
-enum { COUNT = 10, READ_VARIABLES = 11, PRINT = 12, FAULT = 20 };
+enum { COUNT = 10, READ_VARIABLES = 11, PRINT = 12, PARTS = 13, FAULT = 20 };
 
 static uint8_t  mode = COUNT;
 static uint8_t  refuse;
@@ -33,6 +33,9 @@ void controllerOutOfTree(control_t *control, const setpoint_t *setpoint,
       break;
     case PRINT:
       print(&call);
+      break;
+    case PARTS:
+      call_parts(&call);
       break;
     default:
       if (mode >= FAULT) {

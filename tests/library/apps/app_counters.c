@@ -113,6 +113,8 @@ static uint64_t    too_wide;
 PARAM_GROUP_START(counters)
 PARAM_ADD_CORE_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, gain, &gain, gain_changed)
 PARAM_ADD(PARAM_INT8, odd, &odd_bytes[4])
+#define a_macro something_else  // which must not get into the name
+PARAM_ADD_CORE(PARAM_UINT32, a_macro, &cells[0])
 PARAM_ADD(PARAM_FLOAT, gain, &cells[0])                        // the first of a name wins
 PARAM_ADD(PARAM_FLOAT, outside, &constant)                     // no drone's own
 PARAM_ADD(PARAM_8BYTES | PARAM_UNSIGNED, too_wide, &too_wide)  // no type that a client knows
@@ -129,6 +131,7 @@ LOG_ADD_CORE(LOG_UINT32, ccm, &in_ccm)
 LOG_ADD_CORE_BY_FUNCTION(LOG_FLOAT, computed, &with_data)
 LOG_ADD_BY_FUNCTION(LOG_INT8, byte, &without_data)
 LOG_ADD(LOG_UINT32, gainChanges, &gain_changes)
+LOG_ADD_CORE(LOG_FLOAT, a_macro, &cells[0])
 LOG_ADD(LOG_FP16, half, &cells[3])
 LOG_ADD_DEBUG(LOG_FLOAT, debug, &cells[3])
 LOG_GROUP_STOP(counters)

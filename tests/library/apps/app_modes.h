@@ -19,5 +19,6 @@ void count(const call_t *call);
 void fault(int kind);
 void read_variables(const call_t *call);
 void print(const call_t *call);
+void call_parts(const call_t *call);
 
 #endif  // APP_MODES_H
