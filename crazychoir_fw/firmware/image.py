@@ -154,8 +154,9 @@ def _pointer_variables(elf: ELFFile, places: list[Range]) -> Iterator[int]:
     dwarf = elf.get_dwarf_info()
     layouts: dict[int, list[int]] = {}
     for unit in dwarf.iter_CUs():
-        # reading the words of a unit one by one takes a thousand times as long as looking for an address among them
-        if not _mentions_address(bytes_of_unit(dwarf, unit), places):
+        # reading the words of a unit one by one takes a thousand times as long as looking for an address among them,
+        # unless addresses stand in a table of their own
+        if dwarf.debug_addr_sec is None and not _mentions_address(bytes_of_unit(dwarf, unit), places):
             continue
         for die in unit.iter_DIEs():
             if die.tag == "DW_TAG_variable":
