@@ -32,6 +32,7 @@ def all_blocks(language):
 def test_python_runs_as_printed(code, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "drone.xml").write_text(blocks(ROOT / "docs/plugin.md", "xml")[0])
+    (tmp_path / "my_controller.c").write_text(blocks(ROOT / "docs/apps.md", "c")[0])
     exec(compile(code, "block", "exec"), {"__name__": "__main__"})
     printed = capsys.readouterr().out
     assert printed.strip()
@@ -41,6 +42,7 @@ def test_python_runs_as_printed(code, tmp_path, monkeypatch, capsys):
 def test_missions_fly_as_printed(text, tmp_path):
     path = tmp_path / "mission.yaml"
     path.write_text(text)
+    (tmp_path / "my_controller.c").write_text(blocks(ROOT / "docs/apps.md", "c")[0])
     result = fly(load_mission(path))
     assert result.failures == []
 

@@ -1,10 +1,11 @@
-"""The command line: `crazychoir fly MISSION.yaml`, `crazychoir info`, `variables` and `firmware`.
+"""The command line: `crazychoir fly MISSION.yaml`, `crazychoir info`, `variables`, `app` and `firmware`.
 
 One module per command. Whatever is slow to import, a command imports when it runs.
 """
 
 import typer
 
+from crazychoir_fw.cli.app import app as app_commands
 from crazychoir_fw.cli.firmware import firmware
 from crazychoir_fw.cli.fly import fly
 from crazychoir_fw.cli.info import info
@@ -19,6 +20,7 @@ app = typer.Typer(
 app.command()(fly)
 app.command()(info)
 app.command()(variables)
+app.add_typer(app_commands, name="app")
 app.add_typer(firmware, name="firmware")
 
 __all__ = ["app"]

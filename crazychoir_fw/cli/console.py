@@ -6,6 +6,8 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
+from crazychoir_fw.errors import BuildError, CrazychoirError
+
 console = Console()
 complaints = Console(stderr=True)
 
@@ -17,6 +19,15 @@ def refuse(sentence: str) -> NoReturn:
     """Print one red sentence and leave: the input is wrong, and a traceback would not help."""
     complain(sentence)
     raise typer.Exit(BAD_INPUT)
+
+
+def complain_of(error: CrazychoirError) -> None:
+    """Print an error: a sentence in red, but what a compiler printed as the compiler printed it."""
+    if isinstance(error, BuildError):
+        # not through rich, which would wrap lines and expand tabs under a caret
+        typer.echo(str(error), err=True)
+    else:
+        complain(str(error))
 
 
 def complain(sentence: str) -> None:

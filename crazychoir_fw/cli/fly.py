@@ -1,13 +1,15 @@
 """`crazychoir fly`: fly a mission, show how it went, write it down."""
 
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from crazychoir_fw.cli.console import FLIGHT_FAILED, complain, console, refuse
+from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console
 from crazychoir_fw.cli.tables import flight_table, verdict
 
 if TYPE_CHECKING:
@@ -17,38 +19,80 @@ if TYPE_CHECKING:
     from crazychoir_fw.simulation import World
 
 FRAMES_PER_SECOND = 25
+SUCCESS = 0
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the command line asks for."""
+
+    mission: Path
+    video: bool
+    view: bool
+    out: Path | None
+    threads: int | None
+    overrides: dict[str, Any]
+    """`seed`, `provider` and `app`, stronger than the mission file."""
 
 
 def fly(
     mission: Annotated[Path, typer.Argument(help="Mission file (YAML).", metavar="MISSION.yaml")],
-    video: Annotated[bool, typer.Option("--video/--no-video", help="Render flight.mp4.")] = True,
+    video: Annotated[
+        bool | None, typer.Option("--video/--no-video", help="Render flight.mp4.  [default: video, without --watch]")
+    ] = None,
     view: Annotated[bool, typer.Option("--view", help="Watch the flight in a window, in real time.")] = False,
     out: Annotated[Path | None, typer.Option(help="Output folder.  [default: out/<mission name>]")] = None,
     seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
     provider: Annotated[str | None, typer.Option(help="Provider of the onboard software.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,
+    app: Annotated[
+        list[Path] | None, typer.Option(help="C file with your own controller or estimator, for all drones; repeatable.")
+    ] = None,
+    watch: Annotated[bool, typer.Option("--watch", help="Fly again whenever the app or the mission is saved.")] = False,
 ) -> None:
     """Fly a mission in simulation and report on every drone."""
+    overrides = {"seed": seed, "provider": provider, "app": app or None}
+    request = Request(mission, not watch if video is None else video, view, out, threads, overrides)
+    if watch:
+        from crazychoir_fw.cli.again import fly_again_on_save
+
+        fly_again_on_save(request)
+        return
+    if code := attempt(request):
+        raise typer.Exit(code)
+
+
+def attempt(request: Request, loaded: "Callable[[Mission], None] | None" = None) -> int:
+    """Fly once, show how it went and write it down. Returns the exit code; what went wrong is printed.
+
+    Args:
+        request: What to fly.
+        loaded: Called with the mission, once its file is known to be good.
+    """
     from crazychoir_fw.errors import CrazychoirError
     from crazychoir_fw.mission import load_mission
 
+    folder = request.out
     try:
-        flown = load_mission(mission, seed=seed, provider=provider)
-        folder = _make_folder(out if out is not None else Path("out") / flown.name)
-        reason = _no_video_because(video)
-        result = _fly(flown, threads, view, FRAMES_PER_SECOND if reason is None else 0)
+        mission = load_mission(request.mission, **request.overrides)
+        if loaded is not None:
+            loaded(mission)
+        folder = _make_folder(folder if folder is not None else Path("out") / mission.name)
+        reason = _no_video_because(request.video)
+        result = _fly(mission, request.threads, request.view, FRAMES_PER_SECOND if reason is None else 0)
         _write(result, folder, reason)
     except CrazychoirError as error:
-        refuse(str(error))
+        complain_of(error)
+        return BAD_INPUT
     except OSError as error:
-        refuse(f"{error.filename or folder} cannot be written: {error.strerror}")
+        complain(f"{error.filename or folder} cannot be written: {error.strerror}")
+        return BAD_INPUT
 
     console.print(flight_table(result.summary))
     console.print(verdict(result.summary, folder))
     for failure in result.failures:
         complain(failure)
-    if not result.success:
-        raise typer.Exit(FLIGHT_FAILED)
+    return SUCCESS if result.success else FLIGHT_FAILED
 
 
 def _make_folder(folder: Path) -> Path:

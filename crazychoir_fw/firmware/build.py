@@ -47,7 +47,7 @@ def build_provider(
 
     Args:
         checkout: Folder of a checkout of the firmware (see `checkout.open_checkout`), or None for the builtin provider.
-        platform: ``cf2``, ``cf21bl`` or ``bolt``. The builtin provider flies all of them alike.
+        platform: ``cf2``, ``cf21bl``, or for a checkout also ``bolt``.
         apps: C files of the user that become part of the library.
         configured: A configuration header (autoconf.h) to use instead of ours.
         force: Build everything again.
@@ -63,7 +63,7 @@ def build_provider(
     if checkout is None and not apps:
         raise BuildError("there is nothing to build: the builtin provider without apps is part of the package")
     if checkout is None:
-        recipe = builtin_recipe(apps)
+        recipe = builtin_recipe(platform, apps)
     else:
         recipe = bitcraze_recipe(open_checkout(checkout), platform, apps, configured)
     return build(recipe, force, progress)

@@ -6,6 +6,7 @@ library is executed.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -22,6 +23,9 @@ WORD = 8  # [bytes]
 
 # operations of DWARF: an address follows, or the number of an address in a table
 ADDRESS, ADDRESS_BY_NUMBER = 0x03, 0xA1
+
+# the length of an expression, the operation and an address, which may overlap with others that only look alike
+_PLACE = re.compile(rb"(?=\x09\x03(.{8}))", re.DOTALL)
 
 # Written by the loader, by the run-time of C, or by the library for itself (CF_LIBRARY_KEEP), and the same for every
 # drone. The two tables are read only when the library is opened.
@@ -65,7 +69,8 @@ def image_map(path: Path | str) -> tuple[list[Range], list[int]]:
         _check(elf, path)
         begin = min(segment["p_vaddr"] for segment in elf.iter_segments("PT_LOAD"))
         ranges = [(start - begin, stop - start) for start, stop in _merged(list(_variable_sections(elf)), elf)]
-        words = {address - begin for address in _pointer_variables(elf)}
+        places = [(begin + offset, begin + offset + size) for offset, size in ranges]
+        words = {address - begin for address in _pointer_variables(elf, places)}
         words.update(address - begin for address in _relative_relocations(elf))
     return ranges, sorted(word for word in words if _lies_in(word, ranges))
 
@@ -139,19 +144,41 @@ def _relative_relocations(elf: ELFFile) -> Iterator[int]:
                     yield relocation["r_offset"]
 
 
-def _pointer_variables(elf: ELFFile) -> Iterator[int]:
-    """Yield the addresses of all pointers in variables of static storage, within arrays, structs and unions too."""
+def _pointer_variables(elf: ELFFile, places: list[Range]) -> Iterator[int]:
+    """Yield the addresses of all pointers in variables of static storage, within arrays, structs and unions too.
+
+    Args:
+        elf: The library.
+        places: (start, stop) addresses of the variables that matter.
+    """
     dwarf = elf.get_dwarf_info()
     layouts: dict[int, list[int]] = {}
     for unit in dwarf.iter_CUs():
+        # reading the words of a unit one by one takes a thousand times as long as looking for an address among them,
+        # unless addresses stand in a table of their own
+        if dwarf.debug_addr_sec is None and not _mentions_address(bytes_of_unit(dwarf, unit), places):
+            continue
         for die in unit.iter_DIEs():
             if die.tag == "DW_TAG_variable":
-                address = _address(die)
+                address = address_of_variable(die)
                 if address is not None:
                     yield from (address + offset for offset in _pointers_in(_type(die), layouts))
 
 
-def _address(die: Any) -> int | None:
+def bytes_of_unit(dwarf: Any, unit: Any) -> bytes:
+    """Return the debug information of one source as it stands in the file."""
+    stream = dwarf.debug_info_sec.stream
+    stream.seek(unit.cu_offset)
+    return bytes(stream.read(unit.size))
+
+
+def _mentions_address(data: bytes, places: list[Range]) -> bool:
+    """Tell whether the place of a variable in one of the ranges may be written in there."""
+    found = (int.from_bytes(match, "little") for match in _PLACE.findall(data))
+    return any(first <= address < last for address in found for first, last in places)
+
+
+def address_of_variable(die: Any) -> int | None:
     """Return where a variable lives, or None when it has no fixed address."""
     location = die.attributes.get("DW_AT_location")
     # numbers stand for tables of places by time, which variables of static storage do not need
@@ -203,6 +230,11 @@ def _find_pointers(kind: Any, layouts: dict[int, list[int]]) -> Iterator[int]:
                 yield from (start + offset for offset in _pointers_in(_type(member), layouts))
     elif kind.tag != "DW_TAG_subroutine_type":  # a typedef, or const, volatile and the like
         yield from _pointers_in(_type(kind), layouts)
+
+
+def size_of_variable(die: Any) -> int:
+    """Return the size of a variable [bytes]."""
+    return _size(_type(die))
 
 
 def _value(die: Any, attribute: str, otherwise: int) -> int:

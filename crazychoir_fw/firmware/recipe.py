@@ -37,6 +37,11 @@ _HARMLESS = re.compile(
 )
 _HARMFUL = re.compile(r"-f(no-)?.*(plugin|profile|dump|coverage|lto|save|usage|info|trace|record|syntax|modules)")
 
+_BUILTIN_PLATFORMS = ("cf2", "cf21bl")
+
+# folders of headers that the vehicle's build gives to apps, and the list of the bindings does not have
+_APP_INCLUDES = ("src/modules/interface/estimator",)
+
 # word in an app's source that shows that it brings a part of the firmware, and the symbol that says so
 _OUT_OF_TREE = {
     "CONFIG_CONTROLLER_OOT": re.compile(r"\bcontrollerOutOfTree\s*\("),
@@ -134,7 +139,7 @@ def bitcraze_recipe(
         probes=tuple(sorted((folder / "probes").glob("HAVE_*.c"))),
         include_dirs=tuple(include_dirs),
         flags=tuple(_flags(lists, root, notes)),
-        app_flags=APP_WARNINGS,
+        app_flags=(*APP_WARNINGS, *(f"-I{root / name}" for name in _APP_INCLUDES if (root / name).is_dir())),
         own_include_dirs=(bindings,),
         generated=generated,
         settings=settings,
@@ -142,20 +147,26 @@ def bitcraze_recipe(
     )
 
 
-def builtin_recipe(apps: Sequence[Path]) -> Recipe:
-    """Return how our own provider and a user's apps become a library, which flies every platform.
+def builtin_recipe(platform: str, apps: Sequence[Path]) -> Recipe:
+    """Return how our own provider and a user's apps become a library.
+
+    Our provider flies every airframe, but for apps mass and thrust of their airframe are constants of the compiler, as
+    in the firmware.
 
     Raises:
-        UnknownNameError: If a file of the apps is missing.
+        UnknownNameError: If there is no such platform, or a file of the apps is missing.
     """
+    if platform not in _BUILTIN_PLATFORMS:
+        raise UnknownNameError(f"no platform named {platform!r}, allowed: {', '.join(_BUILTIN_PLATFORMS)}")
     bindings = bindings_folder()
     apps = _existing_apps(apps)
     settings = {symbol: "1" for symbol, pattern in _OUT_OF_TREE.items() if _mention(pattern, apps)}
+    settings[configuration.PLATFORM_PREFIX + platform.upper()] = "1"
     listed = [name.removeprefix("bindings/") for name in read_list(bindings / "sources.txt")]
     builtin = [bindings / name for name in listed if name.startswith("builtin/") or name in _FACTS]
     return Recipe(
         name=_library_name("builtin", apps),
-        platform=None,
+        platform=platform,
         checkout=None,
         sources=(),
         extras=(),

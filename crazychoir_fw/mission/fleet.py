@@ -7,13 +7,18 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
+from crazychoir_fw.errors import MissionError
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number, parameter_values, point, whole, word
+from crazychoir_fw.mission.values import choice, number, parameter_values, point, source_files, whole, word
 
 PLATFORMS = ("cf2", "cf21bl")
-CONTROLLERS = ("pid", "mellinger", "indi", "brescianini", "lee", "out_of_tree")
-ESTIMATORS = ("kalman", "complementary", "out_of_tree")
+OUT_OF_TREE = "out_of_tree"
+"""The controller or estimator that an app brings."""
+
+CONTROLLERS = ("pid", "mellinger", "indi", "brescianini", "lee", OUT_OF_TREE)
+ESTIMATORS = ("kalman", "complementary", OUT_OF_TREE)
 POSITIONINGS = ("mocap", "mocap_position", "lighthouse", "loco_twr", "loco_tdoa2", "loco_tdoa3", "flow", "none")
+BUILTIN = "builtin"
 
 FORCE_CONTROLLERS = ("brescianini", "lee")
 """Controllers that command newtons: for them the firmware's log of the thrust shows a torque."""
@@ -41,6 +46,9 @@ class Settings(Section):
 
     provider: Annotated[str, word(r"[A-Za-z][\w.+-]{0,62}", "the name of a provider, such as builtin")] | None = None
     """Whose implementation of the onboard software flies; `builtin` is ours, others are loaded before the flight."""
+
+    app: Annotated[tuple[str, ...], source_files()] | None = None
+    """C files with a controller or an estimator of the user's, seen from the folder of the mission file."""
 
     noise: Annotated[float, number(0.0, 100.0)] | None = None
     """Factor on all sensor noise: 0 is noise-free, 1 is the real vehicle."""
@@ -128,10 +136,11 @@ class Drone:
     position: tuple[float, ...]  # (2,) or (3,) [m], world frame
     yaw_deg: float = 0.0
     platform: str = "cf2"
-    controller: str = "pid"
-    estimator: str = "auto"
+    controller: str | None = None  # None: what the app brings, else that of the provider
+    estimator: str | None = None  # None: what the app brings, else what the positioning asks for
     positioning: str = "mocap"
-    provider: str = "builtin"
+    provider: str = BUILTIN
+    app: tuple[str, ...] = ()
     noise: float = 1.0
     battery: float = 1.0
     mass: float | None = None  # [kg]
@@ -139,14 +148,26 @@ class Drone:
 
 
 def decide(drones: list[DroneEntry] | Layout, defaults: Settings) -> tuple[Drone, ...]:
-    """Return every drone with its settings decided, in the order of the file."""
+    """Return every drone with its settings decided, in the order of the file.
+
+    Raises:
+        MissionError: If a drone has to fly somebody's own C and carries none.
+    """
     entries = drones.entries() if isinstance(drones, Layout) else drones
     common = defaults.model_dump(exclude_none=True)
     fleet = []
     for entry in entries:
         settings = common | entry.model_dump(exclude_none=True)
         settings["parameters"] = {**(defaults.parameters or {}), **(entry.parameters or {})}
-        fleet.append(Drone(**settings))
+        drone = Drone(**settings)
+        for key in ("controller", "estimator"):
+            # a provider with an app in its name was loaded by whoever asks for it
+            if getattr(drone, key) == OUT_OF_TREE and not drone.app and "+" not in drone.provider:
+                raise MissionError(
+                    f"{drone.id} has {key} '{OUT_OF_TREE}', but no app: name the C file that brings it, for instance "
+                    f"app: my_{key}.c"
+                )
+        fleet.append(drone)
     return tuple(fleet)
 
 

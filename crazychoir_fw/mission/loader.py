@@ -1,7 +1,7 @@
 """From a file to a `Mission`, or to one sentence that says what is wrong with it."""
 
 import reprlib
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +9,7 @@ import yaml
 from pydantic import ValidationError
 
 from crazychoir_fw.errors import MissionError
-from crazychoir_fw.mission.fleet import START_DISTANCE, Layout, Settings, close_pair
+from crazychoir_fw.mission.fleet import BUILTIN, START_DISTANCE, Layout, Settings, close_pair
 from crazychoir_fw.mission.plan import plan_flight
 from crazychoir_fw.mission.schema import Mission
 
@@ -21,7 +21,7 @@ def load_mission(path: str | Path, **overrides: Any) -> Mission:
 
     Args:
         path: The mission file (YAML).
-        overrides: `seed` or `provider`, stronger than the file; None leaves the file alone.
+        overrides: `seed`, `provider` or `app`, stronger than the file; None leaves the file alone.
 
     Raises:
         MissionError: If the file cannot be read or flown; the text is one sentence that names the file, the key, its
@@ -38,6 +38,7 @@ def parse_mission(
     name: str | None = None,
     seed: int | None = None,
     provider: str | None = None,
+    app: Sequence[str | Path] | None = None,
 ) -> Mission:
     """Make a mission from what a mission file holds.
 
@@ -48,6 +49,7 @@ def parse_mission(
         name: Name of a mission that does not name itself.
         seed: Seed instead of that of *data*.
         provider: Provider instead of those of *data*, for all drones.
+        app: C files that all drones carry instead of those of *data*, seen from where the program runs.
 
     Raises:
         MissionError: As `load_mission`.
@@ -60,16 +62,18 @@ def parse_mission(
     if seed is not None:
         data["seed"] = seed
 
+    overrides = {"provider": provider, "app": None if app is None else list(map(str, app))}
     try:
-        context = {"folder": Path(folder), "has_own_software": _has_own_software(data, provider)}
+        context = {"folder": Path(folder), "has_own_software": _has_own_software(data, provider, app)}
         mission = Mission.model_validate(data, context=context)
+        mission = _with(mission, {key: value for key, value in overrides.items() if value is not None})
         _check_fleet(mission)
         plan_flight(mission)
     except ValidationError as error:
         raise MissionError(f"{source}: {_sentence(error)}") from None
     except MissionError as error:
         raise MissionError(f"{source}: {error}") from None
-    return mission if provider is None else _with_provider(mission, provider)
+    return mission
 
 
 class _Loader(yaml.SafeLoader):
@@ -133,13 +137,14 @@ def _complaint(error: yaml.YAMLError, text: str) -> str:
     return f"{where}: {_one_line(str(reason))}"
 
 
-def _has_own_software(data: Mapping[str, Any], override: str | None) -> bool:
+def _has_own_software(data: Mapping[str, Any], provider: str | None, app: Sequence[str | Path] | None) -> bool:
     """Tell whether a drone may fly with software that brings parameters of its own."""
-    if override is not None:
-        return override != "builtin"
     drones = data.get("drones")
     sections = [data.get("defaults"), *(drones if isinstance(drones, list) else [drones])]
-    return any(isinstance(section, Mapping) and section.get("provider", "builtin") != "builtin" for section in sections)
+    mappings = [section for section in sections if isinstance(section, Mapping)]
+    providers = [provider] if provider is not None else [section.get("provider", BUILTIN) for section in mappings]
+    apps = [app] if app is not None else [section.get("app") for section in mappings]
+    return any(apps) or any(name != BUILTIN for name in providers)
 
 
 def _check_fleet(mission: Mission) -> None:
@@ -159,10 +164,12 @@ def _check_fleet(mission: Mission) -> None:
         )
 
 
-def _with_provider(mission: Mission, provider: str) -> Mission:
-    """Return the mission with all drones flown by one provider."""
+def _with(mission: Mission, settings: Mapping[str, Any]) -> Mission:
+    """Return the mission with settings that all drones share, whatever they said themselves."""
+    if not settings:
+        return mission
     try:
-        chosen = Settings(provider=provider).model_dump(exclude_none=True)
+        chosen = Settings(**settings).model_dump(exclude_none=True)
     except ValidationError as error:
         raise MissionError(_sentence(error)) from None
     if isinstance(mission.drones, Layout):

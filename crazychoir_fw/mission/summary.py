@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.core import identity
-from crazychoir_fw.mission.fleet import FORCE_CONTROLLERS
+from crazychoir_fw.mission.fleet import FORCE_CONTROLLERS, OUT_OF_TREE
 from crazychoir_fw.mission.plan import TICKS_PER_SECOND, FlightPlan
 from crazychoir_fw.mission.schema import Mission
 
@@ -77,26 +77,27 @@ def summarize(
     `rms_error_m` and `max_error_m` between true position and onboard setpoint, `estimator_rms_m` between true position
     and state estimate. `endpoint_error_m` is the distance from the last commanded place at the end of the flight.
     `hover_thrust_percent` is the mean thrust command over the steadiest second, before battery compensation; the
-    firmware logs none for a controller that commands newtons. A figure that a flight does not have is null.
+    firmware logs none for a controller that commands newtons, as one that an app brings may. A figure that a flight
+    does not have is null.
     `providers` says once per provider what it was built from.
     """
     measured = flight_figures(plan, log, start)
-    for settings, figures in zip(mission.fleet, measured, strict=True):
-        if settings.controller in FORCE_CONTROLLERS:
+    for drone, figures in zip(world.drones, measured, strict=True):
+        if drone.config.controller in (*FORCE_CONTROLLERS, OUT_OF_TREE):
             figures["hover_thrust_percent"] = None
     drones = [
         {
             "id": drone.id,
-            "provider": settings.provider,
+            "provider": drone.config.provider,
             **figures,
             "battery_V": _rounded(drone.battery_voltage),
             "supervisor_state": drone.supervisor_state,
         }
-        for drone, settings, figures in zip(world.drones, mission.fleet, measured, strict=True)
+        for drone, figures in zip(world.drones, measured, strict=True)
     ]
     return {
         "mission": mission.name,
-        "provider": ", ".join(sorted({drone.provider for drone in mission.fleet})),
+        "provider": ", ".join(sorted({drone.config.provider for drone in world.drones})),
         "platform": ", ".join(sorted({drone.platform for drone in mission.fleet})),
         "seed": mission.seed,
         "success": not failures,

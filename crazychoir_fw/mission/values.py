@@ -8,6 +8,7 @@ import re
 from collections.abc import Collection, Mapping, Sequence
 from difflib import get_close_matches
 from numbers import Integral, Real
+from pathlib import Path
 
 import numpy as np
 from pydantic import BeforeValidator, ValidationInfo
@@ -91,6 +92,30 @@ def word(pattern: str, must: str) -> BeforeValidator:
         if not isinstance(value, str) or not compiled.fullmatch(value):
             raise refusal(must)
         return value
+
+    return BeforeValidator(check)
+
+
+def source_files() -> BeforeValidator:
+    """One C file or a list of them, seen from the folder of the mission file; an empty list is none."""
+    must = "a C file such as my_controller.c, or a list of them"
+
+    def check(value: object, info: ValidationInfo) -> tuple[str, ...]:
+        names = [value] if isinstance(value, str | Path) else value
+        if not isinstance(names, Sequence) or not all(isinstance(name, str | Path) for name in names):
+            raise refusal(must)
+        folder = (info.context or {}).get("folder", Path())
+        paths = []
+        for name in names:
+            path = folder / name
+            try:
+                is_source = path.suffix == ".c" and path.is_file()
+            except (OSError, ValueError):  # a name that no file can have
+                is_source = False
+            if not is_source:
+                raise refusal(f"{must}; {str(name)[:80]!r} is no existing .c file in {folder}")
+            paths.append(str(path))
+        return tuple(paths)
 
     return BeforeValidator(check)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 
 
 @dataclass
@@ -30,12 +31,14 @@ class DroneConfig:
     provider: str = "builtin"
     """Implementation of the onboard algorithms: ``builtin``, ``bitcraze`` for the checkout of the real firmware, or the
     name of a library that was loaded (`crazychoir_fw.core.load_library`)."""
+    app: str | Path | Sequence[str | Path] = ()
+    """C files with a controller or an estimator of the user's. The world compiles them."""
     controller: str | None = None
-    """Controller at boot: ``pid`` (default), ``mellinger``, ``indi``, ``brescianini``, ``lee``, or ``out_of_tree``
-    where the provider carries one."""
+    """Controller at boot: ``pid``, ``mellinger``, ``indi``, ``brescianini``, ``lee`` or ``out_of_tree``, that of the
+    app; by default that of the app, if it brings one, else ``pid``."""
     estimator: str | None = None
-    """State estimator at boot: ``kalman``, ``complementary``, or ``out_of_tree`` where the provider carries one; by
-    default what the positioning asks for."""
+    """State estimator at boot: ``kalman``, ``complementary`` or ``out_of_tree``; by default that of the app, if it
+    brings one, else what the positioning asks for."""
     positioning: str | None = None
     """``mocap`` (default), ``mocap_position``, ``lighthouse``, ``loco_twr``, ``loco_tdoa2``, ``loco_tdoa3``, ``flow``
     or ``none``."""

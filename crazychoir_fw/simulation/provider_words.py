@@ -2,11 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from crazychoir_fw.core import platform_names
+from crazychoir_fw.simulation.drone_config import DroneConfig
 
 BUILTIN = "builtin"
+
+
+def load_apps(drones: Sequence[DroneConfig]) -> Sequence[DroneConfig]:
+    """Build and load the apps that drones carry; return the drones with what that decides about them.
+
+    Raises:
+        BuildError: If an app does not compile.
+        CheckoutError: If there is no usable checkout for it.
+        RangeError: If a drone asks for what its app does not bring.
+    """
+    if not any(drone.app for drone in drones):
+        return drones
+    # compilers are for those who ask for them
+    from crazychoir_fw.firmware.apps import carry
+
+    return carry(drones)
 
 
 def load_providers(words_and_platforms: Iterable[tuple[str, str]]) -> None:

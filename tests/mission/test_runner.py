@@ -9,6 +9,7 @@ from crazychoir_fw.errors import StateError
 from crazychoir_fw.mission import parse_mission
 from crazychoir_fw.mission.plan import plan_flight
 from crazychoir_fw.mission.runner import Film, Flight
+from crazychoir_fw.simulation import DroneConfig
 
 READY_AT = 1.5  # [s]
 
@@ -26,6 +27,7 @@ class ObedientDrone:
         self.failure = None
         self.supervisor_state = "Ready to fly"
         self.battery_voltage = 4.0
+        self.config = DroneConfig(name)
         self.calls = []
 
     def takeoff(self, absolute_height_m, duration_s, yaw):

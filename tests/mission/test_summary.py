@@ -40,7 +40,15 @@ def plan(mission):
 @pytest.fixture
 def world():
     """What remains of a world after a flight."""
-    drones = [SimpleNamespace(id=i, battery_voltage=3.91234, supervisor_state="Landed") for i in ("cf1", "cf2")]
+    drones = [
+        SimpleNamespace(
+            id=drone_id,
+            config=SimpleNamespace(provider="builtin", controller=None),
+            battery_voltage=3.91234,
+            supervisor_state="Landed",
+        )
+        for drone_id in ("cf1", "cf2")
+    ]
     return SimpleNamespace(time=10.0, drones=drones)
 
 
@@ -72,11 +80,10 @@ def test_constant_errors_come_out_as_they_went_in(mission, plan, world, make_log
     assert drone["hover_thrust_percent"] == pytest.approx(100 * 39000 / 65535, abs=0.01)
 
 
-@pytest.mark.parametrize("controller", ["brescianini", "lee"])
-def test_controller_that_commands_newtons_has_no_thrust_figure(hop, world, make_log, controller):
-    hop["drones"][1]["controller"] = controller
-    mission = parse_mission(hop)
-    summary = summarize(mission, plan_flight(mission), world, make_log(ideal_flight, 9.0), 0.0, 0.5, [])
+@pytest.mark.parametrize("controller", ["brescianini", "lee", "out_of_tree"])
+def test_controller_that_commands_newtons_has_no_thrust_figure(mission, plan, world, make_log, controller):
+    world.drones[1].config.controller = controller
+    summary = summarize(mission, plan, world, make_log(ideal_flight, 9.0), 0.0, 0.5, [])
     assert summary["drones"][0]["hover_thrust_percent"] is not None
     assert summary["drones"][1]["hover_thrust_percent"] is None
 

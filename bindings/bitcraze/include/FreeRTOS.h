@@ -18,4 +18,11 @@ typedef unsigned long UBaseType_t;
 #define pdFALSE ((BaseType_t)0)
 #define pdTRUE ((BaseType_t)1)
 
+// of the firmware's FreeRTOSConfig.h: milliseconds to ticks and back, frequency [Hz] to ticks
+#ifndef M2T
+#define M2T(X) ((TickType_t)(X))
+#define T2M(X) ((unsigned int)(X))
+#define F2T(X) ((TickType_t)(configTICK_RATE_HZ / (X)))
+#endif
+
 #endif  // CF_BITCRAZE_FREERTOS_H

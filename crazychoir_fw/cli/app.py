@@ -1,0 +1,72 @@
+"""`crazychoir app`: look whether a controller or an estimator of your own compiles, and what it brings."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.table import Table
+from rich.text import Text
+
+from crazychoir_fw.cli.console import BAD_INPUT, complain_of, console
+
+if TYPE_CHECKING:
+    from crazychoir_fw.firmware.apps import App
+
+app = typer.Typer(help="Your own C: controllers and estimators with the firmware's names.", no_args_is_help=True)
+
+
+@app.callback()
+def _group() -> None:
+    """Keep `build` a command of its own: typer would take a single one for the whole."""
+
+
+@app.command()
+def build(
+    files: Annotated[list[Path], typer.Argument(help="C files of one app.", metavar="APP.c [MORE.c]...")],
+    platform: Annotated[str, typer.Option(help="Airframe: cf2 or cf21bl.")] = "cf2",
+    provider: Annotated[str, typer.Option(help="What is around your code: builtin or bitcraze.")] = "builtin",
+    path: Annotated[Path | None, typer.Option(help="Folder of the firmware's checkout, for bitcraze.")] = None,
+) -> None:
+    """Compile an app, and show what it brings and how to fly it."""
+    import time
+
+    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.firmware.apps import build_app
+
+    began = time.perf_counter()
+    try:
+        with console.status("compiling"):
+            built = build_app(files, platform, "bitcraze" if path is not None else provider, path)
+        rows = _rows(built, platform)
+    except CrazychoirError as error:
+        complain_of(error)
+        raise typer.Exit(BAD_INPUT) from None
+    if built.warnings:
+        typer.echo(built.warnings.rstrip(), err=True)
+    table = Table(show_header=False, box=None)
+    for key, value in rows.items():
+        table.add_row(Text(key, style="bold"), Text(value, overflow="fold"))
+    console.print(table)
+    words = " --provider bitcraze" if built.library.identity["checkout"] else ""
+    options = " ".join(f"--app {file}" for file in files)
+    console.print(f"built in {time.perf_counter() - began:.1f} s, fly it with", style="dim")
+    console.print(f"crazychoir fly MISSION.yaml{words} {options}", soft_wrap=True, markup=False, highlight=False)
+
+
+def _rows(built: "App", platform: str) -> dict[str, str]:
+    """Return what there is to say about an app."""
+    from crazychoir_fw.core import load_library
+    from crazychoir_fw.variables import factory_values, log_table, parameter_table
+
+    number = load_library(built.library)
+    parameters = {name: row for name, row in parameter_table(number).items() if name.split(".")[0] in built.groups}
+    logs = [name for name in log_table(number) if name.split(".")[0] in built.groups]
+    values = factory_values(platform, parameters, number)
+    return {
+        "library": f"{built.library.name} {platform}",
+        "compiler": str(built.library.identity["compiler"]),
+        "brings": " and ".join(built.hooks),
+        "state": f"{built.state_bytes} bytes per drone",
+        "parameters": ", ".join(f"{name} = {value:.7g}" for name, value in values.items()) or "none",
+        "logs": ", ".join(logs) or "none",
+    }
