@@ -52,6 +52,7 @@
 #include "cffi/upstream_globals.h"
 #include "cffi/upstream_planner.h"
 #include "cffi/upstream_tdoa.h"
+#include "cffi/upstream_types.h"
 #include "commands.h"
 #include "crazyflie.h"
 #include "deck_facts.h"
