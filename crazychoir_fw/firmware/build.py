@@ -102,11 +102,12 @@ class _Build:
         if (library := self._recall(key)) is not None:
             return library
         with self.cache.alone(key):
+            generated = self._write_generated()
             # another process may have built it meanwhile
             self.fingerprints = Fingerprints()
             if (library := self._recall(key)) is not None:
                 return library
-            library = self._build()
+            library = self._build(generated)
             if not self.fingerprints.changed_meanwhile(self.inputs):
                 self.cache.remember(key, self.inputs, {"folder": library.path.parent.name})
         self.cache.prune()
@@ -130,8 +131,7 @@ class _Build:
         version = self.recipe.checkout.version() or library.identity["content"]
         return replace(library, identity={**library.identity, "version": version})
 
-    def _build(self) -> Library:
-        generated = self._write_generated()
+    def _build(self, generated: Path) -> Library:
         scenery = digest_of(header_names([*self.recipe.include_dirs, *self.recipe.own_include_dirs]))
         self.objects = Objects(self.compiler, self.cache, self.fingerprints, scenery, recall=not self.force)
         recipe = self.recipe

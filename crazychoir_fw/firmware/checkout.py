@@ -102,24 +102,36 @@ def _empty(root: Path) -> str:
 def describe(folder: Path) -> str | None:
     """Return tag, distance, commit and dirtiness of the repository whose top is this folder, or None.
 
-    A folder within somebody else's repository has no version of its own. Git may neither write (it would refresh its
-    index) nor start a program that the repository names.
+    A folder within somebody else's repository has no version of its own. Git may neither write (`git describe --dirty`
+    refreshes the index) nor start a program that the repository names.
     """
     if not (folder / ".git").exists():
         return None
-    command = ["git", "--no-optional-locks", "-c", "core.fsmonitor=false", "-c", f"submodule.{CMSIS}.ignore=all"]
+    questions = (
+        ("describe", "--tags", "--always"),
+        ("status", "--porcelain", "--untracked-files=no", "--ignore-submodules=all"),
+    )
+    try:
+        # both at once: the second one looks at every file
+        asked = [_ask_git(folder, *question) for question in questions]
+        told = [(process.communicate(timeout=30)[0].strip(), process.returncode) for process in asked]
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    (version, described), (changes, compared) = told
+    if described != 0 or compared != 0 or not version:
+        return None
+    return f"{version}-dirty" if changes else version
+
+
+def _ask_git(folder: Path, *question: str) -> subprocess.Popen[str]:
     environment = {**os.environ, "GIT_CEILING_DIRECTORIES": str(folder.parent), "LC_ALL": "C"}
     for inherited in ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE"):
         environment.pop(inherited, None)
-    try:
-        told = subprocess.run(
-            [*command, "-C", str(folder), "describe", "--tags", "--always", "--dirty"],
-            capture_output=True,
-            text=True,
-            check=False,
-            env=environment,
-            timeout=20,
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-    return told.stdout.strip() or None if told.returncode == 0 else None
+    return subprocess.Popen(
+        ["git", "--no-optional-locks", "-c", "core.fsmonitor=false", "-C", str(folder), *question],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        errors="replace",
+        env=environment,
+    )

@@ -26,7 +26,7 @@ def test_arming_of_the_platforms(root):
 
 def test_the_defconfig_of_the_checkout_counts(root):
     (root / "configs" / "cf2_defconfig").write_text(
-        'CONFIG_A=y\nCONFIG_B=n\n# CONFIG_ESTIMATOR_KALMAN_ENABLE is not set\nCONFIG_N=-12\nCONFIG_H=0x1F\n'
+        "CONFIG_A=y\nCONFIG_B=n\n# CONFIG_ESTIMATOR_KALMAN_ENABLE is not set\nCONFIG_N=-12\nCONFIG_H=0x1F\n"
         'CONFIG_TEXT="a \\"b\\""\nCONFIG_EVIL=system("x")\nCONFIG_ENABLE_THRUST_BAT_COMPENSATED=n\n'
     )
     chosen = settings(root, "cf2")

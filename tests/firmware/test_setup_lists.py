@@ -90,7 +90,7 @@ def test_nothing_is_executed(tmp_path):
 {evil[0]}
 fw_sources = ["x.c", {evil[1]}, __import__("os").system("touch {traces[2]}") or "y.c"]
 more = [{evil[3]} for name in fw_sources]
-flags = [f"{{{evil[4]}}}"]
+flags = [f'''{{{evil[4]}}}''']
 Extension("_c", sources=fw_sources + more, extra_compile_args=flags)
 """
     lists = parse_setup_lists(text)
