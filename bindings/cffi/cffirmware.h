@@ -596,12 +596,13 @@ struct traj_eval traj_eval_zero(void);
 struct traj_eval traj_eval_invalid(void);
 bool             is_traj_eval_valid(const struct traj_eval *ev);
 float            piecewise_duration(const struct piecewise_traj *traj);
-void piecewise_plan_5th_order(struct poly4d *piece, float duration, struct vec p0, float y0,
+void piecewise_plan_5th_order(struct piecewise_traj *pp, float duration, struct vec p0, float y0,
                               struct vec v0, float dy0, struct vec a0, struct vec p1, float y1,
                               struct vec v1, float dy1, struct vec a1);
-void piecewise_plan_7th_order_no_jerk(struct poly4d *piece, float duration, struct vec p0, float y0,
-                                      struct vec v0, float dy0, struct vec a0, struct vec p1,
-                                      float y1, struct vec v1, float dy1, struct vec a1);
+void piecewise_plan_7th_order_no_jerk(struct piecewise_traj *pp, float duration, struct vec p0,
+                                      float y0, struct vec v0, float dy0, struct vec a0,
+                                      struct vec p1, float y1, struct vec v1, float dy1,
+                                      struct vec a1);
 struct traj_eval piecewise_eval(const struct piecewise_traj *traj, float t);
 struct traj_eval piecewise_eval_reversed(const struct piecewise_traj *traj, float t);
 bool             piecewise_is_finished(const struct piecewise_traj *traj, float t);

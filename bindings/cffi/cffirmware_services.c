@@ -76,4 +76,5 @@ WEAK int consolePuts(const char *text) {
   return 0;
 }
 
-WEAK void consoleFlush(void) {}
+WEAK void consoleFlush(void) {
+}

@@ -6,6 +6,30 @@
 #include "builtin/planning/planner_pieces.h"
 #include "builtin/planning/planner_spiral.h"
 
+// returns its only piece
+static struct poly4d *start_with_one_piece(struct piecewise_traj *pp) {
+  pp->timescale = 1.0f;
+  pp->shift     = vzero();
+  pp->n_pieces  = 1;
+  return (struct poly4d *)pp->pieces;
+}
+
+void cf_upstream_piecewise_plan_5th_order(struct piecewise_traj *pp, float duration, struct vec p0,
+                                          float y0, struct vec v0, float dy0, struct vec a0,
+                                          struct vec p1, float y1, struct vec v1, float dy1,
+                                          struct vec a1) {
+  piecewise_plan_5th_order(start_with_one_piece(pp), duration, p0, y0, v0, dy0, a0, p1, y1, v1, dy1,
+                           a1);
+}
+
+void cf_upstream_piecewise_plan_7th_order_no_jerk(struct piecewise_traj *pp, float duration,
+                                                  struct vec p0, float y0, struct vec v0, float dy0,
+                                                  struct vec a0, struct vec p1, float y1,
+                                                  struct vec v1, float dy1, struct vec a1) {
+  piecewise_plan_7th_order_no_jerk(start_with_one_piece(pp), duration, p0, y0, v0, dy0, a0, p1, y1,
+                                   v1, dy1, a1);
+}
+
 void plan_init(struct planner *p) {
   *p                           = (struct planner){.state = TRAJECTORY_STATE_IDLE};
   p->planned_trajectory.pieces = p->pieces;

@@ -30,6 +30,17 @@ struct planner {
   struct poly4d         pieces[1];           // of a take-off, landing, go-to or spiral
 };
 
+// Plan pieces[0], which must be there, and make it all of the trajectory; t_begin and shift_yaw
+// stay.
+void cf_upstream_piecewise_plan_5th_order(struct piecewise_traj *pp, float duration, struct vec p0,
+                                          float y0, struct vec v0, float dy0, struct vec a0,
+                                          struct vec p1, float y1, struct vec v1, float dy1,
+                                          struct vec a1);
+void cf_upstream_piecewise_plan_7th_order_no_jerk(struct piecewise_traj *pp, float duration,
+                                                  struct vec p0, float y0, struct vec v0, float dy0,
+                                                  struct vec a0, struct vec p1, float y1,
+                                                  struct vec v1, float dy1, struct vec a1);
+
 void plan_init(struct planner *p);
 void plan_stop(struct planner *p);
 bool plan_is_stopped(struct planner *p);

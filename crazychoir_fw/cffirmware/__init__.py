@@ -23,4 +23,4 @@ from crazychoir_fw.cffirmware.selection import over
 _chosen = _selection.chosen()
 globals().update({_name: getattr(_chosen, _name) for _name in _chosen.__all__})
 
-__all__ = ["over", *_chosen.__all__]  # noqa: PLE0604
+__all__ = ["over", *_chosen.__all__]

@@ -76,15 +76,15 @@ def _trajectories(ffi: Any, firm: dict[str, Any]) -> dict[str, Any]:
         demand(pp, piecewise_traj, "piecewise_get(): pp")
         number, pieces = integer(i), pp.pieces
         if pieces is None:
-            raise ValueError("piecewise_get(): the trajectory has no pieces; set pieces, for instance to poly4d_malloc(n)")
+            raise ValueError(
+                "piecewise_get(): the trajectory has no pieces; set pieces, for instance to poly4d_malloc(n)"
+            )
         length = getattr(pieces, "length", None)
         if number < 0 or (length is not None and number >= length):
             raise IndexError(f"piecewise_get(): piece {number}; allowed: 0 to {(length or pp.n_pieces) - 1}")
         return view(poly4d, ffi.cast(pieces._pointer_type, pp._c.pieces) + number, pieces)
 
-    return {
-        f.__name__: f for f in (poly4d_malloc, poly4d_free, poly4d_set, poly4d_get, piecewise_get)
-    }
+    return {f.__name__: f for f in (poly4d_malloc, poly4d_free, poly4d_set, poly4d_get, piecewise_get)}
 
 
 def _conversions(firm: dict[str, Any]) -> dict[str, Any]:

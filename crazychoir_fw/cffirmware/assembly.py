@@ -28,17 +28,21 @@ def firmware_names(ffi: Any, lib: Any, classes: StructClasses, c_globals: Any = 
     """
     maker = FunctionMaker(ffi, lib, classes, c_globals)
     names: dict[str, Any] = {"np": np, **constants(lib), **classes.by_name}
-    names["setpoint_t_mode"] = classes.of(dict(ffi.typeof("setpoint_t").fields)["mode"].type)
+    # without a name in some releases, which SWIG calls after struct and member
+    mode = classes.of(dict(ffi.typeof("setpoint_t").fields)["mode"].type)
+    names |= {"setpoint_mode_t": mode, "setpoint_t_mode": mode}
     for function in FUNCTIONS:
         if (made := maker.make(function)) is not None:
             names[function.name] = made
     names |= additions(ffi, names, maker.find)
-    names |= with_old_forms(names)
+    names |= with_old_forms(names, lib)
     names |= high_level_names(names)
     return names
 
 
-def as_module(names: dict[str, Any], title: str, provider: str, platform: str, again: Callable[[], ModuleType]) -> ModuleType:
+def as_module(
+    names: dict[str, Any], title: str, provider: str, platform: str, again: Callable[[], ModuleType]
+) -> ModuleType:
     """Return names as a module.
 
     Args:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import os
 import re
 import secrets
 import subprocess
@@ -24,9 +26,8 @@ from crazychoir_fw.version import __version__
 MODULE = "_crazychoir_cffirmware"
 
 # sources beyond the checkout's own list that only need what the list brings along
-_MEASUREMENT_MODELS = tuple(
-    f"mm_{name}.c" for name in "position pose distance tof flow absolute_height yaw_error".split()
-)
+_MEASURED = ("position", "pose", "distance", "tof", "flow", "absolute_height", "yaw_error")
+_MEASUREMENT_MODELS = tuple(f"mm_{name}.c" for name in _MEASURED)
 
 # upstream adds and leaves out const at will
 _TOLERANT = ("-Wno-incompatible-pointer-types", "-Wno-discarded-qualifiers", "-Wno-unknown-warning-option", "-w")
@@ -162,13 +163,13 @@ class _ModuleBuild:
     def _compile_module(self, declared: str) -> list[Compiled]:
         """Compile what cffi makes of the declarations."""
         from cffi import FFI
+        from cffi.recompiler import make_c_source
 
         builder = FFI()
         builder.cdef(declared)
-        builder.set_source(MODULE, '#include "cffi/cffirmware_bitcraze.h"')
-        with _temporary(self.cache.generated) as path:
-            builder.emit_c_code(str(path))
-            text = path.read_text(encoding="utf-8")
+        written = io.StringIO()
+        make_c_source(builder, MODULE, '#include "cffi/cffirmware_bitcraze.h"', written)
+        text = written.getvalue()
         source = self._generate({f"{MODULE}.c": text}) / f"{MODULE}.c"
         unit = Unit(source, (*self._flags, f"-I{sysconfig.get_path('include')}", *_TOLERANT))
         try:
@@ -183,26 +184,7 @@ class _ModuleBuild:
         flags = [flag for flag in linking.FLAGS if flag != "-Wl,--no-undefined"]
         command = [*self.compiler.command, *flags, "-o", str(path), *(str(one.path) for one in compiled), "-lm"]
         ran = subprocess.run(
-            command, capture_output=True, text=True, errors="replace", check=False, env={**ENVIRONMENT, **_environment()}
+            command, capture_output=True, text=True, errors="replace", check=False, env={**os.environ, **ENVIRONMENT}
         )
         if ran.returncode != 0:
             raise LinkError(f"the objects do not link:\n{ran.stderr.rstrip()}")
-
-
-def _environment() -> dict[str, str]:
-    import os
-
-    return dict(os.environ)
-
-
-class _temporary:  # noqa: N801
-    """A file name in a folder; the file is gone afterwards."""
-
-    def __init__(self, folder: Path) -> None:
-        self._path = folder / f".{secrets.token_hex(8)}.c"
-
-    def __enter__(self) -> Path:
-        return self._path
-
-    def __exit__(self, *_: object) -> None:
-        self._path.unlink(missing_ok=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-_NAMES = """
+_TEXT = """
 modeDisable modeAbs modeVelocity
 controlModeLegacy controlModeForceTorque controlModeForce controlModePWM
 MeasurementSourceLocationService MeasurementSourceLighthouse
@@ -15,7 +15,7 @@ STABILIZER_NR_OF_MOTORS
 RATE_1000_HZ RATE_500_HZ RATE_250_HZ RATE_100_HZ RATE_50_HZ RATE_25_HZ
 RATE_MAIN_LOOP ATTITUDE_RATE POSITION_RATE RATE_HL_COMMANDER RATE_SUPERVISOR
 PP_DEGREE PP_SIZE
-""".split()
+"""
 
 # the same in every release
 _FIXED = {
@@ -28,4 +28,4 @@ _FIXED = {
 
 def constants(lib: Any) -> dict[str, int | float]:
     """Return the constants of a provider by name; those that it lacks are left out."""
-    return _FIXED | {name: getattr(lib, name) for name in _NAMES if hasattr(lib, name)}
+    return _FIXED | {name: getattr(lib, name) for name in _TEXT.split() if hasattr(lib, name)}

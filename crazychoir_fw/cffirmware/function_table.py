@@ -1,7 +1,8 @@
 """Every C function of the module: parameters and meaning.
 
-The types are those of the provider's declarations. ``p[8]`` is an array of 8 numbers that C reads, ``p[8]&`` one that it
-writes, too; lengths may be computed from other parameters. Meters, seconds, radians and float32, unless said otherwise.
+The types are those of the provider's declarations. ``p[8]`` is an array of 8 numbers that C reads, ``p[8]&`` one that
+it writes, too; lengths may be computed from other parameters. Meters, seconds, radians and float32, unless said
+otherwise.
 """
 
 import re
@@ -138,10 +139,10 @@ qstoref(q, f[4]&) Writes a quaternion to four floats.
 
 vprojecthalfspace(x, a_unit, b) The closest point with a_unit . point <= b.
 vinpolytope(v, A[3 * n], b[n], n, tolerance) Whether A v <= b, but for the tolerance.
-rayintersectpolytope(origin, direction, A[3 * n], b[n], n, active_row[1]&) How many directions lead from the origin to the \
-border of A x <= b; active_row (or None) is told the row that is hit.
-vprojectpolytope(v, A[3 * n], b[n], work[3 * n]&, n, tolerance, maxiters) Nearly the closest point with A x <= b; work is \
-scratch memory, or None.
+rayintersectpolytope(origin, direction, A[3 * n], b[n], n, active_row[1]&) How many directions lead from the origin \
+to the border of A x <= b; active_row (or None) is told the row that is hit.
+vprojectpolytope(v, A[3 * n], b[n], work[3 * n]&, n, tolerance, maxiters) Nearly the closest point with A x <= b; \
+work is scratch memory, or None.
 
 polyval(p[8], t) The polynomial with coefficients p, ascending, at t.
 polylinear(p[8]&, duration, x0, x1) Makes p a straight line from x0 to x1.
@@ -164,10 +165,10 @@ traj_eval_zero() At rest in the origin.
 traj_eval_invalid() No evaluation: all NaN.
 is_traj_eval_valid(ev) Whether an evaluation is one.
 piecewise_duration(pp) Sum of the durations times the time scale.
-piecewise_plan_5th_order(p, duration, p0, y0, v0, dy0, a0, p1, y1, v1, dy1, a1) Plans the piece of degree 5 between two \
-states of position, yaw, velocity, yaw rate and acceleration.
-piecewise_plan_7th_order_no_jerk(p, duration, p0, y0, v0, dy0, a0, p1, y1, v1, dy1, a1) The same of degree 7, without jerk \
-at both ends.
+piecewise_plan_5th_order(pp, duration, p0, y0, v0, dy0, a0, p1, y1, v1, dy1, a1) Makes piece 0 all of the \
+trajectory: of degree 5, between two states of position, yaw, velocity, yaw rate and acceleration.
+piecewise_plan_7th_order_no_jerk(pp, duration, p0, y0, v0, dy0, a0, p1, y1, v1, dy1, a1) The same of degree 7, \
+without jerk at both ends.
 piecewise_eval(traj, t) The trajectory at t, counted as t_begin is.
 piecewise_eval_reversed(traj, t) The trajectory flown backwards.
 piecewise_is_finished(traj, t) Whether t is behind the end.
@@ -184,44 +185,46 @@ plan_is_finished(p, t) Whether t is behind the end of the plan.
 plan_current_goal(p, t) The goal at t; invalid while stopped or disabled.
 plan_takeoff(p, curr_pos, curr_yaw, hover_height, hover_yaw, duration, t) Plans a rise from rest; 1 unless idle.
 plan_land(p, curr_pos, curr_yaw, hover_height, hover_yaw, duration, t) Plans a landing from rest; 1 while landing.
-plan_go_to(p, relative, linear, hover_pos, hover_yaw, duration, t) Plans a flight from the present goal to a position and \
-yaw, smooth or at constant speed.
+plan_go_to(p, relative, linear, hover_pos, hover_yaw, duration, t) Plans a flight from the present goal to a \
+position and yaw, smooth or at constant speed.
 plan_go_to_from(p, curr_eval, relative, linear, hover_pos, hover_yaw, duration, t) Plans a flight from curr_eval.
-plan_spiral(p, sideways, clockwise, spiral_angle, radius0, radiusF, ascent, duration, t) Plans a spiral from the present goal.
-plan_spiral_from(p, curr_eval, sideways, clockwise, spiral_angle, radius0, radiusF, ascent, duration, t) Plans a spiral from \
-curr_eval.
-plan_start_trajectory(p, trajectory, reversed, relative, relative_yaw, start_from, start_yaw) Follows a trajectory, which \
-says when it begins.
+plan_spiral(p, sideways, clockwise, spiral_angle, radius0, radiusF, ascent, duration, t) Plans a spiral from the \
+present goal.
+plan_spiral_from(p, curr_eval, sideways, clockwise, spiral_angle, radius0, radiusF, ascent, duration, t) Plans a \
+spiral from curr_eval.
+plan_start_trajectory(p, trajectory, reversed, relative, relative_yaw, start_from, start_yaw) Follows a trajectory, \
+which says when it begins.
 plan_start_compressed_trajectory(p, trajectory, relative, start_from) Follows a compressed trajectory.
 
 controllerPidInit() Initializes the one PID controller. A second call leaves attitude and rate loops as they are.
 controllerPidTest() Whether it is initialized.
-controllerPid(control, setpoint, sensors, state, stabilizerStep) Runs the PID controller at a step of the 1 kHz loop: \
-position every 10th, attitude every 2nd.
+controllerPid(control, setpoint, sensors, state, stabilizerStep) Runs the PID controller at a step of the 1 kHz \
+loop: position every 10th, attitude every 2nd.
 controllerMellingerInit(self) Writes default gains, and forgets.
 controllerMellingerTest(self) True.
-controllerMellinger(self, control, setpoint, sensors, state, stabilizerStep) Runs the controller at a step of the 1 kHz loop, \
-every 2nd.
+controllerMellinger(self, control, setpoint, sensors, state, stabilizerStep) Runs the controller at a step of the 1 \
+kHz loop, every 2nd.
 controllerBrescianiniInit() Selects the one controller of Brescianini.
 controllerBrescianiniTest() True.
-controllerBrescianini(control, setpoint, sensors, state, stabilizerStep) Runs the controller at a step of the 1 kHz loop, \
-position and attitude every 10th.
+controllerBrescianini(control, setpoint, sensors, state, stabilizerStep) Runs the controller at a step of the 1 kHz \
+loop, position and attitude every 10th.
 controllerLeeInit(self) Writes default gains, and forgets.
 controllerLeeReset(self) Forgets both integrals.
-controllerLee(self, control, setpoint, sensors, state, stabilizerStep) Runs the controller at a step of the 1 kHz loop, every \
-2nd.
+controllerLee(self, control, setpoint, sensors, state, stabilizerStep) Runs the controller at a step of the 1 kHz \
+loop, every 2nd.
 
 powerDistributionInit() Does nothing on a quadrotor.
 powerDistributionTest() True.
 powerDistribution(control, motorThrustUncapped) Mixes the output of a controller into four thrusts [counts].
-powerDistributionCap(motorThrustUncapped, motorPwm) Fits four thrusts into 16 bits; returns whether that took something away.
+powerDistributionCap(motorThrustUncapped, motorPwm) Fits four thrusts into 16 bits; returns whether that took \
+something away.
 powerDistributionMotorType(id) 1: every motor drives a rotor.
 powerDistributionStopRatio(id) 0: the duty that stops a motor.
 powerDistributionGetIdleThrust() Lowest duty of a running motor [counts].
 powerDistributionGetMaxThrust() Largest thrust of all motors together [N].
 
-collisionAvoidanceUpdateSetpointCore(params, collisionState, nOthers, otherPositions[3 * nOthers], \
-workspace[7 * (nOthers + 6)]&, setpoint, sensorData, state) Bends a setpoint away from nOthers drones at x, y, z, x, ...; \
+collisionAvoidanceUpdateSetpointCore(params, collisionState, nOthers, otherPositions[3 * nOthers], workspace[7 * \
+(nOthers + 6)]&, setpoint, sensorData, state) Bends a setpoint away from nOthers drones at x, y, z, x, ...; \
 workspace is scratch memory, or None.
 
 axis3fSubSamplerInit(s, conversionFactor) Starts empty.
@@ -232,12 +235,14 @@ outlierFilterTdoaValidateIntegrator(s, tdoa, error, nowMs) Whether to use a samp
 
 kalmanCoreDefaultParams(params) Writes the default parameters.
 kalmanCoreInit(core, params, nowMs) Starts the filter at the initial position and yaw of the parameters.
-kalmanCorePredict(core, params, acc, gyro, nowMs, quadIsFlying) Advances to nowMs with mean acc [m/s^2] and gyro [rad/s].
+kalmanCorePredict(core, params, acc, gyro, nowMs, quadIsFlying) Advances to nowMs with mean acc [m/s^2] and gyro \
+[rad/s].
 kalmanCoreAddProcessNoise(core, params, nowMs) Adds the noise of the time since the latest call.
 kalmanCoreFinalize(core) Moves the attitude error into the attitude; whether there was anything to do.
 kalmanCoreExternalizeState(core, state, acc) Writes the estimate; acc is the latest sample [g].
 kalmanCoreDecoupleXY(core) Forgets x, y and their velocities.
-kalmanCoreScalarUpdate(core, Hm[9], error, stdMeasNoise) Fuses one number: measured minus predicted, and its derivative Hm.
+kalmanCoreScalarUpdate(core, Hm[9], error, stdMeasNoise) Fuses one number: measured minus predicted, and its \
+derivative Hm.
 kalmanCoreUpdateWithPKE(core, Hm[9], Km[9], P_w_m[81], error) Ends a robust update.
 kalmanCoreUpdateWithBaro(core, params, baroAsl, quadIsFlying) Fuses a height above sea level.
 kalmanCoreUpdateWithTdoa(core, tdoa, nowMs, outlierFilterState) Fuses a difference of distances.
@@ -257,13 +262,14 @@ lpf2pApply(lpfData, sample) Filters one sample.
 lpf2pReset(lpfData, sample) Sets the memory as if the sample had been there for ever.
 """
 
-EXTRA = frozenset(
-    """normalize_radians shortest_signed_angle_radians piecewise_compressed_eval piecewise_compressed_duration
-    piecewise_compressed_is_finished kalmanCoreTdoaInnovation kalmanCoreUpdateWithTdoaUnfiltered
-    kalmanCoreUpdateWithPosition kalmanCoreUpdateWithPose kalmanCoreUpdateWithDistance kalmanCoreUpdateWithTof
-    kalmanCoreUpdateWithFlow kalmanCoreUpdateWithAbsoluteHeight kalmanCoreUpdateWithYawError lpf2pInit
-    lpf2pSetCutoffFreq lpf2pApply lpf2pReset""".split()
-)
+_EXTRA_TEXT = """
+normalize_radians shortest_signed_angle_radians piecewise_compressed_eval piecewise_compressed_duration
+piecewise_compressed_is_finished kalmanCoreTdoaInnovation kalmanCoreUpdateWithTdoaUnfiltered
+kalmanCoreUpdateWithPosition kalmanCoreUpdateWithPose kalmanCoreUpdateWithDistance kalmanCoreUpdateWithTof
+kalmanCoreUpdateWithFlow kalmanCoreUpdateWithAbsoluteHeight kalmanCoreUpdateWithYawError lpf2pInit
+lpf2pSetCutoffFreq lpf2pApply lpf2pReset
+"""
+EXTRA = frozenset(_EXTRA_TEXT.split())
 """Functions that upstream's module does not have, or not in every release."""
 
 _LINE = re.compile(r"(\w+)\(((?:[^()]|\([^()]*\))*)\) (.+)")

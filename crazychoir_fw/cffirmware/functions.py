@@ -26,8 +26,10 @@ _KEEPS = {
     "plan_start_compressed_trajectory": ("p", "trajectory"),
 }
 
-# these look at the pieces of a trajectory
-_LOOKS_AT_PIECES = ("piecewise_eval", "piecewise_eval_reversed", "plan_start_trajectory")
+# these do nothing bad to a trajectory without pieces
+_WITHOUT_PIECES = ("piecewise_duration", "piecewise_is_finished")
+# these write the first piece, however many there are
+_FILLING = ("piecewise_plan_5th_order", "piecewise_plan_7th_order_no_jerk")
 
 
 class FunctionMaker:
@@ -159,9 +161,15 @@ class _Writer:
         for parameter, expected in self._types:
             if getattr(expected, "__name__", "") == "piecewise_traj":
                 self.names["_demand_pieces"] = _demand_pieces
-                self._before.append(f"_demand_pieces({parameter}, {name in _LOOKS_AT_PIECES})")
+                at_least = 0 if name in _WITHOUT_PIECES else 1
+                count = 1 if name in _FILLING else f"{parameter}._c.n_pieces"
+                self._before.append(f"_demand_pieces({parameter}, {count}, {at_least})")
         core = self._maker.classes.by_name.get("kalmanCoreData_t")
-        if first[1] is core and core is not None and any(n == "settled" for n, _ in core._ffi.typeof(core._pointer_type).item.fields):
+        if (
+            first[1] is core
+            and core is not None
+            and any(n == "settled" for n, _ in core._ffi.typeof(core._pointer_type).item.fields)
+        ):
             # the covariance may have been written from outside
             self._before.append(f"{first[0]}._c.settled = 0")
         if name in _KEEPS:
@@ -238,13 +246,14 @@ def _fits(value: Any, expected: type) -> bool:
     return True
 
 
-def _demand_pieces(trajectory: Any, at_least_one: bool) -> None:
-    """Raise a ValueError where C would read memory that is not there."""
-    count = trajectory._c.n_pieces
-    if count == 0 and not at_least_one:
+def _demand_pieces(trajectory: Any, count: int, at_least: int) -> None:
+    """Raise a ValueError where C would use memory that is not there."""
+    if count == 0 and at_least == 0:
         return
-    if count == 0 or not trajectory._c.pieces:
-        raise ValueError("the trajectory has no pieces: set n_pieces and pieces, for instance to poly4d_malloc(n_pieces)")
+    if count < at_least or not trajectory._c.pieces:
+        raise ValueError(
+            "the trajectory has no pieces: set n_pieces and pieces, for instance to poly4d_malloc(n_pieces)"
+        )
     length = getattr(trajectory.pieces, "length", None)
     if length is not None and count > length:
         raise ValueError(f"the trajectory has n_pieces {count}, but memory for {length}")

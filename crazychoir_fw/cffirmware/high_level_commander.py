@@ -125,17 +125,13 @@ class HighLevelCommander:
         """Fly to a position and yaw; relative ones count from the present goal."""
         return self.GoTo2(x, y, z, yaw, duration, relative, False)
 
-    def GoTo2(
-        self, x: float, y: float, z: float, yaw: float, duration: float, relative: bool, linear: bool
-    ) -> int:
+    def GoTo2(self, x: float, y: float, z: float, yaw: float, duration: float, relative: bool, linear: bool) -> int:
         """Fly to a position and yaw; linear: at constant speed."""
         firm, goal = self.firm, self.firm.mkvec(x, y, z)
         if firm.plan_is_stopped(self._planner) or firm.plan_is_disabled(self._planner):
             start = firm.traj_eval_zero()
             start.pos, start.vel, start.yaw = self._position, self._velocity, self._yaw
-            return firm.plan_go_to_from(
-                self._planner, start, relative, linear, goal, yaw, duration, self._now
-            )
+            return firm.plan_go_to_from(self._planner, start, relative, linear, goal, yaw, duration, self._now)
         return firm.plan_go_to(self._planner, relative, linear, goal, yaw, duration, self._now)
 
 

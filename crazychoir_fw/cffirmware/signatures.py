@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import inspect
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -18,18 +19,19 @@ class Form(NamedTuple):
 def accepting(newest: Callable[..., Any], *older: Form) -> Callable[..., Any]:
     """Return a function that takes the arguments of the newest form or of an older one."""
     name = newest.__name__
-    count = len(inspect.signature(newest).parameters)
+    names = tuple(inspect.signature(newest).parameters)
+    count = len(names)
     forms = {len(form.parameters): form for form in older}
     allowed = " or ".join(map(str, sorted([*forms, count])))
 
     def function(*args: Any, **named: Any) -> Any:
         given = len(args) + len(named)
         if given == count:
-            return newest(*args, **named)
+            return newest(*args, *_in_order(name, names[len(args) :], named)) if named else newest(*args)
         form = forms.get(given)
         if form is None:
             raise TypeError(f"{name}() takes {allowed} arguments, {given} given")
-        return newest(*form.convert(*_in_order(name, form, args, named)))
+        return newest(*form.convert(*args, *_in_order(name, form.parameters[len(args) :], named)))
 
     function.__name__ = function.__qualname__ = name
     function.__module__ = newest.__module__
@@ -39,32 +41,57 @@ def accepting(newest: Callable[..., Any], *older: Form) -> Callable[..., Any]:
     return function
 
 
-def _in_order(name: str, form: Form, args: tuple[Any, ...], named: dict[str, Any]) -> list[Any]:
-    rest = form.parameters[len(args) :]
+def _in_order(name: str, rest: tuple[str, ...], named: dict[str, Any]) -> list[Any]:
+    """Return arguments that were given by name, in the order of the parameters that are left."""
     if set(rest) != set(named):
-        raise TypeError(f"{name}() with {len(form.parameters)} arguments takes {', '.join(form.parameters)}")
-    return [*args, *(named[parameter] for parameter in rest)]
+        raise TypeError(f"{name}(): the last parameters are {', '.join(rest)}, not {', '.join(named)}")
+    return [named[parameter] for parameter in rest]
 
 
-def with_old_forms(firm: dict[str, Any]) -> dict[str, Any]:
-    """Return the functions of a module whose signature has changed between releases."""
+def refusing(function: Callable[..., Any], parameter: str, is_there: bool) -> Callable[..., Any]:
+    """Return a function that takes no true value of a parameter, unless the provider can do what it asks for.
+
+    The error is the TypeError that the SWIG module of that release raises for an argument too many.
+    """
+    if is_there:
+        return function
+    place = list(inspect.signature(function).parameters).index(parameter)
+
+    @functools.wraps(function)
+    def checked(*args: Any) -> Any:
+        if len(args) > place and args[place]:
+            raise TypeError(f"{function.__name__}(): {parameter} is unknown to this release of the firmware")
+        return function(*args)
+
+    return checked
+
+
+def with_old_forms(firm: dict[str, Any], lib: Any) -> dict[str, Any]:
+    """Return the functions of a module whose signature has changed between releases.
+
+    Args:
+        firm: Classes and functions of the provider, in the newest form.
+        lib: Its C functions and constants.
+    """
+    has_linear = bool(getattr(lib, "CF_UPSTREAM_HAS_LINEAR", True))
+    has_relative_yaw = bool(getattr(lib, "CF_UPSTREAM_HAS_RELATIVE_YAW", True))
     made = {
         "plan_go_to": accepting(
-            firm["plan_go_to"],
+            refusing(firm["plan_go_to"], "linear", has_linear),
             Form(
                 ("p", "relative", "hover_pos", "hover_yaw", "duration", "t"),
                 lambda p, relative, *rest: (p, relative, False, *rest),
             ),
         ),
         "plan_go_to_from": accepting(
-            firm["plan_go_to_from"],
+            refusing(firm["plan_go_to_from"], "linear", has_linear),
             Form(
                 ("p", "curr_eval", "relative", "hover_pos", "hover_yaw", "duration", "t"),
                 lambda p, start, relative, *rest: (p, start, relative, False, *rest),
             ),
         ),
         "plan_start_trajectory": accepting(
-            firm["plan_start_trajectory"],
+            refusing(firm["plan_start_trajectory"], "relative_yaw", has_relative_yaw),
             Form(
                 ("p", "trajectory", "reversed", "relative", "start_from"),
                 lambda p, trajectory, reverse, relative, start: (p, trajectory, reverse, relative, False, start, 0.0),
@@ -78,7 +105,11 @@ def with_old_forms(firm: dict[str, Any]) -> dict[str, Any]:
 
 def _kalman(firm: dict[str, Any]) -> dict[str, Any]:
     """Prediction without parameters uses those that the filter was started with."""
-    start, default_params, params_type = firm["kalmanCoreInit"], firm["kalmanCoreDefaultParams"], firm["kalmanCoreParams_t"]
+    start, default_params, params_type = (
+        firm["kalmanCoreInit"],
+        firm["kalmanCoreDefaultParams"],
+        firm["kalmanCoreParams_t"],
+    )
 
     def kalmanCoreInit(core, params, nowMs):  # noqa: ANN001, ANN202
         start(core, params, nowMs)

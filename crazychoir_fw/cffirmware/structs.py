@@ -11,17 +11,15 @@ from crazychoir_fw.cffirmware.vector_protocol import VectorProtocol
 # Python class: C type, for all that have not the same name
 _TAGS = ("vec3_s", "vec", "quat", "mat33", "poly4d", "traj_eval", "piecewise_traj", "planner")
 
-NAMES = (
-    *_TAGS,
-    *"""
-    attitude_t quaternion_t Axis3f baro_t sensorData_t state_t control_t motors_thrust_uncapped_t motors_thrust_pwm_t
-    setpoint_t setpoint_mode_t tdoaMeasurement_t positionMeasurement_t poseMeasurement_t distanceMeasurement_t zDistance_t
-    flowMeasurement_t tofMeasurement_t heightMeasurement_t yawErrorMeasurement_t sweepAngleMeasurement_t
-    gyroscopeMeasurement_t accelerationMeasurement_t barometerMeasurement_t estimate_t setpointZ_t
-    collision_avoidance_params_t collision_avoidance_state_t controllerMellinger_t controllerLee_t Axis3fSubSampler_t
-    OutlierFilterTdoaState_t kalmanCoreData_t kalmanCoreParams_t Axis3i16 Axis3i32 Axis3i64
-    """.split(),
-)
+_OTHERS = """
+attitude_t quaternion_t Axis3f baro_t sensorData_t state_t control_t motors_thrust_uncapped_t motors_thrust_pwm_t
+setpoint_t setpoint_mode_t tdoaMeasurement_t positionMeasurement_t poseMeasurement_t distanceMeasurement_t
+zDistance_t flowMeasurement_t tofMeasurement_t heightMeasurement_t yawErrorMeasurement_t sweepAngleMeasurement_t
+gyroscopeMeasurement_t accelerationMeasurement_t barometerMeasurement_t estimate_t setpointZ_t
+collision_avoidance_params_t collision_avoidance_state_t controllerMellinger_t controllerLee_t Axis3fSubSampler_t
+OutlierFilterTdoaState_t kalmanCoreData_t kalmanCoreParams_t Axis3i16 Axis3i32 Axis3i64
+"""
+NAMES = (*_TAGS, *_OTHERS.split())
 """Classes of upstream's module; a provider has those that its headers declare."""
 
 EXTRA_NAMES = ("lpf2pData", "piecewise_traj_compressed")
