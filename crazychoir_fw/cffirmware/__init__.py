@@ -17,10 +17,21 @@ docs/cffirmware.md is the manual.
 | `shim` | the plain name `cffirmware` |
 """
 
-from crazychoir_fw.cffirmware import selection as _selection
-from crazychoir_fw.cffirmware.selection import over
+from typing import Any
 
-_chosen = _selection.chosen()
-globals().update({_name: getattr(_chosen, _name) for _name in _chosen.__all__})
+from crazychoir_fw.cffirmware.selection import chosen, over
 
-__all__ = ["over", *_chosen.__all__]
+
+def __getattr__(name: str) -> Any:
+    """Choose the provider when the first of its names is asked for, and keep all of them."""
+    if name.startswith("__") and name != "__all__":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    firm = chosen()
+    globals().update({known: getattr(firm, known) for known in firm.__all__}, __all__=["over", *firm.__all__])
+    if name not in globals():
+        raise AttributeError(f"module {__name__!r} over provider {firm.provider} has no attribute {name!r}")
+    return globals()[name]
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__getattr__("__all__")})

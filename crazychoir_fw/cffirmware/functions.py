@@ -164,11 +164,8 @@ class _Writer:
                 at_least = 0 if name in _WITHOUT_PIECES else 1
                 count = 1 if name in _FILLING else f"{parameter}._c.n_pieces"
                 self._before.append(f"_demand_pieces({parameter}, {count}, {at_least})")
-        core = self._maker.classes.by_name.get("kalmanCoreData_t")
-        if (
-            first[1] is core
-            and core is not None
-            and any(n == "settled" for n, _ in core._ffi.typeof(core._pointer_type).item.fields)
+        if getattr(first[1], "__name__", "") == "kalmanCoreData_t" and _has_member(
+            self._maker.ffi, first[1], "settled"
         ):
             # the covariance may have been written from outside
             self._before.append(f"{first[0]}._c.settled = 0")
@@ -218,6 +215,11 @@ class _Writer:
             lines += [f"    {line}" for line in body]
         lines += [f"    {line}" for line in (*self._after, f"return {self._result}")]
         return "\n".join(lines) + "\n"
+
+
+def _has_member(ffi: Any, cls: type[Struct], name: str) -> bool:
+    """Return whether the C struct behind a class has a member, also one that Python does not show."""
+    return name in dict(ffi.typeof(cls._pointer_type).item.fields)
 
 
 def _explainer(name: str, types: list[tuple[str, Any]]) -> Callable[[Exception, tuple[Any, ...]], TypeError]:

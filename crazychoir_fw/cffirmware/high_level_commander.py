@@ -18,8 +18,8 @@ _EVERY = 10  # steps of the 1 kHz loop
 class HighLevelCommander:
     """Take-off, landing and go-to of one drone, as setpoints.
 
-    Heights and positions in meters, yaw in radians, durations in seconds. Commands return what the planner says: 0, or 1
-    when it refuses.
+    Heights and positions in meters, yaw in radians, durations in seconds. Commands return what the planner says: 0, or
+    1 when it refuses.
     """
 
     firm: Any = None  # classes and functions of the provider, set by `high_level_names`

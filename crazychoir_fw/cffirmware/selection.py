@@ -23,12 +23,12 @@ _PACKAGE = "crazychoir_fw.cffirmware"
 def over(provider: str = "builtin", platform: str = "cf2", checkout: Path | str | None = None) -> ModuleType:
     """Return the module over a provider: the same names, other algorithms behind them.
 
-    The same arguments give the same module, so that what is at file scope in C is there once. Its function ``instance()``
-    returns one more with variables of its own.
+    The same arguments give the same module, so that what is at file scope in C is there once. Its function
+    ``instance()`` returns one more with variables of its own.
 
     Args:
-        provider: "builtin", our own implementation, or "bitcraze", the sources of a firmware checkout, compiled when they
-            are asked for the first time.
+        provider: "builtin", our own implementation, or "bitcraze", the sources of a firmware checkout, compiled when
+            they are asked for the first time.
         platform: "cf2" or "cf21bl", and "bolt" over bitcraze: gains, mass and thrust.
         checkout: Folder of the checkout; by default the one that CRAZYFLIE_FIRMWARE names, else the submodule
             ``firmware/``.

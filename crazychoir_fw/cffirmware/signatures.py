@@ -111,7 +111,7 @@ def _kalman(firm: dict[str, Any]) -> dict[str, Any]:
         firm["kalmanCoreParams_t"],
     )
 
-    def kalmanCoreInit(core, params, nowMs):  # noqa: ANN001, ANN202
+    def kalmanCoreInit(core, params, nowMs):
         start(core, params, nowMs)
         core.__dict__["_params"] = params.__copy__()
 

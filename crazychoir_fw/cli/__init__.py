@@ -8,6 +8,7 @@ import typer
 from crazychoir_fw.cli.firmware import firmware
 from crazychoir_fw.cli.fly import fly
 from crazychoir_fw.cli.info import info
+from crazychoir_fw.cli.shim import install_shim
 from crazychoir_fw.cli.variables import variables
 
 app = typer.Typer(
@@ -19,6 +20,7 @@ app = typer.Typer(
 app.command()(fly)
 app.command()(info)
 app.command()(variables)
+firmware.command()(install_shim)
 app.add_typer(firmware, name="firmware")
 
 __all__ = ["app"]
