@@ -19,7 +19,8 @@ docs/cffirmware.md is the manual.
 
 from typing import Any
 
-from crazychoir_fw.cffirmware.selection import chosen, over
+from crazychoir_fw.cffirmware.selection import chosen
+from crazychoir_fw.cffirmware.selection import over as over
 
 
 def __getattr__(name: str) -> Any:

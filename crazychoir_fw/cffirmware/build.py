@@ -171,7 +171,9 @@ class _ModuleBuild:
         make_c_source(builder, MODULE, '#include "cffi/cffirmware_bitcraze.h"', written)
         text = written.getvalue()
         source = self._generate({f"{MODULE}.c": text}) / f"{MODULE}.c"
-        unit = Unit(source, (*self._flags, f"-I{sysconfig.get_path('include')}", *_TOLERANT))
+        # calls and conversions only: nothing to gain by more, and it takes half of the build
+        quick = ("-O1", "-g0")
+        unit = Unit(source, (*self._flags, f"-I{sysconfig.get_path('include')}", *_TOLERANT, *quick))
         try:
             return self._compile([unit])
         except CompileError as error:

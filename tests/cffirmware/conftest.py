@@ -1,0 +1,74 @@
+"""The module over each provider; the checkouts are miniatures, laid out and compiled once per session."""
+
+import os
+import sys
+from pathlib import Path
+
+import pytest
+
+from crazychoir_fw import cffirmware
+
+sys.path.append(str(Path(__file__).resolve().parents[1] / "firmware"))
+from miniature import lay_out  # noqa: E402
+
+
+@pytest.fixture(scope="session")
+def shared_folder(tmp_path_factory):
+    """A folder that all workers of a session have in common."""
+    own = tmp_path_factory.getbasetemp()
+    folder = own.parent if "PYTEST_XDIST_WORKER" in os.environ else own
+    shared = folder / "cffirmware"
+    shared.mkdir(exist_ok=True)
+    return shared
+
+
+@pytest.fixture(scope="session")
+def checkout(shared_folder):
+    """Return a function that lays a release of the miniature out, once."""
+
+    def laid_out(release):
+        target = shared_folder / f"checkout {release}"
+        if not target.exists():
+            scratch = shared_folder / f"scratch-{release}-{os.getpid()}"
+            lay_out(scratch, release=release)
+            try:
+                scratch.rename(target)
+            except OSError:
+                assert target.exists()  # another worker was faster
+        return target
+
+    return laid_out
+
+
+@pytest.fixture(scope="session")
+def over_miniature(shared_folder, checkout):
+    """Return a function that makes the module over a release of the miniature."""
+
+    def module(release):
+        before = os.environ.get("CRAZYCHOIR_CACHE")
+        os.environ["CRAZYCHOIR_CACHE"] = str(shared_folder / "cache")
+        try:
+            return cffirmware.over("bitcraze", checkout=checkout(release))
+        finally:
+            os.environ.pop("CRAZYCHOIR_CACHE")
+            if before is not None:
+                os.environ["CRAZYCHOIR_CACHE"] = before
+
+    return module
+
+
+@pytest.fixture(scope="session")
+def modules(over_miniature):
+    return {"builtin": lambda: cffirmware.over("builtin"), "bitcraze": lambda: over_miniature("2026.08")}
+
+
+@pytest.fixture(params=["builtin", "bitcraze"])
+def firm(request, modules):
+    """The module, with controllers that remember nothing yet."""
+    return modules[request.param]().instance()
+
+
+@pytest.fixture
+def old_firm(over_miniature):
+    """The module over the oldest supported release, with controllers that remember nothing yet."""
+    return over_miniature("2024.10").instance()
