@@ -64,11 +64,17 @@ def modules(over_miniature):
 
 @pytest.fixture(params=["builtin", "bitcraze"])
 def firm(request, modules):
-    """The module, with controllers that remember nothing yet."""
-    return modules[request.param]().instance()
+    """The module over each provider."""
+    return modules[request.param]()
 
 
 @pytest.fixture
+def fresh(firm):
+    """The same, with controllers that remember nothing yet."""
+    return firm.instance()
+
+
+@pytest.fixture(scope="session")
 def old_firm(over_miniature):
-    """The module over the oldest supported release, with controllers that remember nothing yet."""
-    return over_miniature("2024.10").instance()
+    """The module over the oldest supported release."""
+    return over_miniature("2024.10")

@@ -194,10 +194,10 @@ def test_conversions_of_vectors(firm):
         firm.vec2svec(firm.mkvec(1, 2, 3))
 
 
-def test_instances_remember_things_of_their_own(firm):
+def test_instances_remember_things_of_their_own(fresh):
     """One integrates, its twin does not."""
-    twin = firm.instance()
-    assert twin.provider == firm.provider
+    twin = fresh.instance()
+    assert twin.provider == fresh.provider
 
     def thrust(module, error):
         control, setpoint, sensors, state = controller_inputs(module)
@@ -209,26 +209,24 @@ def test_instances_remember_things_of_their_own(firm):
         module.controllerPid(control, setpoint, sensors, state, 0)
         return control.thrust
 
-    for module in (firm, twin):
+    for module in (fresh, twin):
         module.controllerPidInit()
-    assert thrust(firm, 1.0) > thrust(twin, 0.0) == 36000
+    assert thrust(fresh, 1.0) > thrust(twin, 0.0) == 36000
 
 
-def test_second_init_of_pid_leaves_attitude_loops_alone(firm):
-    control, setpoint, sensors, state = controller_inputs(firm)
-    setpoint.thrust = 30000
-    setpoint.mode.roll = setpoint.mode.pitch = firm.modeAbs
-    setpoint.attitude.roll = 5.0
-    firm.controllerPidInit()
-    for step in range(0, 200, 2):
-        firm.controllerPid(control, setpoint, sensors, state, step)
-    integrated = control.roll
-    firm.controllerPidInit()
-    firm.controllerPid(control, setpoint, sensors, state, 2)
-    fresh = firm.instance()
+def test_second_init_of_pid_leaves_attitude_loops_alone(fresh):
+    def rolled(module, steps):
+        control, setpoint, sensors, state = controller_inputs(module)
+        setpoint.thrust, setpoint.attitude.roll = 30000, 5.0
+        setpoint.mode.roll = setpoint.mode.pitch = module.modeAbs
+        for step in range(0, steps, 2):
+            module.controllerPid(control, setpoint, sensors, state, step)
+        return control.roll
+
     fresh.controllerPidInit()
-    other, goal, quiet, rest = controller_inputs(fresh)
-    goal.thrust, goal.attitude.roll = 30000, 5.0
-    goal.mode.roll = goal.mode.pitch = fresh.modeAbs
-    fresh.controllerPid(other, goal, quiet, rest, 2)
-    assert control.roll >= integrated > other.roll
+    integrated = rolled(fresh, 400)
+    fresh.controllerPidInit()
+    again = rolled(fresh, 2)
+    other = fresh.instance()
+    other.controllerPidInit()
+    assert again >= integrated > rolled(other, 2)

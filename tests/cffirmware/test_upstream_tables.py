@@ -87,11 +87,11 @@ def test_cap(firm, uncapped, is_capped, expected):
     assert (pwm.motors.m1, pwm.motors.m2, pwm.motors.m3, pwm.motors.m4) == expected
 
 
-def test_controller_pid_at_rest(firm):
-    control, setpoint, sensors, state = inputs(firm)
-    firm.controllerPidInit()
-    firm.controllerPid(control, setpoint, sensors, state, 100)
-    assert control.controlMode == firm.controlModeLegacy
+def test_controller_pid_at_rest(fresh):
+    control, setpoint, sensors, state = inputs(fresh)
+    fresh.controllerPidInit()
+    fresh.controllerPid(control, setpoint, sensors, state, 100)
+    assert control.controlMode == fresh.controlModeLegacy
     assert (control.roll, control.pitch, control.yaw) == (0, 0, 0)
     # thrust base (section 11)
     assert control.thrust == 36000
@@ -109,13 +109,13 @@ def test_controller_mellinger_at_rest(firm):
     assert (mellinger.massThrust, mellinger.mass) == (132000, pytest.approx(0.029))
 
 
-def test_controller_brescianini_at_rest(firm):
-    control, setpoint, sensors, state = inputs(firm)
-    setpoint.mode.z = firm.modeVelocity
+def test_controller_brescianini_at_rest(fresh):
+    control, setpoint, sensors, state = inputs(fresh)
+    setpoint.mode.z = fresh.modeVelocity
     state.attitudeQuaternion.w = 1
-    firm.controllerBrescianiniInit()
-    firm.controllerBrescianini(control, setpoint, sensors, state, 100)
-    assert control.controlMode == firm.controlModeForceTorque
+    fresh.controllerBrescianiniInit()
+    fresh.controllerBrescianini(control, setpoint, sensors, state, 100)
+    assert control.controlMode == fresh.controlModeForceTorque
     assert (control.torqueX, control.torqueY, control.torqueZ) == (0, 0, 0)
     assert control.thrustSi == pytest.approx(9.81 * 0.029, rel=1e-6)
 
