@@ -17,6 +17,7 @@ docs/cffirmware.md is the manual.
 | `shim` | the plain name `cffirmware` |
 """
 
+from importlib.util import find_spec
 from typing import Any
 
 from crazychoir_fw.cffirmware.selection import chosen
@@ -25,7 +26,8 @@ from crazychoir_fw.cffirmware.selection import over as over
 
 def __getattr__(name: str) -> Any:
     """Choose the provider when the first of its names is asked for, and keep all of them."""
-    if name.startswith("__") and name != "__all__":
+    # the import system asks for submodules, too
+    if (name.startswith("__") and name != "__all__") or find_spec(f"{__name__}.{name}") is not None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     firm = chosen()
     globals().update({known: getattr(firm, known) for known in firm.__all__}, __all__=["over", *firm.__all__])

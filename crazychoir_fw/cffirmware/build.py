@@ -177,7 +177,7 @@ class _ModuleBuild:
         try:
             return self._compile([unit])
         except CompileError as error:
-            if "Python.h" in str(error):
+            if re.search(r"fatal error: '?(Python|pyconfig)\.h", str(error)):
                 raise BuildError("Python.h is missing: run `apt install python3-dev` (Debian, Ubuntu)") from None
             raise
 

@@ -171,9 +171,7 @@ def avoidance_inputs(firm):
 def test_collision_avoidance_counts_floats_in_the_wrapper(firm):
     others = [1.0, 0.0, 0.0]
     params, memory, setpoint = avoidance_inputs(firm)
-    firm.collisionAvoidanceUpdateSetpointWrap(
-        params, memory, 3, others, setpoint, firm.sensorData_t(), firm.state_t()
-    )
+    firm.collisionAvoidanceUpdateSetpointWrap(params, memory, 3, others, setpoint, firm.sensorData_t(), firm.state_t())
     params, memory, direct = avoidance_inputs(firm)
     firm.collisionAvoidanceUpdateSetpointCore(
         params, memory, 1, others, None, direct, firm.sensorData_t(), firm.state_t()

@@ -46,7 +46,9 @@ class Emulator:
     def fuse(self, kind, value):
         firm = self.firm
         if kind == "tdoa":
-            firm.kalmanCoreUpdateWithTdoa(self.core, tdoa(firm, self.anchors, self.std_dev, *value), self.now, self.filter)
+            firm.kalmanCoreUpdateWithTdoa(
+                self.core, tdoa(firm, self.anchors, self.std_dev, *value), self.now, self.filter
+            )
             return
         sample = firm.Axis3f()
         sample.x, sample.y, sample.z = value

@@ -6,7 +6,6 @@ import re
 from pathlib import Path
 
 import numpy as np
-import pytest
 
 from crazychoir_fw.cffirmware.function_table import EXTRA, FUNCTIONS
 
@@ -35,7 +34,7 @@ CONSTANTS = {
     "TRAJECTORY_STATE_DISABLED": 4,
     "TRAJECTORY_TYPE_PIECEWISE": 0,
     "TRAJECTORY_TYPE_PIECEWISE_COMPRESSED": 1,
-    **{f"KC_STATE_{name}": i for i, name in enumerate("X Y Z PX PY PZ D0 D1 D2 DIM".split())},
+    **{f"KC_STATE_{name}": i for i, name in enumerate(("X", "Y", "Z", "PX", "PY", "PZ", "D0", "D1", "D2", "DIM"))},
     "STABILIZER_NR_OF_MOTORS": 4,
     "vec3d_size": 3,
     **{f"RATE_{rate}_HZ": rate for rate in (1000, 500, 250, 100, 50, 25)},
