@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import check, platform_names
+from crazychoir_fw.core import check, platform_names, provider_functions
 from crazychoir_fw.errors import UnknownNameError
 
 _DTYPES: dict[int, np.dtype] = {
@@ -44,6 +44,7 @@ class Variable:
 
 
 def _read(fill: Any, provider: int) -> dict[str, Variable]:
+    provider_functions(provider)
     tables = ffi.new("cf_variables_t[]", _MAX_TABLES)
     count = fill(provider, tables, _MAX_TABLES)
     if count > _MAX_TABLES:
@@ -89,6 +90,7 @@ def factory_values(platform: str, table: Mapping[str, Variable], provider: int =
     names = platform_names()
     if platform not in names:
         raise UnknownNameError(f"no platform named '{platform}', allowed: {', '.join(names)}")
+    provider_functions(provider)
     config, block = ffi.new("cf_config_t *"), ffi.new("uint64_t[]", lib.cf_state_bytes(provider) // 8)
     check(lib.cf_config_default(config, names.index(platform)), platform)
     config.provider = provider
