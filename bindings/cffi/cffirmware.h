@@ -87,7 +87,7 @@ struct planner {
 };
 
 // -------------------------------------------------------------------------------- stabilizer_types
-typedef struct attitude_s {
+typedef struct {
   uint32_t timestamp;
   float    roll;
   float    pitch;

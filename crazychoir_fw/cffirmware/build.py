@@ -8,6 +8,7 @@ import re
 import secrets
 import subprocess
 import sysconfig
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -25,9 +26,10 @@ from crazychoir_fw.version import __version__
 
 MODULE = "_crazychoir_cffirmware"
 
-# sources beyond the checkout's own list that only need what the list brings along
-_MEASURED = ("position", "pose", "distance", "tof", "flow", "absolute_height", "yaw_error")
-_MEASUREMENT_MODELS = tuple(f"mm_{name}.c" for name in _MEASURED)
+# sources beyond the checkout's own list whose functions have a name here; those that need more are left out
+_CONTROLLERS = tuple(f"controller_{name}.c" for name in ("brescianini", "lee", "mellinger"))
+_MEASURED = ("tdoa", "position", "pose", "distance", "tof", "flow", "absolute_height", "yaw_error")
+_OPTIONAL = (*_CONTROLLERS, *(f"mm_{name}.c" for name in _MEASURED))
 
 # upstream adds and leaves out const at will
 _TOLERANT = ("-Wno-incompatible-pointer-types", "-Wno-discarded-qualifiers", "-Wno-unknown-warning-option", "-w")
@@ -106,9 +108,9 @@ class _ModuleBuild:
         theirs = (*recipe.flags, *includes, "-include", str(generated / FORCED))
 
         compiled = self._compile([Unit(path, theirs) for path in recipe.sources])
-        models = [path for path in recipe.extras if path.name in _MEASUREMENT_MODELS]
-        compiled += [one for one in self._compile([Unit(path, theirs) for path in models], must=False) if one.ok]
         compiled += self._compile([Unit(bindings / "cffi" / "cffirmware_services.c", recipe.flags)])
+        optional = [Unit(path, theirs) for path in recipe.extras if path.name in _OPTIONAL]
+        compiled = self._complete(compiled, [one for one in self._compile(optional, must=False) if one.ok])
 
         self._flags = [*theirs, f"-I{bindings}", *(source_flag("CF_WITH", one.unit.source) for one in compiled)]
         self._flags += [f"-DCF_HAS_{name}={int(there)}" for name, there in features(self._ask).items()]
@@ -141,6 +143,24 @@ class _ModuleBuild:
 
     def _is_generated(self, path: str) -> bool:
         return Path(path).is_relative_to(self.cache.root)
+
+    def _complete(self, needed: list[Compiled], optional: list[Compiled]) -> list[Compiled]:
+        """Return the objects that need nothing from elsewhere.
+
+        Raises:
+            LinkError: If one that cannot be left out does.
+        """
+        while True:
+            objects = {one.path: one.unit.source for one in (*needed, *optional) if one.path is not None}
+            with tempfile.TemporaryDirectory() as folder:
+                undefined = linking.link(self.compiler, objects, Path(folder) / "trial.so")
+            if not undefined:
+                return [*needed, *optional]
+            dispensable = {one.unit.source for one in optional}
+            if lost := [one for one in undefined if not one.needed_by or set(one.needed_by) - dispensable]:
+                raise LinkError(linking.explain(lost))
+            users = {source for symbol in undefined for source in symbol.needed_by}
+            optional = [one for one in optional if one.unit.source not in users]
 
     def _ask(self, includes: str, lines: list[str]) -> set[int]:
         """Return the numbers of the lines of C that do not compile."""

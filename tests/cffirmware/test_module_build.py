@@ -3,11 +3,13 @@
 import shutil
 import subprocess
 import sysconfig
+from pathlib import Path
 
 import pytest
 
 from crazychoir_fw.cffirmware import build, loading
 from crazychoir_fw.errors import BuildError, CompileError, LinkError
+from crazychoir_fw.firmware.linking import Undefined
 from crazychoir_fw.firmware.toolchain import find_compiler
 
 KALMAN = "src/modules/src/kalman_core/kalman_core.c"
@@ -59,6 +61,29 @@ def test_undefined_symbol_is_named(tmp_path):
     subprocess.run([*find_compiler().command, "-shared", "-fPIC", "-o", library, source], check=True)
     with pytest.raises(LinkError, match="undefined symbol nobodyHasThis"):
         loading.load(library)
+
+
+def test_source_that_needs_more_is_left_out_if_it_can_be(over_miniature, checkout, shared_cache, monkeypatch):
+    """A measurement model can, a controller of the checkout's own list cannot."""
+    over_miniature("2026.08")
+    tried = []
+
+    def undefined(compiler, objects, path):
+        tried.append({source.name for source in objects.values()})
+        model = next((source for source in objects.values() if source.name == "mm_pose.c"), None)
+        return [Undefined("nobodyHasThis", (model,))] if model else []
+
+    monkeypatch.setattr(build.linking, "link", undefined)
+    builder = build._ModuleBuild(build.bitcraze_recipe(build.open_checkout(checkout("2026.08")), "cf2"))
+    model, other = (_compiled(name) for name in ("mm_pose.c", "mm_tof.c"))
+    assert builder._complete([_compiled("planner.c")], [model, other])[1:] == [other]
+    assert [len(names) for names in tried] == [3, 2]
+    with pytest.raises(LinkError, match="undefined symbol nobodyHasThis, needed by .*mm_pose.c"):
+        builder._complete([model], [other])
+
+
+def _compiled(name):
+    return build.Compiled(build.Unit(Path(name), ()), True, "", {}, Path(f"{name}.o"))
 
 
 def test_missing_headers_of_python_are_one_sentence(own_checkout, monkeypatch, tmp_path):
