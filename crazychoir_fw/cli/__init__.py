@@ -9,6 +9,7 @@ from crazychoir_fw.cli.app import app as app_commands
 from crazychoir_fw.cli.firmware import firmware
 from crazychoir_fw.cli.fly import fly
 from crazychoir_fw.cli.info import info
+from crazychoir_fw.cli.shim import install_shim
 from crazychoir_fw.cli.variables import variables
 
 app = typer.Typer(
@@ -21,6 +22,7 @@ app.command()(fly)
 app.command()(info)
 app.command()(variables)
 app.add_typer(app_commands, name="app")
+firmware.command()(install_shim)
 app.add_typer(firmware, name="firmware")
 
 __all__ = ["app"]

@@ -3,6 +3,7 @@
 #include <stddef.h>
 
 #include "api/math3d.h"
+#include "builtin/planning/planner_pieces.h"
 #include "builtin/planning/planner_spiral.h"
 
 void cf_planner_init(cf_planner_t *planner) {
@@ -65,11 +66,7 @@ static void follow_planned(cf_planner_t *planner, float t) {
 // Straight up or down from rest to rest, for take-off and landing.
 static void plan_vertical(cf_planner_t *planner, const cf_plan_start_t *from, float height,
                           float yaw, float duration, float t) {
-  const struct vec goal      = mkvec(from->pos.x, from->pos.y, height);
-  const float      start_yaw = normalize_radians(from->yaw);
-  const float      turn      = shortest_signed_angle_radians(start_yaw, normalize_radians(yaw));
-  piecewise_plan_7th_order_no_jerk(&planner->planned, duration, from->pos, start_yaw, vzero(), 0.0f,
-                                   vzero(), goal, start_yaw + turn, vzero(), 0.0f, vzero());
+  cf_plan_vertical(&planner->planned, from->pos, from->yaw, height, yaw, duration);
   follow_planned(planner, t);
 }
 
@@ -93,31 +90,6 @@ int cf_planner_land(cf_planner_t *planner, const cf_plan_start_t *from, float he
   return 0;
 }
 
-static void go_to_from(cf_planner_t *planner, const struct traj_eval *start, bool relative,
-                       bool linear, struct vec goal, float yaw, float duration, float t) {
-  if (relative) {
-    goal = vadd(goal, start->pos);
-    yaw += start->yaw;
-  }
-  const float start_yaw = normalize_radians(start->yaw);
-  const float turn      = shortest_signed_angle_radians(start_yaw, normalize_radians(yaw));
-  const float goal_yaw  = start_yaw + turn;
-
-  if (linear) {
-    const struct vec velocity = vdiv(vsub(goal, start->pos), duration);
-    const float      yaw_rate = turn / duration;
-    piecewise_plan_7th_order_no_jerk(&planner->planned, duration, start->pos, start_yaw, velocity,
-                                     yaw_rate, vzero(), goal, goal_yaw, velocity, yaw_rate,
-                                     vzero());
-  } else {
-    piecewise_plan_7th_order_no_jerk(&planner->planned, duration, start->pos, start_yaw, start->vel,
-                                     start->omega.z, start->acc, goal, goal_yaw, vzero(), 0.0f,
-                                     vzero());
-  }
-  follow_planned(planner, t);
-  planner->state = TRAJECTORY_STATE_FLYING;
-}
-
 int cf_planner_go_to(cf_planner_t *planner, const uint8_t *memory, const cf_plan_start_t *from,
                      bool relative, bool linear, struct vec goal, float yaw, float duration,
                      float t) {
@@ -126,7 +98,9 @@ int cf_planner_go_to(cf_planner_t *planner, const uint8_t *memory, const cf_plan
   if (!is_traj_eval_valid(&start)) {
     start = (struct traj_eval){.pos = from->pos, .vel = from->vel, .yaw = from->yaw};
   }
-  go_to_from(planner, &start, relative, linear, goal, yaw, duration, t);
+  cf_plan_go_to(&planner->planned, &start, relative, linear, goal, yaw, duration);
+  follow_planned(planner, t);
+  planner->state = TRAJECTORY_STATE_FLYING;
   return 0;
 }
 
