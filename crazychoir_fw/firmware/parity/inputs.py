@@ -57,6 +57,7 @@ class Flight:
     estimator: str
     """``kalman`` or ``complementary``."""
     parameters: dict[str, float]
+    """Those that were set before the flight, by name."""
     tracks: dict[str, NDArray[Any]]
     """Per tick, shape (T,): ``tick`` (ms), ``step``, ``is_flying`` and, for whole loops, structs of the firmware's
     types, as they were at the end of the tick."""
@@ -203,13 +204,20 @@ def record(
                 name=member.name,
                 controller=member.controller,
                 estimator=member.estimator or "kalman",
-                parameters={name: float(value) for name, value in member.parameters.items()},
+                parameters=_told(formation, index),
                 tracks=tracks,
                 measurements=measurements,
                 base_stations=stations,
             )
     about = {"provider": reference.name, "platform": reference.platform, "seed": seed, "seconds": seconds}
     return Inputs(flights, {**about, **identity()})
+
+
+def _told(formation: Formation, index: int) -> dict[str, float]:
+    """Return the parameters that somebody set before the flight: the member's, and where the filter starts."""
+    param = formation.world.drones[index].param
+    names = [f"kalman.initial{axis}" for axis in ("X", "Y", "Z", "Yaw") if f"kalman.initial{axis}" in param]
+    return {name: float(param[name]) for name in [*formation.fleet[index].parameters, *names]}
 
 
 def _wanted(member: Member) -> dict[str, tuple[str, str]]:

@@ -79,6 +79,7 @@ class Block:
 
     def __init__(self, side: Side, with_parameters: bool = True) -> None:
         self._side = side
+        self.functions = side.functions
         # inside a whole drone: a library finds the drone that it stops, or prints for, by the place of its block
         offset = ffi.offsetof("cf_t", "provider_state")
         size = offset + max(int(side.table.state_bytes), lib.CF_PROVIDER_STATE_BYTES)
@@ -108,6 +109,16 @@ class Block:
 
     def _cell(self, variable: Variable) -> NDArray[Any]:
         return self.bytes[variable.offset : variable.offset + variable.dtype.itemsize].view(variable.dtype)
+
+    @property
+    def failure(self) -> str | None:
+        """Why the provider gave up on this block, as a sentence, or None."""
+        onboard = self.cf.onboard
+        if onboard.fault == lib.CF_FAULT_NONE:
+            return None
+        own = getattr(onboard, "failure", None)
+        reason = ffi.string(own).decode(errors="replace") if own is not None else ""
+        return reason or ffi.string(lib.cf_fault_text(onboard.fault)).decode()
 
     def refresh_logs(self) -> None:
         """Bring the log variables up to date that are computed when somebody reads them."""

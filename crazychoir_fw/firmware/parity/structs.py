@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -76,6 +77,13 @@ def pointer(rows: NDArray[Any], c_name: str) -> Any:
     if not rows.flags.c_contiguous or rows.dtype.itemsize != ffi.sizeof(c_name):
         raise ValueError(f"rows of {rows.dtype.itemsize} bytes, or not contiguous; {c_name} has {ffi.sizeof(c_name)}")
     return ffi.cast(f"{c_name} *", rows.ctypes.data)
+
+
+def joined_rows(parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    """Return arrays of one kind of struct one after the other; `numpy.concatenate` would drop the padding."""
+    dtype = parts[0].dtype
+    raw = [np.ascontiguousarray(part).view(np.uint8) for part in parts]
+    return np.concatenate(raw).view(dtype)
 
 
 def columns(rows: NDArray[Any], prefix: str = "") -> dict[str, NDArray[Any]]:
