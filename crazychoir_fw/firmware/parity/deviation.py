@@ -30,7 +30,7 @@ class Verdict(str, enum.Enum):
     MISSING = "missing"
     """Only one of the providers has it."""
     NOT_JUDGED = "not judged"
-    """It deviates, and that has no say in the verdict."""
+    """It deviates, and that cannot make the whole different."""
 
 
 def ulps_apart(reference: ArrayLike, candidate: ArrayLike) -> NDArray[np.int64]:
@@ -71,6 +71,8 @@ class Deviation:
     """Samples beyond the tolerance."""
     unmatched: int = 0
     """Samples where only one side is a finite number, see above."""
+    share: float = 0.0
+    """Largest share of the tolerance that a sample uses; above 1 it is beyond, unless its ulps are few."""
     max_ulps: int | None = None
     """Largest distance in float32 units of the last place; None for whole numbers."""
     max_absolute: float = 0.0
@@ -100,10 +102,10 @@ class Deviation:
         return Verdict.DIFFERENT if self.beyond else Verdict.EQUAL
 
     @property
-    def severity(self) -> tuple[int, float]:
+    def severity(self) -> tuple[int, float, int]:
         """Sorts the worst signals first when reversed: by verdict, then by share of the tolerance that is used."""
         rank = {Verdict.DIFFERENT: 3, Verdict.EQUAL: 2, Verdict.NOT_JUDGED: 1}.get(self.verdict, 0)
-        return rank, self.max_absolute / self.tolerance.absolute if self.tolerance.absolute else float(self.deviating)
+        return rank, self.share, self.deviating
 
     def as_json(self) -> dict[str, Any]:
         """Return what a JSON report says; infinite and missing figures are null."""
@@ -115,6 +117,7 @@ class Deviation:
             "deviating": self.deviating,
             "beyond_tolerance": self.beyond,
             "unmatched": self.unmatched,
+            "share_of_tolerance": finite_or_none(self.share),
             "max_ulps": self.max_ulps,
             "max_absolute": finite_or_none(self.max_absolute),
             "rms": finite_or_none(self.rms),
@@ -175,6 +178,7 @@ def measure(
         deviating=len(at),
         beyond=len(beyond),
         unmatched=int((~is_matched).sum()),
+        share=float(distance[worst] / allowed) if allowed else math.inf,
         max_ulps=None if ulps is None else int(ulps.max()),
         max_absolute=float(distance[worst]),
         sum_of_squares=float((distance[is_matched] ** 2).sum()),
@@ -214,6 +218,7 @@ def join(earlier: Deviation, later: Deviation) -> Deviation:
         deviating=earlier.deviating + later.deviating,
         beyond=earlier.beyond + later.beyond,
         unmatched=earlier.unmatched + later.unmatched,
+        share=max(earlier.share, later.share),
         max_ulps=ulps,
         max_absolute=worse.max_absolute,
         sum_of_squares=earlier.sum_of_squares + later.sum_of_squares,
@@ -230,7 +235,7 @@ def _either(first: int | None, second: int | None) -> int | None:
 
 
 def overall(verdicts: list[Verdict]) -> Verdict:
-    """Return the verdict of several: different, equal or identical; what is missing or not judged has no say."""
+    """Return the verdict of several: different, equal or identical; what is missing has no say."""
     if Verdict.DIFFERENT in verdicts:
         return Verdict.DIFFERENT
-    return Verdict.EQUAL if Verdict.EQUAL in verdicts else Verdict.IDENTICAL
+    return Verdict.EQUAL if {Verdict.EQUAL, Verdict.NOT_JUDGED} & set(verdicts) else Verdict.IDENTICAL
