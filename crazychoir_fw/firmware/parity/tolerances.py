@@ -112,7 +112,7 @@ REPLAY: tuple[Tolerance, ...] = (
     ),
     Tolerance(
         "thrust in counts",
-        ("control.thrust", "log.controller.cmd_thrust", "log.controller.actuatorThrust"),
+        ("control.thrust", "log.*.cmd_thrust", "log.controller.actuatorThrust"),
         "less than one of 65535 counts, which is all that a motor can see",
         absolute=0.9,
         unit="counts",
@@ -129,8 +129,8 @@ REPLAY: tuple[Tolerance, ...] = (
     Tolerance(
         "torque",
         ("control.torque?",),
-        "one of 65535 counts of the motors, times the arm",
-        absolute=2.5e-7,
+        "eight of 65535 counts of the motors, times the arm: attitude errors are small differences of unit vectors",
+        absolute=2e-6,
         unit="N m",
         ulps=16,
     ),
@@ -143,8 +143,7 @@ REPLAY: tuple[Tolerance, ...] = (
     ),
     Tolerance(
         "moments in counts",
-        ("control.roll", "control.pitch", "control.yaw", "log.controller.cmd_roll", "log.controller.cmd_pitch",
-         "log.controller.cmd_yaw"),
+        ("control.roll", "control.pitch", "control.yaw", "log.*.cmd_roll", "log.*.cmd_pitch", "log.*.cmd_yaw"),
         "one count: a fraction is cut, and the last bit may lie on either side of a whole number",
         absolute=1,
         unit="counts",
@@ -157,11 +156,18 @@ REPLAY: tuple[Tolerance, ...] = (
         unit="counts",
     ),
     Tolerance(
+        "derivative",
+        ("log.ctrlLee.rpyd?", "log.ctrlINDI.rate_d*", "log.*_outD"),
+        "the difference of two neighbors, divided by their 1 or 2 ms, is 500 times the rounding or more",
+        ulps=16,
+        relative=1e-3,
+    ),
+    Tolerance(
         "other log variable",
         ("log.*",),
         _ROUNDING + "carried along by integrators and filters; relative, because every variable has its own unit",
         ulps=16,
-        relative=1e-5,
+        relative=5e-5,
     ),
     Tolerance(
         "other number",

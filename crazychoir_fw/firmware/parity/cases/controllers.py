@@ -167,7 +167,7 @@ def _mode_rows() -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
 
 @functools.cache
 def _extreme_rows() -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
-    parts = [_smooth_rows(600, seed=seed, size=size) for seed, size in ((2, 5.0), (3, 50.0), (4, 1000.0))]
+    parts = [_smooth_rows(600, seed=seed, size=size) for seed, size in ((2, 3.0), (3, 10.0), (4, 30.0))]
     setpoints, sensors, estimates = (joined_rows(rows) for rows in zip(*parts, strict=True))
     which = np.arange(len(setpoints)) // 100 % 3
     for axis in ("x", "y", "z"):

@@ -68,8 +68,8 @@ def kalman_cases(inputs: Inputs) -> list[Case]:
     cases.append(
         Case(
             name="out of bounds",
-            about="a drone that is said to be 10 km away",
-            run=functools.partial(_made_up, kind=lib.MeasurementTypePosition, parameter=None, far=1e4),
+            about="a drone that is said to be 130 m away",
+            run=functools.partial(_made_up, kind=lib.MeasurementTypePosition, parameter=None, far=130.0),
             **common,
         )
     )
