@@ -103,7 +103,7 @@ def measure(count: int, threads: int, seconds: float, repeats: int) -> dict[str,
         "us_physics": timed * per_step - (onboard + vehicle) / threads,
         "us_onboard": onboard,
         "us_vehicle": vehicle,
-        "bytes_per_drone": lib.cf_state_bytes(),
+        "bytes_per_drone": lib.cf_state_bytes(0),
         "trivial_drone_seconds_per_second": count * seconds / statistics.median(trivial),
     }
 

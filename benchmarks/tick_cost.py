@@ -70,7 +70,7 @@ def main() -> None:
         rows.append({"controller": controller, "estimator": estimator, "us_per_tick": statistics.median(values)})
         print(f"{controller:12} {estimator:14} {rows[-1]['us_per_tick']:.3f} µs per drone and tick")
     if options.json:
-        options.json.write_text(json.dumps({"bytes_per_drone": lib.cf_state_bytes(), "rows": rows}, indent=2) + "\n")
+        options.json.write_text(json.dumps({"bytes_per_drone": lib.cf_state_bytes(0), "rows": rows}, indent=2) + "\n")
 
 
 if __name__ == "__main__":

@@ -2,8 +2,7 @@
 
 #include <math.h>
 
-#define HIGH_LEVEL(cf_) \
-  &(cf_)->onboard.high_level, cf_provider((cf_)->config.provider), (cf_)->provider_state
+#define HIGH_LEVEL(cf_, provider_) &(cf_)->onboard.high_level, provider_, (cf_)->provider_state
 
 static uint64_t now_us(const cf_t *cf) {
   return (uint64_t)cf->onboard.tick * 1000;
@@ -15,10 +14,14 @@ cf_status_t cf_send_setpoint(cf_t *cf, const setpoint_t *setpoint) {
   if (!cf_setpoint_is_finite(setpoint)) {
     return CF_ERR_VALUE;
   }
+  const cf_provider_t *provider = cf_provider_of(cf);
+  if (provider == NULL) {
+    return CF_ERR_STATE;
+  }
   cf->onboard.client_setpoint = *setpoint;
-  const bool is_taken         = cf_commander_set_setpoint(
-      &cf->onboard.commander, cf_provider(cf->config.provider), cf->provider_state, setpoint,
-      COMMANDER_PRIORITY_CRTP, cf->onboard.tick);
+  const bool is_taken =
+      cf_commander_set_setpoint(&cf->onboard.commander, provider, cf->provider_state, setpoint,
+                                COMMANDER_PRIORITY_CRTP, cf->onboard.tick);
   return is_taken ? CF_OK : CF_ERR_STATE;
 }
 
@@ -39,9 +42,9 @@ cf_status_t cf_send_rpyt(cf_t *cf, float roll, float pitch, float yaw, uint16_t 
   const bool        was_hold = onboard->rpyt.is_holding_altitude;
   const cf_status_t status =
       cf_setpoint_rpyt(&setpoint, &onboard->rpyt, priority, roll, pitch, yaw, thrust);
-  if (onboard->rpyt.is_holding_altitude && !was_hold) {
-    cf_provider(cf->config.provider)
-        ->reset_position_control(cf->provider_state, &onboard->estimate.position);
+  const cf_provider_t *provider = cf_provider_of(cf);
+  if (onboard->rpyt.is_holding_altitude && !was_hold && provider != NULL) {
+    provider->reset_position_control(cf->provider_state, &onboard->estimate.position);
   }
   return send_if(cf, status, &setpoint);
 }
@@ -90,40 +93,57 @@ void cf_notify_setpoint_stop(cf_t *cf) {
 // -------------------------------------------------------------------------- high-level commander
 
 cf_status_t cf_takeoff(cf_t *cf, float height, float duration, float yaw, bool use_current_yaw) {
-  return cf_high_level_commander_takeoff(HIGH_LEVEL(cf), height, duration, yaw, use_current_yaw,
-                                         now_us(cf));
+  const cf_provider_t *provider = cf_provider_of(cf);
+  return provider == NULL
+             ? CF_ERR_STATE
+             : cf_high_level_commander_takeoff(HIGH_LEVEL(cf, provider), height, duration, yaw,
+                                               use_current_yaw, now_us(cf));
 }
 
 cf_status_t cf_land(cf_t *cf, float height, float duration, float yaw, bool use_current_yaw) {
-  return cf_high_level_commander_land(HIGH_LEVEL(cf), height, duration, yaw, use_current_yaw,
-                                      now_us(cf));
+  const cf_provider_t *provider = cf_provider_of(cf);
+  return provider == NULL ? CF_ERR_STATE
+                          : cf_high_level_commander_land(HIGH_LEVEL(cf, provider), height, duration,
+                                                         yaw, use_current_yaw, now_us(cf));
 }
 
 cf_status_t cf_stop(cf_t *cf) {
-  return cf_high_level_commander_stop(HIGH_LEVEL(cf));
+  const cf_provider_t *provider = cf_provider_of(cf);
+  return provider == NULL ? CF_ERR_STATE : cf_high_level_commander_stop(HIGH_LEVEL(cf, provider));
 }
 
 cf_status_t cf_go_to(cf_t *cf, float x, float y, float z, float yaw, float duration, bool relative,
                      bool linear) {
-  const struct vec position = {x, y, z};
-  return cf_high_level_commander_go_to(HIGH_LEVEL(cf), position, yaw, duration, relative, linear,
-                                       now_us(cf));
+  const struct vec     position = {x, y, z};
+  const cf_provider_t *provider = cf_provider_of(cf);
+  return provider == NULL ? CF_ERR_STATE
+                          : cf_high_level_commander_go_to(HIGH_LEVEL(cf, provider), position, yaw,
+                                                          duration, relative, linear, now_us(cf));
 }
 
 cf_status_t cf_takeoff_with_velocity(cf_t *cf, float height, bool height_is_relative,
                                      float velocity, float yaw, bool use_current_yaw) {
-  return cf_high_level_commander_takeoff_with_velocity(HIGH_LEVEL(cf), height, height_is_relative,
-                                                       velocity, yaw, use_current_yaw, now_us(cf));
+  const cf_provider_t *provider = cf_provider_of(cf);
+  return provider == NULL ? CF_ERR_STATE
+                          : cf_high_level_commander_takeoff_with_velocity(
+                                HIGH_LEVEL(cf, provider), height, height_is_relative, velocity, yaw,
+                                use_current_yaw, now_us(cf));
 }
 
 cf_status_t cf_land_with_velocity(cf_t *cf, float height, bool height_is_relative, float velocity,
                                   float yaw, bool use_current_yaw) {
-  return cf_high_level_commander_land_with_velocity(HIGH_LEVEL(cf), height, height_is_relative,
-                                                    velocity, yaw, use_current_yaw, now_us(cf));
+  const cf_provider_t *provider = cf_provider_of(cf);
+  return provider == NULL ? CF_ERR_STATE
+                          : cf_high_level_commander_land_with_velocity(
+                                HIGH_LEVEL(cf, provider), height, height_is_relative, velocity, yaw,
+                                use_current_yaw, now_us(cf));
 }
 
 cf_status_t cf_spiral(cf_t *cf, const cf_spiral_t *spiral) {
-  return cf_high_level_commander_spiral(HIGH_LEVEL(cf), spiral, now_us(cf));
+  const cf_provider_t *provider = cf_provider_of(cf);
+  return provider == NULL
+             ? CF_ERR_STATE
+             : cf_high_level_commander_spiral(HIGH_LEVEL(cf, provider), spiral, now_us(cf));
 }
 
 void cf_set_group_mask(cf_t *cf, uint8_t mask) {
@@ -146,17 +166,26 @@ cf_status_t cf_define_trajectory(cf_t *cf, uint8_t id, uint8_t type, uint32_t of
 
 cf_status_t cf_start_trajectory(cf_t *cf, uint8_t id, float timescale, bool relative_position,
                                 bool relative_yaw, bool reversed) {
-  return cf_high_level_commander_start_trajectory(HIGH_LEVEL(cf), id, timescale, relative_position,
-                                                  relative_yaw, reversed, now_us(cf));
+  const cf_provider_t *provider = cf_provider_of(cf);
+  return provider == NULL ? CF_ERR_STATE
+                          : cf_high_level_commander_start_trajectory(
+                                HIGH_LEVEL(cf, provider), id, timescale, relative_position,
+                                relative_yaw, reversed, now_us(cf));
 }
 
 bool cf_is_trajectory_finished(const cf_t *cf) {
-  return cf_high_level_commander_is_trajectory_finished(HIGH_LEVEL(cf), now_us(cf));
+  const cf_provider_t *provider = cf_provider(cf->config.provider);
+  const bool           works    = provider != NULL && cf->onboard.fault != CF_FAULT_SOFTWARE;
+  return !works ||
+         cf_high_level_commander_is_trajectory_finished(HIGH_LEVEL(cf, provider), now_us(cf));
 }
 
 int cf_high_level_packet(cf_t *cf, const uint8_t *data, uint32_t size,
                          uint8_t reply[CF_HIGH_LEVEL_REPLY_BYTES]) {
-  return cf_high_level_commander_packet(HIGH_LEVEL(cf), data, size, now_us(cf), reply);
+  const cf_provider_t *provider = cf_provider_of(cf);
+  return provider == NULL ? CF_ERR_STATE
+                          : cf_high_level_commander_packet(HIGH_LEVEL(cf, provider), data, size,
+                                                           now_us(cf), reply);
 }
 
 // ------------------------------------------------------------------- supervisor and localization

@@ -4,8 +4,11 @@
 #include <string.h>
 
 #include "position_sensing.h"
+#include "providers.h"
 
 _Static_assert(sizeof(cf_t) % sizeof(double) == 0, "MuJoCo stores states as doubles");
+_Static_assert(offsetof(cf_t, provider_state) + CF_PROVIDER_STATE_BYTES == sizeof(cf_t),
+               "the block of the provider may go on behind the struct");
 
 #define MAX_RADIO_ID 255
 #define MAX_POSITION 1e4f  // [m], farther away than this the simulation has run wild
@@ -18,8 +21,23 @@ cf_status_t cf_config_default(cf_config_t *config, cf_platform_t platform) {
   return cf_vehicle_default_config(&config->vehicle, platform);
 }
 
-int cf_state_bytes(void) {
-  return (int)sizeof(cf_t);
+// A library's block may be longer than the member, which every drone has.
+static int block_bytes(int provider) {
+  const int needed = cf_provider_block_bytes(provider);
+  return needed > CF_PROVIDER_STATE_BYTES ? needed : CF_PROVIDER_STATE_BYTES;
+}
+
+int cf_state_bytes(int provider) {
+  const bool exists = provider >= 0 && provider < cf_provider_count();
+  return exists ? (int)offsetof(cf_t, provider_state) + block_bytes(provider) : 0;
+}
+
+const cf_provider_t *cf_provider_of(cf_t *cf) {
+  const cf_provider_t *provider = cf_provider(cf->config.provider);
+  if (provider == NULL) {
+    cf_onboard_fail_because(&cf->onboard, "no copy of the provider can be loaded for this thread");
+  }
+  return cf->onboard.fault != CF_FAULT_SOFTWARE ? provider : NULL;
 }
 
 // --------------------------------------------------------------------------------------- booting
@@ -54,13 +72,20 @@ static int boot_estimator(const cf_config_t *config) {
 }
 
 static cf_status_t boot(cf_t *cf) {
-  const cf_config_t   *config   = &cf->config;
-  const cf_provider_t *provider = cf_provider(config->provider);
-  memset(cf->provider_state, 0, sizeof cf->provider_state);
-  cf->wants_peers          = false;
+  const cf_config_t *config = &cf->config;
+  memset(&cf->onboard, 0, sizeof cf->onboard);
+  memset(cf->provider_state, 0, (size_t)block_bytes(config->provider));
+  cf->wants_peers               = false;
+  const cf_provider_t *provider = cf_provider_of(cf);
+  if (provider == NULL) {
+    return CF_ERR_STATE;
+  }
   const cf_status_t status = provider->init(cf->provider_state, config->platform, 0);
   if (status != CF_OK) {
     return status;
+  }
+  if (cf->onboard.fault != CF_FAULT_NONE) {
+    return CF_ERR_STATE;
   }
 
   set_parameter(provider, cf->provider_state, "kalman", "initialX", config->start_position[0]);
@@ -80,15 +105,21 @@ static cf_status_t boot(cf_t *cf) {
       .radio_id       = radio_id(config),
   };
   const cf_status_t booted = cf_onboard_init(&cf->onboard, provider, cf->provider_state, &onboard);
+  if (booted != CF_OK) {
+    return booted;
+  }
   cf_position_boot(cf);
-  return booted;
+  return cf->onboard.fault == CF_FAULT_NONE ? CF_OK : CF_ERR_STATE;
 }
 
 cf_status_t cf_init(cf_t *cf, const cf_config_t *config) {
   const cf_config_t copy = *config;  // the caller may pass the drone's own
-  memset(cf, 0, sizeof *cf);
+  if (cf_provider_name(copy.provider) == NULL) {
+    return CF_ERR_UNKNOWN;  // nobody knows how much memory there is
+  }
+  memset(cf, 0, (size_t)cf_state_bytes(copy.provider));
   cf->config = copy;
-  if (cf_provider(copy.provider) == NULL || cf_platform_facts(copy.platform) == NULL) {
+  if (cf_platform_facts(copy.platform) == NULL) {
     return CF_ERR_UNKNOWN;
   }
   if (copy.radio_id > MAX_RADIO_ID) {
@@ -99,7 +130,10 @@ cf_status_t cf_init(cf_t *cf, const cf_config_t *config) {
 }
 
 void cf_reboot(cf_t *cf) {
-  boot(cf);  // succeeded with the same configuration before
+  // succeeded with the same configuration before, so that only the provider can have failed
+  if (boot(cf) != CF_OK) {
+    cf_onboard_fail_because(&cf->onboard, "the provider failed at boot");
+  }
 }
 
 // ------------------------------------------------------------------------------------------ tick
@@ -129,9 +163,21 @@ void cf_sense(cf_t *cf, const cf_motion_t *motion, cf_hardware_t *hardware) {
 }
 
 void cf_think(cf_t *cf, const cf_hardware_t *hardware) {
-  const cf_provider_t *provider = cf_provider(cf->config.provider);
+  const cf_provider_t *provider = cf_provider_of(cf);
+  if (provider == NULL) {
+    // time goes on, and nothing else
+    cf_onboard_tick(&cf->onboard, provider, cf->provider_state, hardware);
+    cf->wants_peers = false;
+    return;
+  }
+  if (provider->begin != NULL) {
+    provider->begin(cf->provider_state);
+  }
   cf_onboard_tick(&cf->onboard, provider, cf->provider_state, hardware);
   cf->wants_peers = provider->collision_avoidance_is_enabled(cf->provider_state);
+  if (provider->end != NULL) {
+    provider->end(cf->provider_state);
+  }
 }
 
 void cf_actuate(cf_t *cf) {
@@ -163,9 +209,20 @@ void cf_tell_peers(cf_t *cf, const cf_peer_t *peers, int count) {
 // ------------------------------------------------------------------------------------- variables
 
 void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride) {
-  char *cf = (char *)first;
   for (int i = 0; i < count; i++) {
-    cf_onboard_refresh_logs(&((cf_t *)(void *)(cf + i * stride))->onboard);
+    cf_t *cf = (cf_t *)(void *)((char *)first + i * stride);
+    cf_onboard_refresh_logs(&cf->onboard);
+    const cf_provider_t *provider = cf_provider_of(cf);
+    if (provider != NULL && provider->refresh_logs != NULL) {
+      provider->refresh_logs(cf->provider_state);
+    }
+  }
+}
+
+void cf_parameter_written(cf_t *cf, const char *group, const char *name) {
+  const cf_provider_t *provider = cf_provider_of(cf);
+  if (provider != NULL && provider->parameter_written != NULL) {
+    provider->parameter_written(cf->provider_state, group, name);
   }
 }
 

@@ -49,6 +49,7 @@ typedef struct {
   float specific_force[3];  // [m/s^2], body: +9.81 on z at rest
 } cf_motion_t;
 
+// A drone whose provider needs more memory than the member has is longer, see cf_state_bytes.
 typedef struct {
   cf_config_t config;
 
@@ -62,19 +63,20 @@ typedef struct {
   // here, because the world looks at both in every drone: one cache line less per look
   bool wants_peers;  // collision avoidance was on in the last tick
 
-  uint64_t provider_state[CF_PROVIDER_STATE_BYTES / 8];
+  uint64_t provider_state[CF_PROVIDER_STATE_BYTES / 8];  // stays the last member
 } cf_t;
 
 // Fills the configuration of a stock drone. Returns CF_ERR_UNKNOWN for an unknown platform.
 cf_status_t cf_config_default(cf_config_t *config, cf_platform_t platform);
 
-// Boots a drone at tick 0. Returns CF_ERR_UNKNOWN for a provider, controller or estimator that does
-// not exist and CF_ERR_VALUE for a radio id above 255 or a vehicle that cannot be built; the drone
-// is then unusable.
+// Boots a drone at tick 0, in memory of cf_state_bytes(config->provider). Returns CF_ERR_UNKNOWN
+// for a provider, controller or estimator that does not exist, CF_ERR_VALUE for a radio id above
+// 255 or a vehicle that cannot be built and CF_ERR_STATE for a provider that failed, as
+// onboard.failure says; the drone is then unusable.
 cf_status_t cf_init(cf_t *cf, const cf_config_t *config);
 
 // Boots the onboard software again, as a power cycle would. Battery, rotors and sensor biases stay
-// as they are.
+// as they are. A provider that fails on the way stops the drone.
 void cf_reboot(cf_t *cf);
 
 // One millisecond: sensors, onboard software, motors, rotors and battery. Cannot fail; a drone
@@ -91,16 +93,24 @@ void cf_actuate(cf_t *cf);
 // Has no effect on the drone. A wrench that is not finite is returned as zero.
 void cf_wrench(const cf_t *cf, const cf_motion_t *motion, float force[3], float torque[3]);
 
-// Brings the log variables up to date that nobody pays for in the tick (cf_onboard_refresh_logs),
-// in `count` drones whose states start `stride` bytes apart.
+// Brings the log variables up to date that nobody pays for in the tick (cf_onboard_refresh_logs,
+// refresh_logs of the provider), in `count` drones whose states start `stride` bytes apart.
 void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride);
+
+// To be called after a client wrote a parameter of the drone into its memory.
+void cf_parameter_written(cf_t *cf, const char *group, const char *name);
 
 // Tells the drone where others are, all at once (onboard/peer_localization.h). Who has no
 // wants_peers does not look at them.
 void cf_tell_peers(cf_t *cf, const cf_peer_t *peers, int count);
 
-// Bytes of one drone, a whole number of doubles.
-int cf_state_bytes(void);
+// Bytes of one drone with this provider, a whole number of doubles; 0 for a provider that does not
+// exist.
+int cf_state_bytes(int provider);
+
+// The provider of a drone, for this thread. Null when it has failed, and the drone is stopped with
+// CF_FAULT_SOFTWARE: its code gave up, or the machine has no memory for a copy for this thread.
+const cf_provider_t *cf_provider_of(cf_t *cf);
 
 // Tables of parameters and log variables over a cf_t with this provider; bases count from its
 // start. They fill at most `capacity` tables and return how many there are.

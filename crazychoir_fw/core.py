@@ -9,8 +9,10 @@ import ctypes
 import functools
 import platform as host
 import subprocess
+import threading
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import mujoco
 
@@ -59,12 +61,116 @@ def receive_packet(cf: Any, port: int, channel: int, data: bytes, who: str) -> b
     return bytes(reply.data[0 : reply.length]) if reply.length else None
 
 
+class ProviderLibrary(Protocol):
+    """What `load_library` wants to know of a provider library; `crazychoir_fw.firmware` builds them."""
+
+    @property
+    def path(self) -> str | Path:
+        """File of the shared object."""
+
+    @property
+    def name(self) -> str:
+        """Name by which drones ask for it, such as ``bitcraze``."""
+
+    @property
+    def platform(self) -> str | None:
+        """The airframe that it was built for, such as ``cf2``; None means every one."""
+
+    @property
+    def ranges(self) -> Sequence[tuple[int, int]]:
+        """Where its file-scope variables are: offset within the library and length (bytes), ascending."""
+
+    @property
+    def pointers(self) -> Sequence[int]:
+        """Offsets of the words in there that hold an address (bytes)."""
+
+    @property
+    def identity(self) -> Mapping[str, Any]:
+        """What it was built from, and how."""
+
+
+_identities: dict[int, dict[str, Any]] = {}  # of the libraries, by the number of the provider
+_identities_lock = threading.Lock()
+
+
+def load_library(library: ProviderLibrary) -> int:
+    """Load a provider library into this process, so that drones can ask for it by its name.
+
+    The newest library of a name is the one that drones get; those that fly keep what they have. The same library
+    again gives the same number, and makes it the newest one.
+
+    Args:
+        library: The library with its image map.
+
+    Returns:
+        Its number as a provider, 1 or more.
+
+    Raises:
+        UnknownNameError: If there is no such file or platform.
+        RangeError: If the file is no provider library, or its image map does not fit.
+        StateError: If it was built for another version of this package.
+    """
+    platforms = platform_names()
+    if library.platform is not None and library.platform not in platforms:
+        raise UnknownNameError(
+            f"library '{library.name}' is for platform '{library.platform}', allowed: {', '.join(platforms)}"
+        )
+    path, name = str(library.path).encode(), library.name.encode()
+    words = {"path": ffi.new("char[]", path), "name": ffi.new("char[]", name)}
+    ranges = ffi.new("cf_image_range_t[]", [tuple(item) for item in library.ranges])
+    pointers = ffi.new("uint32_t[]", list(library.pointers))
+    request = ffi.new("cf_library_t *", words)
+    request.platform = -1 if library.platform is None else platforms.index(library.platform)
+    request.map = {
+        "ranges": ranges,
+        "n_ranges": len(library.ranges),
+        "pointers": pointers,
+        "n_pointers": len(library.pointers),
+    }
+    message = ffi.new("char[]", lib.CF_LIBRARY_MESSAGE_BYTES)
+    number = lib.cf_library_load(request, message)
+    if number < 0:
+        raise _EXCEPTIONS.get(number, CrazychoirError)(ffi.string(message).decode(errors="replace"))
+    with _identities_lock:
+        _identities[number] = dict(library.identity)
+    return int(number)
+
+
+def provider_identity(number: int) -> dict[str, Any]:
+    """Return what a provider was built from: for a library what it says itself, for the built-in one the core's build.
+
+    Raises:
+        UnknownNameError: If there is no provider of this number.
+    """
+    count = lib.cf_provider_count()
+    if not 0 <= number < count:
+        raise UnknownNameError(f"no provider number {number}, there are {count}, counted from 0")
+    name = ffi.string(lib.cf_provider_name(number)).decode()
+    if number == 0:
+        build = identity()
+        return {"provider": name, **{key: build[key] for key in ("version", "compiler", "flags")}}
+    with _identities_lock:
+        return {"provider": name, **_identities.get(number, {})}
+
+
+def find_provider(name: str, platform: str) -> int | None:
+    """Return the number of the newest provider of this name for an airframe, or None."""
+    platforms = platform_names()
+    if platform not in platforms:
+        return None
+    number = lib.cf_provider_find(name.encode(), platforms.index(platform))
+    return int(number) if number >= 0 else None
+
+
+def platform_names() -> list[str]:
+    """Return the names of the airframes, in the order of their numbers."""
+    return [ffi.string(lib.cf_platform_facts(i).name).decode() for i in range(lib.CF_PLATFORM_COUNT)]
+
+
 def providers() -> list[str]:
-    """Return the names of the providers of this build, the default one first."""
-    names = []
-    while (provider := lib.cf_provider(len(names))) != ffi.NULL:
-        names.append(ffi.string(provider.name).decode())
-    return names
+    """Return the names of the providers that are loaded, each once, the built-in one first."""
+    names = [ffi.string(lib.cf_provider_name(i)).decode() for i in range(lib.cf_provider_count())]
+    return list(dict.fromkeys(names))
 
 
 def choices(attribute: str) -> list[str]:
@@ -74,10 +180,11 @@ def choices(attribute: str) -> list[str]:
 
 def attributes() -> dict[str, tuple[str, str]]:
     """Return the attributes of the engine plugin: name to (allowed values, meaning)."""
-    text = ffi.new("char[]", 256)
+    room = 256 + lib.CF_LIBRARY_NAME_BYTES * lib.cf_provider_count()
+    text = ffi.new("char[]", room)
     table = {}
     for i in range(lib.cf_attribute_count()):
-        lib.cf_attribute_range(i, text, 256)
+        lib.cf_attribute_range(i, text, room)
         name = ffi.string(lib.cf_attribute_name(i)).decode()
         table[name] = (ffi.string(text).decode(), ffi.string(lib.cf_attribute_doc(i)).decode())
     return table
@@ -144,13 +251,14 @@ def info() -> dict[str, Any]:
         **identity(),
         "provider": providers()[0],
         "providers": providers(),
+        "libraries": [provider_identity(number) for number in range(1, lib.cf_provider_count())],
         "firmware": _firmware_checkout(),
         "platform": f"{host.system()} {host.machine()}",
         "controllers": choices("controller"),
         "estimators": choices("estimator"),
         "parameters": len(parameter_table()),
         "logs": len(log_table()),
-        "state_bytes": lib.cf_state_bytes(),
+        "state_bytes": lib.cf_state_bytes(0),
         "ros": _ros_distribution(),
         "python": host.python_version(),
     }

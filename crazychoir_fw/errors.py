@@ -27,3 +27,19 @@ class BlockedError(StateError):
 
 class MissionError(CrazychoirError, ValueError):
     """A mission file cannot be flown; the text names file, key, value and what is allowed."""
+
+
+class CheckoutError(CrazychoirError):
+    """There is no usable checkout of the firmware; the text names the folder and the command that mends it."""
+
+
+class BuildError(CrazychoirError):
+    """A provider library could not be built."""
+
+
+class CompileError(BuildError):
+    """Sources do not compile; the text is what the compiler printed, after one line that counts the files."""
+
+
+class LinkError(BuildError):
+    """Objects do not fit together; the text names the symbols and who needs them."""

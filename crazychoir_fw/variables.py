@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import check
+from crazychoir_fw.core import check, platform_names
 from crazychoir_fw.errors import UnknownNameError
 
 _DTYPES: dict[int, np.dtype] = {
@@ -85,16 +85,16 @@ def factory_values(platform: str, table: Mapping[str, Variable], provider: int =
         provider: Number of the provider.
 
     Raises:
-        UnknownNameError: If there is no such platform.
+        UnknownNameError: If there is no such platform or provider.
     """
-    names = [ffi.string(lib.cf_platform_facts(i).name).decode() for i in range(lib.CF_PLATFORM_COUNT)]
+    names = platform_names()
     if platform not in names:
         raise UnknownNameError(f"no platform named '{platform}', allowed: {', '.join(names)}")
-    config, drone = ffi.new("cf_config_t *"), ffi.new("cf_t *")
+    config, block = ffi.new("cf_config_t *"), ffi.new("uint64_t[]", lib.cf_state_bytes(provider) // 8)
     check(lib.cf_config_default(config, names.index(platform)), platform)
     config.provider = provider
-    check(lib.cf_init(drone, config), platform)
-    memory = np.frombuffer(ffi.buffer(drone), np.uint8)
+    check(lib.cf_init(ffi.cast("cf_t *", block), config), platform)
+    memory = np.frombuffer(ffi.buffer(block), np.uint8)
     return {
         name: memory[row.offset : row.offset + row.dtype.itemsize].view(row.dtype)[0].item()
         for name, row in table.items()

@@ -315,7 +315,7 @@ static int logs(cf_variables_t *tables, int capacity) {
 static const cf_provider_t BUILTIN = {
     .name                              = "builtin",
     .platform                          = -1,
-    .state_bytes                       = sizeof(cf_builtin_t),
+    .state_bytes                       = (sizeof(cf_builtin_t) + 7) / 8 * 8,
     .init                              = init,
     .controller_init                   = controller_init,
     .controller_type                   = controller_type,

@@ -7,6 +7,9 @@
 #include <string.h>
 
 #include "mujoco_plugin/attribute_table.h"
+#include "providers.h"
+
+#define EVERY_PLATFORM (-1)
 
 int cf_attribute_count(void) {
   int count = 0;
@@ -24,10 +27,34 @@ const char *cf_attribute_doc(int i) {
   return cf_attribute(i) != NULL ? cf_attribute(i)->doc : NULL;
 }
 
+static bool has_platform(int provider, int platform) {
+  const int own = cf_provider_platform(provider);
+  return platform == EVERY_PLATFORM || own == -1 || own == platform;
+}
+
+// Names of the providers for a platform, each once.
+static void list_providers(int platform, char *text, int capacity) {
+  int used = 0;
+  for (int i = 0; i < cf_provider_count() && used < capacity; i++) {
+    bool is_new = has_platform(i, platform);
+    for (int k = 0; k < i && is_new; k++) {
+      is_new = !has_platform(k, platform) || strcmp(cf_provider_name(k), cf_provider_name(i)) != 0;
+    }
+    if (is_new) {
+      used += snprintf(text + used, (size_t)(capacity - used), "%s%s", used == 0 ? "" : " | ",
+                       cf_provider_name(i));
+    }
+  }
+}
+
 void cf_attribute_range(int i, char *text, int capacity) {
   const attribute_t *a = cf_attribute(i);
   text[0]              = '\0';
   if (a == NULL) {
+    return;
+  }
+  if (a->kind == KIND_PROVIDER) {
+    list_providers(EVERY_PLATFORM, text, capacity);
     return;
   }
   if (a->kind == KIND_VECTOR) {
@@ -59,6 +86,15 @@ static cf_status_t set_choice(cf_config_t *config, const attribute_t *a, const c
     }
   }
   return CF_ERR_VALUE;
+}
+
+static cf_status_t set_provider(cf_config_t *config, const attribute_t *a, const char *text) {
+  const int number = cf_provider_find(text, config->platform);
+  if (number < 0) {
+    return CF_ERR_VALUE;
+  }
+  memcpy((char *)config + a->offset, &number, sizeof number);
+  return CF_OK;
 }
 
 static cf_status_t set_number(cf_config_t *config, const attribute_t *a, const char *text) {
@@ -116,9 +152,31 @@ static cf_status_t set(cf_config_t *config, const attribute_t *a, const char *te
       return set_choice(config, a, text);
     case KIND_VECTOR:
       return set_vector(config, a, text);
+    case KIND_PROVIDER:
+      return set_provider(config, a, text);
     default:
       return set_number(config, a, text);
   }
+}
+
+static void explain(const cf_config_t *config, int i, const char *text,
+                    char message[CF_ATTRIBUTE_MESSAGE_BYTES]) {
+  const attribute_t *a = cf_attribute(i);
+  char               range[CF_ATTRIBUTE_MESSAGE_BYTES / 2];
+  cf_attribute_range(i, range, (int)sizeof range);
+  if (a->kind != KIND_PROVIDER) {
+    snprintf(message, CF_ATTRIBUTE_MESSAGE_BYTES, "%s is '%.60s', allowed: %s", a->name, text,
+             range);
+    return;
+  }
+  const char *platform = cf_platform_facts(config->platform)->name;
+  char        hint[64] = "";
+  if (strcmp(text, "bitcraze") == 0) {
+    snprintf(hint, sizeof hint, "; run `crazychoir firmware build --platform %s`", platform);
+  }
+  list_providers((int)config->platform, range, (int)sizeof range);
+  snprintf(message, CF_ATTRIBUTE_MESSAGE_BYTES, "provider is '%.40s', allowed: %s%s", text, range,
+           hint);
 }
 
 cf_status_t cf_attribute_set(cf_config_t *config, int i, const char *text,
@@ -134,10 +192,7 @@ cf_status_t cf_attribute_set(cf_config_t *config, int i, const char *text,
 
   const cf_status_t status = set(config, a, text);
   if (status != CF_OK) {
-    char range[CF_ATTRIBUTE_MESSAGE_BYTES / 2];
-    cf_attribute_range(i, range, (int)sizeof range);
-    snprintf(message, CF_ATTRIBUTE_MESSAGE_BYTES, "%s is '%.60s', allowed: %s", a->name, text,
-             range);
+    explain(config, i, text, message);
     return status;
   }
   if (i == 0) {

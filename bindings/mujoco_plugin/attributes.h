@@ -19,7 +19,7 @@ void cf_attribute_range(int i, char *text, int capacity);
 
 // Sets attribute i from text; empty text leaves the default. Attribute 0 is the platform and must
 // be set first, because it chooses the defaults of the others. On CF_ERR_VALUE `message` says what
-// is allowed.
+// is allowed. The words for a provider are the names of those that are loaded.
 cf_status_t cf_attribute_set(cf_config_t *config, int i, const char *text,
                              char message[CF_ATTRIBUTE_MESSAGE_BYTES]);
 

@@ -39,9 +39,7 @@ static void compute(const mjModel *model, mjData *data, int instance, int capabi
 // ---------------------------------------------------------------------------- life of an instance
 
 static int state_size(const mjModel *model, int instance) {
-  (void)model;
-  (void)instance;
-  return cf_state_bytes() / (int)sizeof(mjtNum);
+  return cf_state_bytes(cf_swarm_provider(&mj, model, instance)) / (int)sizeof(mjtNum);
 }
 
 static swarm_t *swarm_of(const mjModel *model, const mjData *data) {

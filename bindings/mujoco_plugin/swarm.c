@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "mujoco_plugin/attributes.h"
+#include "providers.h"
 
 #define TICK 0.001  // [s]
 
@@ -72,15 +73,57 @@ static void read_attributes(const cf_mujoco_api_t *mj, drone_t *drone, const mjM
   }
 }
 
+int cf_swarm_provider(const cf_mujoco_api_t *mj, const mjModel *model, int instance) {
+  cf_config_t config;
+  cf_config_default(&config, CF_PLATFORM_CF2);
+  for (int i = 0; i < cf_attribute_count(); i++) {
+    char        message[CF_ATTRIBUTE_MESSAGE_BYTES];
+    const char *name = cf_attribute_name(i);
+    if (strcmp(name, "platform") == 0 || strcmp(name, "provider") == 0) {
+      cf_attribute_set(&config, i, mj->get_config(model, instance, name), message);
+    }
+  }
+  return config.provider;
+}
+
+// The state of a drone has the size that the provider asked for when the model was compiled.
+static void check_size(const cf_mujoco_api_t *mj, const drone_t *drone, const mjModel *model) {
+  const int bytes = model->plugin_statenum[drone->instance] * (int)sizeof(mjtNum);
+  if (bytes != cf_state_bytes(drone->config.provider)) {
+    mj->error(
+        "crazyflie %s: provider '%s' was built again and keeps more or less than before; compile "
+        "the model again",
+        body_name(mj, model, drone->body), cf_provider_name(drone->config.provider));
+  }
+}
+
+static void refuse_unknown(const cf_mujoco_api_t *mj, const drone_t *drone, const mjModel *model) {
+  const cf_provider_t *provider      = cf_provider(drone->config.provider);
+  const bool           is_controller = drone->config.controller != ControllerTypeAutoSelect &&
+                                       provider != NULL &&
+                                       provider->controller_name(drone->config.controller) == NULL;
+  const char          *what          = is_controller ? "controller" : "estimator";
+  mj->error("crazyflie %s: %s is '%s', but provider '%s' has none of that name",
+            body_name(mj, model, drone->body), what, mj->get_config(model, drone->instance, what),
+            cf_provider_name(drone->config.provider));
+}
+
 // Numbers that are fine by themselves may not fit together.
 static void check_config(const cf_mujoco_api_t *mj, const drone_t *drone, const mjModel *model) {
-  cf_t *trial = malloc(sizeof *trial);
+  cf_t *trial = malloc((size_t)cf_state_bytes(drone->config.provider));
   if (trial == NULL) {
     return;
   }
   const cf_status_t status = cf_init(trial, &drone->config);
+  char              failure[CF_FAILURE_BYTES];
+  memcpy(failure, trial->onboard.failure, sizeof failure);
   free(trial);
-  if (status == CF_ERR_CAPACITY) {
+  if (status == CF_ERR_UNKNOWN) {
+    refuse_unknown(mj, drone, model);
+  } else if (status != CF_OK && failure[0] != '\0') {
+    mj->error("crazyflie %s: provider '%s' cannot boot: %s", body_name(mj, model, drone->body),
+              cf_provider_name(drone->config.provider), failure);
+  } else if (status == CF_ERR_CAPACITY) {
     mj->error(
         "crazyflie %s: mocap_latency_ms is %u at a mocap_rate of %u Hz, allowed: fewer than %d "
         "poses under way",
@@ -111,6 +154,7 @@ static void bind(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model
   read_inertia(drone, model);
   read_attributes(mj, drone, model, index);
   read_start_pose(drone, model);
+  check_size(mj, drone, model);
   check_config(mj, drone, model);
 }
 

@@ -59,6 +59,10 @@ void     cf_swarm_free(swarm_t *swarm);
 // The drone that belongs to a plugin instance.
 drone_t *cf_swarm_find(swarm_t *swarm, int instance);
 
+// Number of the provider that a plugin instance asks for. Where its attributes are wrong it is the
+// built-in one; cf_swarm_new says what is wrong.
+int cf_swarm_provider(const cf_mujoco_api_t *mj, const mjModel *model, int instance);
+
 // Checks that steps and ticks fit together. Ends in mju_error otherwise.
 void cf_swarm_check_timestep(const cf_mujoco_api_t *mj, double timestep);
 

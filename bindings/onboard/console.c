@@ -13,6 +13,10 @@ static void put(cf_console_t *console, const char *part) {
   }
 }
 
+void cf_console_print(cf_console_t *console, const char *text) {
+  put(console, text);
+}
+
 void cf_console_print_line(cf_console_t *console, const char *part1, const char *part2,
                            const char *part3) {
   put(console, part1);

@@ -20,6 +20,9 @@ void cf_console_init(cf_console_t *console);
 void cf_console_print_line(cf_console_t *console, const char *part1, const char *part2,
                            const char *part3);
 
+// Prints text as it is.
+void cf_console_print(cf_console_t *console, const char *text);
+
 // Copies what was printed after the first `seen` characters, oldest first and at most `capacity`,
 // and returns how many characters were copied; `first` becomes the number of the first one, which
 // is more than `seen` when older ones have left the ring.

@@ -25,12 +25,15 @@ void cf_estimator_init(cf_estimator_t *estimator, const cf_provider_t *provider,
 
 bool cf_estimator_switch_to(cf_estimator_t *estimator, const cf_provider_t *provider,
                             void *provider_state, int type, uint32_t now_ms) {
-  if (cf_estimator_name(type) == NULL) {
+  if (!cf_estimator_exists(provider, type)) {
     return false;
   }
   if (type == StateEstimatorTypeKalman) {
     restart_filter(estimator, provider, provider_state, now_ms);
     estimator->type = StateEstimatorTypeKalman;
+  } else if (type == StateEstimatorTypeOutOfTree) {
+    provider->out_of_tree_estimator_init(provider_state);
+    estimator->type = StateEstimatorTypeOutOfTree;
   } else {
     provider->complementary_init(provider_state);
     estimator->type = StateEstimatorTypeComplementary;
@@ -38,8 +41,14 @@ bool cf_estimator_switch_to(cf_estimator_t *estimator, const cf_provider_t *prov
   return true;
 }
 
+bool cf_estimator_exists(const cf_provider_t *provider, int type) {
+  return cf_estimator_name(type) != NULL &&
+         (type != StateEstimatorTypeOutOfTree || provider->out_of_tree_estimator != NULL);
+}
+
 const char *cf_estimator_name(int type) {
-  static const char *const NAMES[StateEstimatorType_COUNT] = {"None", "Complementary", "Kalman"};
+  static const char *const NAMES[StateEstimatorType_COUNT] = {"None", "Complementary", "Kalman",
+                                                              "OutOfTree"};
   return type >= 0 && type < StateEstimatorType_COUNT ? NAMES[type] : NULL;
 }
 
@@ -78,11 +87,29 @@ static void keep(cf_latest_samples_t *latest, const measurement_t *measurement) 
   }
 }
 
+// Sweep angles refer to base stations by their number; the estimator gets them with pointers.
+static void run_out_of_tree(cf_estimator_t *estimator, const cf_provider_t *provider,
+                            void *provider_state, state_t *estimate, stabilizerStep_t step,
+                            uint32_t now_ms) {
+  measurement_t       queue[CF_ESTIMATOR_QUEUE_SIZE];
+  cf_resolved_sweep_t sweeps[CF_ESTIMATOR_QUEUE_SIZE];
+  const uint32_t      count = estimator->queue_count;
+  for (uint32_t i = 0; i < count; i++) {
+    queue[i] = *cf_lighthouse_resolve(&sweeps[i], &estimator->queue[i], &estimator->stations);
+  }
+  estimator->queue_count = 0;
+  provider->out_of_tree_estimator(provider_state, queue, (int)count, estimate, step, now_ms);
+}
+
 void cf_estimator_update(cf_estimator_t *estimator, const cf_provider_t *provider,
                          void *provider_state, state_t *estimate, stabilizerStep_t step,
                          uint32_t now_ms) {
   if (estimator->type == StateEstimatorTypeKalman) {
     cf_estimator_get(estimator, estimate);
+    return;
+  }
+  if (estimator->type == StateEstimatorTypeOutOfTree) {
+    run_out_of_tree(estimator, provider, provider_state, estimate, step, now_ms);
     return;
   }
   for (uint32_t i = 0; i < estimator->queue_count; i++) {

@@ -2,9 +2,10 @@
  * 1 kHz loop around the Kalman filter of a provider (estimators dossier 8, 9 and 10.1).
  *
  * In every tick of the stabilizer comes first the estimate (cf_estimator_update). The complementary
- * estimator computes it there and then. The Kalman filter has a task of its own, one loop per tick
- * (cf_estimator_run) after the stabilizer's: the controllers see the state of the tick before. The
- * task of an estimator that is not selected stands still, and all measurements go to the other. */
+ * estimator and the user's own compute it there and then. The Kalman filter has a task of its own,
+ * one loop per tick (cf_estimator_run) after the stabilizer's: the controllers see the state of the
+ * tick before. The task of an estimator that is not selected stands still, and all measurements go
+ * to the other. */
 #ifndef CF_ONBOARD_ESTIMATOR_H
 #define CF_ONBOARD_ESTIMATOR_H
 
@@ -23,7 +24,8 @@ typedef enum {
   StateEstimatorTypeAutoSelect    = 0,  // becomes the complementary one
   StateEstimatorTypeComplementary = 1,
   StateEstimatorTypeKalman        = 2,
-  StateEstimatorType_COUNT        = 3,
+  StateEstimatorTypeOutOfTree     = 3,  // a user's own C, where the provider carries one
+  StateEstimatorType_COUNT        = 4,
 } StateEstimatorType;
 
 #define CF_ESTIMATOR_QUEUE_SIZE 20
@@ -76,9 +78,12 @@ void cf_estimator_init(cf_estimator_t *estimator, const cf_provider_t *provider,
 
 // Selects an estimator. AutoSelect becomes the default, the complementary one; the Kalman filter
 // restarts from kalman.initialX and so on, the complementary estimator goes on from where it was.
-// A number that does not exist changes nothing and returns false.
+// A number that does not exist with this provider changes nothing and returns false.
 bool cf_estimator_switch_to(cf_estimator_t *estimator, const cf_provider_t *provider,
                             void *provider_state, int type, uint32_t now_ms);
+
+// Whether there is an estimator of this number. AutoSelect counts.
+bool cf_estimator_exists(const cf_provider_t *provider, int type);
 
 // Returns the name of an estimator, "None" for AutoSelect, null for a number that does not exist.
 const char *cf_estimator_name(int type);
@@ -87,9 +92,9 @@ const char *cf_estimator_name(int type);
 // false and counts it.
 bool cf_estimator_enqueue(cf_estimator_t *estimator, const measurement_t *measurement);
 
-// The estimate for this step of the stabilizer. The Kalman filter's is a copy; the complementary
-// estimator takes what is in the queue, and leaves horizontal velocity and acceleration as they are
-// in `estimate`.
+// The estimate for this step of the stabilizer. The Kalman filter's is a copy; the others take what
+// is in the queue. The complementary estimator leaves horizontal velocity and acceleration as they
+// are in `estimate`, and the user's own whatever it does not write.
 void cf_estimator_update(cf_estimator_t *estimator, const cf_provider_t *provider,
                          void *provider_state, state_t *estimate, stabilizerStep_t step,
                          uint32_t now_ms);

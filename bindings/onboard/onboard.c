@@ -1,6 +1,7 @@
 #include "onboard/onboard.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #define SENSORS_START_UP 1000     // [ms], estimators dossier section 12.1
@@ -20,13 +21,15 @@ static void tell_controller(cf_onboard_t *onboard, const cf_provider_t *provider
 
 cf_status_t cf_onboard_init(cf_onboard_t *onboard, const cf_provider_t *provider,
                             void *provider_state, const cf_boot_t *boot) {
+  const cf_console_t console = onboard->console;
   memset(onboard, 0, sizeof *onboard);
+  onboard->console          = console;
   onboard->ext_pos_std_dev  = EXT_POS_STD_DEV;
   onboard->ext_quat_std_dev = EXT_QUAT_STD_DEV;
   onboard->supply_voltage   = SUPPLY_START;
   onboard->radio_id         = boot->radio_id;
 
-  if (cf_estimator_name(boot->estimator) == NULL) {
+  if (!cf_estimator_exists(provider, boot->estimator)) {
     return CF_ERR_UNKNOWN;
   }
   const cf_status_t status = provider->controller_init(provider_state, boot->controller);
@@ -48,7 +51,6 @@ cf_status_t cf_onboard_init(cf_onboard_t *onboard, const cf_provider_t *provider
   cf_power_management_init(&onboard->power, boot->platform);
   cf_health_init(&onboard->health, boot->platform);
   cf_system_variables_init(&onboard->system, boot->seed, boot->serial);
-  cf_console_init(&onboard->console);
   tell_controller(onboard, provider);
   return CF_OK;
 }
@@ -89,6 +91,8 @@ const char *cf_fault_text(cf_fault_t fault) {
       return "the state estimate is not a number";
     case CF_FAULT_CONTROL:
       return "the controller's output is not a number";
+    case CF_FAULT_SOFTWARE:
+      return "the onboard software failed";
   }
   return "unknown fault";
 }
@@ -105,6 +109,14 @@ void cf_onboard_fail(cf_onboard_t *onboard, cf_fault_t fault) {
   onboard->supervisor.is_flying = 0;
   onboard->supervisor.is_armed  = false;
   onboard->supervisor.info      = CF_SUPERVISOR_INFO_IS_LOCKED;
+}
+
+void cf_onboard_fail_because(cf_onboard_t *onboard, const char *reason) {
+  if (onboard->fault == CF_FAULT_NONE) {
+    snprintf(onboard->failure, sizeof onboard->failure, "%s", reason);
+    cf_onboard_fail(onboard, CF_FAULT_SOFTWARE);
+    cf_console_print_line(&onboard->console, "SYS: ", onboard->failure, NULL);
+  }
 }
 
 static bool is_finite_estimate(const state_t *s) {
@@ -307,11 +319,13 @@ void cf_onboard_tick(cf_onboard_t *onboard, const cf_provider_t *provider, void 
     onboard->step = 1;
   }
   iterate(onboard, provider, provider_state);
-  if (onboard->fault != CF_FAULT_NONE) {
-    return;
+  if (onboard->fault == CF_FAULT_NONE) {
+    // the estimator's task runs when the loop has finished: its result is seen one step later
+    cf_estimator_run(&onboard->estimator, provider, provider_state, onboard->tick,
+                     cf_supervisor_is_flying(&onboard->supervisor));
   }
-
-  // the estimator's task runs when the loop has finished: its result is seen one step later
-  cf_estimator_run(&onboard->estimator, provider, provider_state, onboard->tick,
-                   cf_supervisor_is_flying(&onboard->supervisor));
+  if (onboard->fault != CF_FAULT_NONE) {
+    // the provider may have failed at any place, and what came after it has set the motors
+    cf_onboard_fail(onboard, onboard->fault);
+  }
 }

@@ -1,10 +1,11 @@
-"""The command line: `crazychoir fly MISSION.yaml`, `crazychoir info` and `crazychoir variables`.
+"""The command line: `crazychoir fly MISSION.yaml`, `crazychoir info`, `variables` and `firmware`.
 
 One module per command. Whatever is slow to import, a command imports when it runs.
 """
 
 import typer
 
+from crazychoir_fw.cli.firmware import firmware
 from crazychoir_fw.cli.fly import fly
 from crazychoir_fw.cli.info import info
 from crazychoir_fw.cli.variables import variables
@@ -18,5 +19,6 @@ app = typer.Typer(
 app.command()(fly)
 app.command()(info)
 app.command()(variables)
+app.add_typer(firmware, name="firmware")
 
 __all__ = ["app"]

@@ -11,10 +11,9 @@ from crazychoir_fw.mission.section import Section
 from crazychoir_fw.mission.values import choice, number, parameter_values, point, whole, word
 
 PLATFORMS = ("cf2", "cf21bl")
-CONTROLLERS = ("pid", "mellinger", "indi", "brescianini", "lee")
-ESTIMATORS = ("kalman", "complementary")
+CONTROLLERS = ("pid", "mellinger", "indi", "brescianini", "lee", "out_of_tree")
+ESTIMATORS = ("kalman", "complementary", "out_of_tree")
 POSITIONINGS = ("mocap", "mocap_position", "lighthouse", "loco_twr", "loco_tdoa2", "loco_tdoa3", "flow", "none")
-PROVIDERS = ("builtin",)
 
 FORCE_CONTROLLERS = ("brescianini", "lee")
 """Controllers that command newtons: for them the firmware's log of the thrust shows a torque."""
@@ -40,8 +39,8 @@ class Settings(Section):
     positioning: Annotated[str, choice(*POSITIONINGS)] | None = None
     """Where position measurements come from."""
 
-    provider: Annotated[str, choice(*PROVIDERS)] | None = None
-    """Whose implementation of the onboard software flies."""
+    provider: Annotated[str, word(r"[A-Za-z][\w.+-]{0,62}", "the name of a provider, such as builtin")] | None = None
+    """Whose implementation of the onboard software flies; `builtin` is ours, others are loaded before the flight."""
 
     noise: Annotated[float, number(0.0, 100.0)] | None = None
     """Factor on all sensor noise: 0 is noise-free, 1 is the real vehicle."""

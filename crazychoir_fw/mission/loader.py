@@ -61,7 +61,8 @@ def parse_mission(
         data["seed"] = seed
 
     try:
-        mission = Mission.model_validate(data, context={"folder": Path(folder)})
+        context = {"folder": Path(folder), "has_own_software": _has_own_software(data, provider)}
+        mission = Mission.model_validate(data, context=context)
         _check_fleet(mission)
         plan_flight(mission)
     except ValidationError as error:
@@ -130,6 +131,15 @@ def _complaint(error: yaml.YAMLError, text: str) -> str:
     reason = getattr(error, "problem", None) or getattr(error, "reason", None) or str(error)
     where = f", line {mark.line + 1}, column {mark.column + 1}" if mark else ""
     return f"{where}: {_one_line(str(reason))}"
+
+
+def _has_own_software(data: Mapping[str, Any], override: str | None) -> bool:
+    """Tell whether a drone may fly with software that brings parameters of its own."""
+    if override is not None:
+        return override != "builtin"
+    drones = data.get("drones")
+    sections = [data.get("defaults"), *(drones if isinstance(drones, list) else [drones])]
+    return any(isinstance(section, Mapping) and section.get("provider", "builtin") != "builtin" for section in sections)
 
 
 def _check_fleet(mission: Mission) -> None:

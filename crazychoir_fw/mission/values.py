@@ -10,10 +10,12 @@ from difflib import get_close_matches
 from numbers import Integral, Real
 
 import numpy as np
-from pydantic import BeforeValidator
+from pydantic import BeforeValidator, ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from crazychoir_fw.variables import parameter_table
+
+_LARGEST = float(np.finfo(np.float32).max)
 
 
 def refusal(must: str, path: str = "") -> PydanticCustomError:
@@ -94,15 +96,21 @@ def word(pattern: str, must: str) -> BeforeValidator:
 
 
 def parameter_values() -> BeforeValidator:
-    """A mapping from names of onboard parameters to numbers that fit into them."""
+    """A mapping from names of onboard parameters to numbers that fit into them.
+
+    Software that is loaded before the flight may bring parameters that nobody knows yet; they are checked then.
+    """
     must = "a mapping from onboard parameters to numbers, such as {colAv.enable: 1}"
 
-    def check(value: object) -> dict[str, float]:
+    def check(value: object, info: ValidationInfo) -> dict[str, float]:
         if not isinstance(value, Mapping):
             raise refusal(must)
         table = parameter_table()
+        has_own_software = (info.context or {}).get("has_own_software", False)
         for name, amount in value.items():
             if name not in table:
+                if has_own_software and is_number(amount, -_LARGEST, _LARGEST) and re.fullmatch(r"\w+\.\w+", str(name)):
+                    continue
                 raise refusal(must + did_you_mean(name, table))
             kind = table[name].dtype
             low, high = _range_of(kind)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.report.replacing import replacing
+from crazychoir_fw.replacing import replacing
 
 _SIGNAL = "signal/"  # prefix of the signals among the members of the file
 

@@ -14,8 +14,8 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 from numpy.typing import NDArray
 
+from crazychoir_fw.replacing import replacing
 from crazychoir_fw.report.flight_log import FlightLog
-from crazychoir_fw.report.replacing import replacing
 
 _FEW = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#6A3D9A", "#444444")
 """Colors that people with any color vision tell apart (Okabe and Ito, yellow replaced for white paper)."""

@@ -10,10 +10,10 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from crazychoir_fw.replacing import replacing
 from crazychoir_fw.report.camera import CameraPath, follow
 from crazychoir_fw.report.opengl import RenderingError, rendering_available
 from crazychoir_fw.report.renderer import Renderer
-from crazychoir_fw.report.replacing import replacing
 from crazychoir_fw.report.trails import Trails
 
 __all__ = ["RenderingError", "VideoWriter", "film_flight", "picture", "rendering_available"]

@@ -37,10 +37,10 @@ class Drone:
         self.id = config.id
         qpos, qvel, state = body_addresses(model, config.id)
         self.qpos_address = qpos
-        size = lib.cf_state_bytes()
+        size = int(model.plugin_statenum[model.body_plugin[model.body(config.id).id]])
         self._qpos = data.qpos[qpos : qpos + 7]
         self._qvel = data.qvel[qvel : qvel + 6]
-        self.memory: NDArray[np.uint8] = data.plugin_state[state : state + size // 8].view(np.uint8)
+        self.memory: NDArray[np.uint8] = data.plugin_state[state : state + size].view(np.uint8)
         self._cf: Any = struct_view("cf_t", address_of(self.memory))
 
         provider = self._cf.config.provider
@@ -126,6 +126,8 @@ class Drone:
         if onboard.fault == lib.CF_FAULT_NONE:
             return None
         reason = ffi.string(lib.cf_fault_text(onboard.fault)).decode()
+        if onboard.fault == lib.CF_FAULT_SOFTWARE:
+            reason += f": {ffi.string(onboard.failure).decode(errors='replace')}"
         return f"{self.id}: {reason} (at {onboard.fault_tick / 1000:.3f} s)"
 
     @property

@@ -16,6 +16,7 @@ from crazychoir_fw.simulation.builder import build_model
 from crazychoir_fw.simulation.clients import Param
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
+from crazychoir_fw.simulation.provider_words import load_providers
 
 TICKS_PER_SECOND = 1000
 SETTLE_S = 2.0
@@ -44,11 +45,12 @@ class World:
 
         Raises:
             RangeError: If a value is outside its range; the message names drone, value and range.
-            UnknownNameError: If there is no such scene, platform or onboard parameter.
+            UnknownNameError: If there is no such scene, platform, provider or onboard parameter.
         """
         register_plugin()
         if threads is not None:
             set_threads(threads)
+        load_providers((drone.provider, drone.platform) for drone in drones)
         self.seed = seed
         self.scene = str(scene)
         self.model = build_model(drones, scene, seed, visuals)

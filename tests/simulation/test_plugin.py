@@ -68,7 +68,7 @@ def run(model, data, seconds):
 
 def test_whole_drone_lives_in_the_plugin_state():
     model = compile_mjcf()
-    assert model.npluginstate * 8 == lib.cf_state_bytes()
+    assert model.npluginstate * 8 == lib.cf_state_bytes(0)
 
 
 @pytest.mark.parametrize("integrator", ["Euler", "implicitfast", "implicit", "RK4"])

@@ -1,0 +1,2 @@
+// The firmware's console.h for apps.
+#include "library/services.h"

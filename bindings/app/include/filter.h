@@ -1,0 +1,2 @@
+// The firmware's filter.h for apps.
+#include "api/filter.h"

@@ -1,0 +1,2 @@
+// The firmware's lighthouse_types.h for apps.
+#include "api/lighthouse_types.h"

@@ -1,0 +1,2 @@
+// The firmware's num.h for apps.
+#include "api/num.h"

@@ -1,0 +1,2 @@
+// The firmware's outlierFilterTdoa.h for apps.
+#include "api/outlierFilterTdoa.h"

@@ -1,0 +1,2 @@
+// The firmware's pid.h for apps.
+#include "api/pid.h"

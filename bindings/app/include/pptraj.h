@@ -1,0 +1,2 @@
+// The firmware's pptraj.h for apps.
+#include "api/pptraj.h"

@@ -1,0 +1,2 @@
+// The firmware's quatcompress.h for apps.
+#include "api/quatcompress.h"

@@ -1,0 +1,8 @@
+// What apps use of FreeRTOS's task.h. Nobody waits: a delay returns at once.
+#ifndef CF_APP_TASK_H
+#define CF_APP_TASK_H
+
+#include "FreeRTOS.h"
+#include "library/services.h"
+
+#endif  // CF_APP_TASK_H

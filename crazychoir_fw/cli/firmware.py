@@ -1,0 +1,159 @@
+"""`crazychoir firmware`: compile a checkout of the real firmware, see what there is, forget it."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+from rich.table import Table
+from rich.text import Text
+
+from crazychoir_fw.cli.console import complain, console, refuse
+
+if TYPE_CHECKING:
+    from crazychoir_fw.firmware.library import Library
+
+BUILD_FAILED = 1
+COMPLETE = "complete"
+
+firmware = typer.Typer(
+    help="The real firmware: compile a checkout of bitcraze/crazyflie-firmware and see what there is.",
+    no_args_is_help=True,
+)
+
+PathOption = Annotated[
+    Path | None,
+    typer.Option(
+        help="Folder of the checkout.  [default: environment variable CRAZYFLIE_FIRMWARE, else the submodule firmware/]"
+    ),
+]
+
+
+@firmware.command()
+def build(
+    path: PathOption = None,
+    platform: Annotated[str, typer.Option(help="Airframe: cf2, cf21bl or bolt.")] = "cf2",
+    config: Annotated[
+        Path | None, typer.Option(help="Configuration header (autoconf.h) to use instead of the stock one.")
+    ] = None,
+    force: Annotated[bool, typer.Option("--force", help="Compile everything again.")] = False,
+    verbose: Annotated[bool, typer.Option("--verbose", help="Show flags, configuration and compiler output.")] = False,
+) -> None:
+    """Compile a checkout to a provider library."""
+    import time
+
+    from crazychoir_fw.errors import BuildError, CrazychoirError
+    from crazychoir_fw.firmware.build import build_provider
+    from crazychoir_fw.firmware.checkout import locate
+    from crazychoir_fw.firmware.library import BUILD_LOG
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    began = time.perf_counter()
+    try:
+        checkout = locate(path)
+        with Progress(*columns, console=console, transient=True) as bar:
+            task = bar.add_task("looking", total=None)
+
+            def show_progress(what: str, done: int, total: int) -> None:
+                bar.update(task, description=what, completed=done, total=total)
+
+            library = build_provider(checkout, platform, configured=config, force=force, progress=show_progress)
+    except BuildError as error:
+        complain(str(error))
+        raise typer.Exit(BUILD_FAILED) from None
+    except CrazychoirError as error:
+        refuse(str(error))
+    if verbose:
+        # not through rich, which would wrap and color it
+        typer.echo((library.path.parent / BUILD_LOG).read_text(encoding="utf-8"))
+    _print_library(library)
+    console.print(f"ready after {time.perf_counter() - began:.1f} s", style="dim")
+
+
+@firmware.command()
+def show(
+    path: PathOption = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs.")] = False,
+) -> None:
+    """Show the checkout and the libraries that are ready."""
+    facts = _facts(path)
+    if as_json:
+        # not through rich, which would wrap and color it
+        typer.echo(json.dumps(facts, indent=2))
+        return
+    table = Table(show_header=False, box=None)
+    for key in ("checkout", "version", "compiler", "cache"):
+        table.add_row(Text(key, style="bold"), Text(str(facts[key] or "none"), overflow="fold"))
+    console.print(table)
+    if facts["state"] != COMPLETE:
+        # in one line, because it has a command to copy
+        console.print(Text(facts["state"], style="yellow"), soft_wrap=True)
+    for identity in facts["libraries"]:
+        console.print()
+        console.print(_identity_table(identity))
+
+
+@firmware.command()
+def clean() -> None:
+    """Delete all kept objects and libraries."""
+    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.firmware.cache import cache_root
+    from crazychoir_fw.firmware.cache import clean as clean_cache
+
+    try:
+        size = clean_cache()
+    except CrazychoirError as error:
+        refuse(str(error))
+    except OSError as error:
+        refuse(f"{error.filename} cannot be deleted: {error.strerror}")
+    console.print(f"{size / 1e6:.1f} MB deleted in {escape(str(cache_root()))}", soft_wrap=True)
+
+
+def _facts(path: Path | None) -> dict[str, Any]:
+    """Return what there is; nothing of it is an error here."""
+    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.firmware.cache import cache_root
+    from crazychoir_fw.firmware.checkout import locate, open_checkout
+    from crazychoir_fw.firmware.library import kept_libraries
+    from crazychoir_fw.firmware.toolchain import find_compiler
+
+    facts: dict[str, Any] = {"checkout": None, "version": None, "state": COMPLETE, "cache": str(cache_root())}
+    try:
+        facts["checkout"] = str(locate(path))
+        facts["version"] = open_checkout(path).version() or "no repository of its own"
+    except CrazychoirError as error:
+        facts["state"] = str(error)
+    try:
+        facts["compiler"] = find_compiler().version
+    except CrazychoirError as error:
+        facts["compiler"] = str(error)
+    facts["libraries"] = [{**one.identity, "path": str(one.path)} for one in kept_libraries(cache_root())]
+    return facts
+
+
+def _print_library(library: "Library") -> None:
+    console.print(_identity_table({**library.identity, "path": str(library.path)}))
+    for note in library.identity["notes"]:
+        console.print(Text(note, style="yellow"), soft_wrap=True)
+
+
+def _identity_table(identity: dict[str, Any]) -> Table:
+    table = Table(show_header=False, box=None, title_justify="left")
+    name = " ".join(filter(None, [identity["provider"], identity["version"], identity["platform"]]))
+    table.add_row(Text("library", style="bold"), Text(name, style="green"))
+    rows = {
+        "checkout": identity["checkout"],
+        "sources": identity["sources"],
+        "features": ", ".join(identity["features"]),
+        "without": ", ".join(identity["missing_features"]),
+        "added": ", ".join(Path(name).stem for name in identity["extra_sources"]),
+        "apps": ", ".join(identity["apps"]),
+        "compiler": identity["compiler"],
+        "file": identity["path"],
+    }
+    for key, value in rows.items():
+        if value:
+            table.add_row(Text(key, style="bold"), Text(str(value), overflow="fold"))
+    return table

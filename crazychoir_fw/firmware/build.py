@@ -1,0 +1,332 @@
+"""From a checkout, or a user's own C, to a provider library; from the cache when nothing changed."""
+
+from __future__ import annotations
+
+import re
+import secrets
+import shlex
+import shutil
+import threading
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from crazychoir_fw.errors import BuildError, LinkError
+from crazychoir_fw.firmware import configuration, linking
+from crazychoir_fw.firmware.cache import Cache, Fingerprints, digest_of, used, write_text
+from crazychoir_fw.firmware.checkout import open_checkout
+from crazychoir_fw.firmware.library import BUILD_LOG, Library
+from crazychoir_fw.firmware.objects import Compiled, Objects, Unit, demand_all
+from crazychoir_fw.firmware.probes import feature_flags, features, probe_units, source_flag
+from crazychoir_fw.firmware.recipe import FIRMWARE_MODE, FORCED, Recipe, bitcraze_recipe, builtin_recipe, header_names
+from crazychoir_fw.firmware.toolchain import Compiler, find_compiler
+from crazychoir_fw.version import __version__
+
+Progress = Callable[[str, int, int], None]
+"""Told what is at work, how many files are done, and of how many. Called by several threads, one at a time."""
+
+_MAX_LINKS = 4
+
+
+def build_provider(
+    checkout: Path | str | None,
+    platform: str = "cf2",
+    apps: Sequence[Path] = (),
+    *,
+    configured: Path | None = None,
+    force: bool = False,
+    progress: Progress | None = None,
+) -> Library:
+    """Return the library of a checkout, or of the builtin provider with apps; built if need be.
+
+    Nothing is written into the checkout. When no file that takes part has changed, the library of the last build is
+    returned, within a fraction of a second. Several processes may ask at once.
+
+    Args:
+        checkout: Folder of a checkout of the firmware (see `checkout.open_checkout`), or None for the builtin provider.
+        platform: ``cf2``, ``cf21bl`` or ``bolt``. The builtin provider flies all of them alike.
+        apps: C files of the user that become part of the library.
+        configured: A configuration header (autoconf.h) to use instead of ours.
+        force: Build everything again.
+        progress: Told how far the build is.
+
+    Raises:
+        CheckoutError: If the checkout is missing, incomplete or too old.
+        UnknownNameError: If there is no such platform, or no such app file.
+        CompileError: If sources do not compile; with what the compiler printed.
+        LinkError: If symbols are undefined; with their names and who needs them.
+        BuildError: If there is no compiler, the cache cannot be written, or nothing is to be built.
+    """
+    if checkout is None and not apps:
+        raise BuildError("there is nothing to build: the builtin provider without apps is part of the package")
+    if checkout is None:
+        recipe = builtin_recipe(apps)
+    else:
+        recipe = bitcraze_recipe(open_checkout(checkout), platform, apps, configured)
+    return build(recipe, force, progress)
+
+
+def build(recipe: Recipe, force: bool = False, progress: Progress | None = None) -> Library:
+    """Return the library of a recipe; see `build_provider`."""
+    return _Build(recipe, force, progress).run()
+
+
+@dataclass
+class _Choice:
+    """How the sources of a checkout are compiled, after they were tried."""
+
+    firmware_mode: set[Path]
+    extras: set[Path]
+
+
+class _Build:
+    """One build, from the recipe to the library."""
+
+    def __init__(self, recipe: Recipe, force: bool, progress: Progress | None) -> None:
+        self.recipe = recipe
+        self.force = force
+        self.cache = Cache()
+        self.compiler: Compiler = find_compiler()
+        self.fingerprints = Fingerprints()
+        self.notes = list(recipe.notes)
+        self.inputs: dict[str, str | None] = {}
+        self.printed: list[str] = []
+        self._progress = progress
+        self._lock = threading.Lock()
+
+    def run(self) -> Library:
+        plain = [__version__, self.compiler.command, self.compiler.version, self.recipe.key()]
+        key = f"library-{digest_of(plain)}"
+        if (library := self._recall(key)) is not None:
+            return library
+        with self.cache.alone(key):
+            generated = self._write_generated()
+            # another process may have built it meanwhile
+            self.fingerprints = Fingerprints()
+            if (library := self._recall(key)) is not None:
+                return library
+            library = self._build(generated)
+            if not self.fingerprints.changed_meanwhile(self.inputs):
+                self.cache.remember(key, self.inputs, {"folder": library.path.parent.name})
+        self.cache.prune()
+        return library
+
+    def _recall(self, key: str) -> Library | None:
+        if self.force:
+            return None
+        value = self.cache.recall(key, self.fingerprints)
+        if value is None:
+            return None
+        folder = self.cache.libraries / value["folder"]
+        try:
+            library = Library.load(folder)
+        except BuildError:
+            return None
+        used(folder)
+        if self.recipe.checkout is None:
+            return library
+        # a commit changes the version, but not what is compiled
+        version = self.recipe.checkout.version() or library.identity["content"]
+        return replace(library, identity={**library.identity, "version": version})
+
+    def _build(self, generated: Path) -> Library:
+        scenery = digest_of(header_names([*self.recipe.include_dirs, *self.recipe.own_include_dirs]))
+        self.objects = Objects(self.compiler, self.cache, self.fingerprints, scenery, recall=not self.force)
+        recipe = self.recipe
+        includes = [f"-I{path}" for path in (recipe.include_dirs[0], generated, *recipe.include_dirs[1:])]
+        own_includes = [f"-I{path}" for path in recipe.own_include_dirs]
+        forced = ["-include", str(generated / FORCED)]
+        theirs = (*recipe.flags, *includes, *forced)
+        ours = (*recipe.flags, *own_includes)
+        adapting = (*recipe.flags, *includes, *own_includes, *forced)
+
+        found = features(self._compile("asking", probe_units(recipe.probes, adapting), must=False))
+        choice, compiled = self._compile_checkout(theirs)
+        fixed = self._compile("compiling", [Unit(path, ours) for path in recipe.own])
+        apps = self._compile("compiling", [Unit(path, (*theirs, *recipe.app_flags)) for path in recipe.apps])
+        for _ in range(_MAX_LINKS):
+            known = [*feature_flags(found), *self._source_flags(choice)]
+            adapter = self._compile("compiling", [Unit(path, (*adapting, *known)) for path in recipe.adapter])
+            objects = [*fixed, *apps, *adapter, *compiled.values()]
+            with self._workspace() as folder:
+                path = folder / f"{recipe.name}.so"
+                self._tell("linking", 0, 1)
+                undefined = linking.link(self.compiler, {kept.path: kept.unit.source for kept in objects}, path)
+                if not undefined:
+                    return self._finish(path, found, choice, objects)
+            compiled = self._retreat(undefined, choice, compiled, theirs)
+        raise LinkError(linking.explain(undefined))
+
+    @contextmanager
+    def _workspace(self) -> Iterator[Path]:
+        """Give a folder on the file system of the cache, which is gone afterwards unless it was moved."""
+        folder = self.cache.libraries / f".{secrets.token_hex(6)}"
+        folder.mkdir()
+        try:
+            yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
+    def _write_generated(self) -> Path:
+        """Write the headers of this build, and return their folder."""
+        folder = self.cache.generated / digest_of(dict(self.recipe.generated))
+        for name, text in self.recipe.generated.items():
+            if not (folder / name).is_file():
+                write_text(folder / name, text)
+        used(folder)
+        return folder
+
+    def _compile_checkout(self, flags: tuple[str, ...]) -> tuple[_Choice, dict[Path, Compiled]]:
+        """Compile the sources of the checkout, each in the best way that works."""
+        recipe = self.recipe
+        paths = [*recipe.sources, *recipe.extras]
+        choice = _Choice({path for path in paths if path in recipe.firmware_mode}, set(recipe.extras))
+        units = [Unit(path, self._mode(flags, path in choice.firmware_mode)) for path in paths]
+        compiled = dict(zip(paths, self._compile("compiling", units, must=False), strict=True))
+        again = [path for path in choice.firmware_mode if not compiled[path].ok]
+        for path in again:
+            choice.firmware_mode.discard(path)
+            self.notes.append(f"{self._relative(path)} does not compile as for the vehicle, taken as for the host")
+        compiled |= self._compile_plain(again, flags)
+        demand_all([compiled[path] for path in recipe.sources])
+        for path in recipe.extras:
+            if not compiled[path].ok:
+                choice.extras.discard(path)
+                self.notes.append(f"{self._relative(path)} does not compile, left out")
+                del compiled[path]
+        return choice, compiled
+
+    def _compile_plain(self, paths: Sequence[Path], flags: tuple[str, ...]) -> dict[Path, Compiled]:
+        units = [Unit(path, flags) for path in paths]
+        return dict(zip(paths, self._compile("compiling", units, must=False), strict=True))
+
+    def _retreat(
+        self,
+        undefined: Sequence[linking.Undefined],
+        choice: _Choice,
+        compiled: dict[Path, Compiled],
+        flags: tuple[str, ...],
+    ) -> dict[Path, Compiled]:
+        """Give up what leaves symbols undefined and can be done without.
+
+        Raises:
+            LinkError: If a source that is needed leaves one undefined.
+        """
+        optional = choice.extras | choice.firmware_mode
+        lost = [symbol for symbol in undefined if not symbol.needed_by or set(symbol.needed_by) - optional]
+        if lost:
+            raise LinkError(linking.explain(lost))
+        culprits = {path for symbol in undefined for path in symbol.needed_by}
+        names = {path: [one.name for one in undefined if path in one.needed_by] for path in culprits}
+        plain = sorted(culprits & choice.firmware_mode)
+        for path in plain:
+            choice.firmware_mode.discard(path)
+            needs = ", ".join(names[path])
+            self.notes.append(f"{self._relative(path)} taken as for the host, as for the vehicle it needs {needs}")
+        remaining = {path: one for path, one in compiled.items() if path not in culprits}
+        remaining |= self._compile_plain(plain, flags)
+        demand_all([remaining[path] for path in plain if path not in choice.extras])
+        for path in sorted(culprits):
+            if path in choice.extras and (path not in plain or not remaining[path].ok):
+                choice.extras.discard(path)
+                remaining.pop(path, None)
+                self.notes.append(f"{self._relative(path)} left out, it needs {', '.join(names[path])}")
+        return remaining
+
+    def _compile(self, what: str, units: Sequence[Unit], must: bool = True) -> list[Compiled]:
+        done = 0
+        self._tell(what, 0, len(units))
+
+        def count(_: Compiled) -> None:
+            nonlocal done
+            with self._lock:
+                done += 1
+                self._tell(what, done, len(units))
+
+        results = self.objects.compile_all(units, count)
+        for result in results:
+            self.inputs |= result.inputs
+            if result.output and not result.unit.syntax_only:
+                self.printed.append(result.output)
+        if must:
+            demand_all(results)
+        return results
+
+    def _tell(self, what: str, done: int, total: int) -> None:
+        if self._progress is not None:
+            self._progress(what, done, total)
+
+    def _mode(self, flags: tuple[str, ...], vehicle: bool) -> tuple[str, ...]:
+        return (*flags, FIRMWARE_MODE) if vehicle else flags
+
+    def _source_flags(self, choice: _Choice) -> list[str]:
+        extras = [source_flag("CF_WITH", path) for path in sorted(choice.extras)]
+        return [*extras, *(source_flag("CF_FIRMWARE_MODE", path) for path in sorted(choice.firmware_mode))]
+
+    def _relative(self, path: Path) -> str:
+        checkout = self.recipe.checkout
+        return str(path.relative_to(checkout.root) if checkout and path.is_relative_to(checkout.root) else path)
+
+    def _finish(self, path: Path, found: dict[str, bool], choice: _Choice, objects: Iterable[Compiled]) -> Library:
+        """Make the image map, and put library, manifest and build log in their place at once."""
+        from crazychoir_fw.firmware.image import image_map
+
+        self._tell("linking", 1, 1)
+        apps = "".join(one.output for one in objects if one.unit.source in self.recipe.apps)
+        identity = self._identity(found, choice, apps)
+        ranges, pointers = image_map(path)
+        library = Library(path, self.recipe.name, self.recipe.platform, ranges, pointers, identity)
+        library.save()
+        write_text(path.parent / BUILD_LOG, self._log(library))
+        folder = self.cache.libraries / f"{_file_name(library)}-{identity['content'][:12]}-{secrets.token_hex(3)}"
+        path.parent.replace(folder)
+        return replace(library, path=folder / path.name)
+
+    def _identity(self, found: dict[str, bool], choice: _Choice, warnings: str) -> dict[str, Any]:
+        recipe = self.recipe
+        checkout = recipe.checkout
+        sources = [*recipe.sources, *sorted(choice.extras), *recipe.apps]
+        root = checkout.root if checkout else None
+        theirs = {path: content for path, content in self.inputs.items() if root and Path(path).is_relative_to(root)}
+        taking_part = {self._relative(Path(path)): content for path, content in theirs.items()}
+        taking_part |= {app.name: self.inputs[str(app)] for app in recipe.apps}
+        content = digest_of(taking_part)
+        mentioned = configuration.symbols_in(Path(path) for path in theirs)
+        version = (checkout.version() if checkout else None) or (__version__ if checkout is None else content)
+        return {
+            "provider": recipe.name,
+            "version": version,
+            "content": content,
+            "checkout": str(root) if root else None,
+            "platform": recipe.platform,
+            "features": _words(name for name, there in found.items() if there),
+            "missing_features": _words(name for name, there in found.items() if not there),
+            "extra_sources": [self._relative(path) for path in sorted(choice.extras)],
+            "vehicle_mode": [self._relative(path) for path in sorted(choice.firmware_mode)],
+            "apps": [str(path) for path in recipe.apps],
+            "configuration": {name: recipe.settings.get(name) for name in sorted(mentioned | recipe.settings.keys())},
+            "compiler": self.compiler.version,
+            "flags": shlex.join(recipe.flags),
+            "sources": len(sources),
+            "built_by": __version__,
+            "notes": self.notes,
+            "warnings": warnings,
+        }
+
+    def _log(self, library: Library) -> str:
+        """Return how the library was made, for people."""
+        facts = [f"{key}: {value}" for key, value in library.identity.items() if key not in ("notes", "configuration")]
+        used_values = [f"  {name} = {value}" for name, value in library.identity["configuration"].items()]
+        notes = [f"  {note}" for note in self.notes]
+        commands = ["commands:", *(f"  {line}" for line in self.objects.commands)]
+        return "\n".join([*facts, "configuration:", *used_values, "notes:", *notes, *commands, *self.printed]) + "\n"
+
+
+def _words(names: Iterable[str]) -> list[str]:
+    return sorted(name.removeprefix("HAVE_").lower() for name in names)
+
+
+def _file_name(library: Library) -> str:
+    return re.sub(r"[^A-Za-z0-9_+.-]", "_", "-".join(filter(None, [library.name, library.platform])))

@@ -1,0 +1,137 @@
+"""A checkout of the firmware: where it is, whether it is complete, and which version."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+import crazychoir_fw
+from crazychoir_fw.errors import CheckoutError
+
+VARIABLE = "CRAZYFLIE_FIRMWARE"
+"""Environment variable that names a checkout."""
+
+SUBMODULE = "firmware"
+UPSTREAM = "https://github.com/bitcraze/crazyflie-firmware"
+SUPPORTED = "releases 2024.10 and later"
+PINNED = "2026.08"
+
+SETUP = Path("bindings", "setup.py")
+MODULES = Path("src", "modules", "src")
+CMSIS = Path("vendor", "CMSIS")
+CMSIS_HEADER = CMSIS / "CMSIS" / "DSP" / "Include" / "arm_math.h"
+
+
+@dataclass(frozen=True)
+class Checkout:
+    """A folder with the sources of the firmware, complete enough to be compiled."""
+
+    root: Path
+    """Absolute path."""
+
+    def version(self) -> str | None:
+        """Return what `git describe` calls this folder; None without git, or if it is no repository itself."""
+        return describe(self.root)
+
+
+def project_root() -> Path | None:
+    """Return the source checkout of this project that runs, or None for an installed package."""
+    root = Path(crazychoir_fw.__file__).resolve().parents[1]
+    return root if (root / "bindings" / "provider.h").is_file() and (root / "pyproject.toml").is_file() else None
+
+
+def locate(path: Path | str | None = None) -> Path:
+    """Return the folder that is meant: the given one, else that of the environment, else the submodule.
+
+    Raises:
+        CheckoutError: If none of them says where a checkout is.
+    """
+    if path is not None:
+        return Path(path).expanduser().absolute()
+    if named := os.environ.get(VARIABLE):
+        return Path(named).expanduser().absolute()
+    if project := project_root():
+        return project / SUBMODULE
+    raise CheckoutError(
+        f"no firmware checkout is known: run `git clone --recurse-submodules {UPSTREAM}` and name the folder "
+        f"with --path or {VARIABLE}"
+    )
+
+
+def open_checkout(path: Path | str | None = None) -> Checkout:
+    """Return the checkout at a path (see `locate`), checked for what a build needs.
+
+    Raises:
+        CheckoutError: If it is missing, incomplete, older than what is supported, or something else.
+    """
+    root = locate(path)
+    if not root.is_dir():
+        raise CheckoutError(f"no firmware checkout at {root}: there is no such folder")
+    if not any(root.iterdir()):
+        raise CheckoutError(_empty(root))
+    if not (root / "src").is_dir() or not (root / SETUP).is_file():
+        missing = SETUP if (root / "src").is_dir() else "src/"
+        raise CheckoutError(
+            f"{root} is not a checkout of the Crazyflie firmware, it has no {missing}: name the top folder of a clone "
+            f"of {UPSTREAM} with --path or {VARIABLE}"
+        )
+    if not (root / MODULES / "controller").is_dir():
+        quoted = shlex.quote(str(root))
+        raise CheckoutError(
+            f"the firmware in {root} is too old, it has no {MODULES}/controller/; supported are {SUPPORTED}: run "
+            f"`git -C {quoted} fetch --tags && git -C {quoted} checkout {PINNED}`"
+        )
+    if not (root / CMSIS_HEADER).is_file():
+        raise CheckoutError(
+            f"the firmware in {root} lacks its submodule {CMSIS}: run "
+            f"`git -C {shlex.quote(str(root))} submodule update --init {CMSIS}`"
+        )
+    return Checkout(root)
+
+
+def _empty(root: Path) -> str:
+    """Return the sentence for an empty folder; that of a submodule can be filled."""
+    if root.parent == project_root() and root.name == SUBMODULE:
+        return f"the submodule {SUBMODULE}/ is empty: run `git submodule update --init {SUBMODULE}` in {root.parent}"
+    return f"{root} is empty: run `git clone --recurse-submodules {UPSTREAM} {shlex.quote(str(root))}`"
+
+
+def describe(folder: Path) -> str | None:
+    """Return tag, distance, commit and dirtiness of the repository whose top is this folder, or None.
+
+    A folder within somebody else's repository has no version of its own. Git may neither write (`git describe --dirty`
+    refreshes the index) nor start a program that the repository names.
+    """
+    if not (folder / ".git").exists():
+        return None
+    questions = (
+        ("describe", "--tags", "--always"),
+        ("status", "--porcelain", "--untracked-files=no", "--ignore-submodules=all"),
+    )
+    try:
+        # both at once: the second one looks at every file
+        asked = [_ask_git(folder, *question) for question in questions]
+        told = [(process.communicate(timeout=30)[0].strip(), process.returncode) for process in asked]
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    (version, described), (changes, compared) = told
+    if described != 0 or compared != 0 or not version:
+        return None
+    return f"{version}-dirty" if changes else version
+
+
+def _ask_git(folder: Path, *question: str) -> subprocess.Popen[str]:
+    environment = {**os.environ, "GIT_CEILING_DIRECTORIES": str(folder.parent), "LC_ALL": "C"}
+    for inherited in ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE"):
+        environment.pop(inherited, None)
+    return subprocess.Popen(
+        ["git", "--no-optional-locks", "-c", "core.fsmonitor=false", "-C", str(folder), *question],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        errors="replace",
+        env=environment,
+    )

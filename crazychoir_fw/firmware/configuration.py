@@ -1,0 +1,128 @@
+"""The configuration header of a platform: what `make <platform>_defconfig` would have generated, as far as it is read.
+
+Upstream's build makes build/include/generated/autoconf.h with kconfig, in the checkout. Ours is made without tools and
+without a write into the checkout: the platform, what stands in configs/<platform>_defconfig, and for a handful of
+symbols that the sources look at the default of Kconfig.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+
+from crazychoir_fw.errors import CheckoutError, UnknownNameError
+
+FILE_NAME = "autoconf.h"
+PLATFORM_PREFIX = "CONFIG_PLATFORM_"
+
+# what Kconfig gives in the stock configuration of each platform, where the defconfig is silent
+# (upstream-build dossier section 3.3, control-pid dossier sections 13 and 14)
+_STOCK: dict[str, dict[str, str]] = {
+    "cf2": {
+        "CONFIG_ESTIMATOR_KALMAN_ENABLE": "1",
+        "CONFIG_ENABLE_THRUST_BAT_COMPENSATED": "1",
+        "CONFIG_CRAZYFLIE_21_PLUS": "1",
+        "CONFIG_THRUST_BAT_COMPENSATION_TYPE": "1",
+    },
+    "cf21bl": {
+        "CONFIG_ESTIMATOR_KALMAN_ENABLE": "1",
+        "CONFIG_ENABLE_THRUST_BAT_COMPENSATED": "1",
+        "CONFIG_MOTORS_REQUIRE_ARMING": "1",
+        "CONFIG_MOTORS_DEFAULT_IDLE_THRUST": "7000",
+    },
+    # without a thrust curve, compensation would divide by zero
+    "bolt": {
+        "CONFIG_ESTIMATOR_KALMAN_ENABLE": "1",
+        "CONFIG_MOTORS_REQUIRE_ARMING": "1",
+    },
+}
+PLATFORMS = tuple(_STOCK)
+
+# exclusive choices: one of them in the defconfig puts the stock choice aside
+_CHOICES = (("CONFIG_CRAZYFLIE_21_PLUS", "CONFIG_CRAZYFLIE_THRUST_UPGRADE_KIT", "CONFIG_CRAZYFLIE_LEGACY_PROPELLERS"),)
+
+_SETTING = re.compile(r"^(CONFIG_[A-Z0-9_]+)=(.*?)\s*$", re.MULTILINE)
+_UNSET = re.compile(r"^# (CONFIG_[A-Z0-9_]+) is not set\s*$", re.MULTILINE)
+_DEFINITION = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(CONFIG_[A-Z0-9_]+)[ \t]*(.*?)[ \t]*$", re.MULTILINE)
+_MENTION = re.compile(r"\bCONFIG_[A-Z0-9_]+")
+_VALUE = re.compile(r'-?(0x[0-9a-fA-F]+|[0-9]+)|"(\\.|[^"\\])*"')
+
+
+def settings(root: Path, platform: str, extra: Iterable[str] = ()) -> dict[str, str]:
+    """Return the symbols of a platform and their values as C text.
+
+    Args:
+        root: The checkout.
+        platform: One of `PLATFORMS`.
+        extra: Symbols to define as 1, e.g. ``CONFIG_CONTROLLER_OOT``.
+
+    Raises:
+        UnknownNameError: If there is no such platform.
+        CheckoutError: If the checkout has no such platform.
+    """
+    if platform not in _STOCK:
+        raise UnknownNameError(f"no platform named {platform!r}, allowed: {', '.join(PLATFORMS)}")
+    _demand_platform(root, platform)
+    defconfig = root / "configs" / f"{platform}_defconfig"
+    text = defconfig.read_text(encoding="utf-8", errors="replace") if defconfig.is_file() else ""
+    own = {name: value for name, written in _SETTING.findall(text) if (value := _c_value(written)) is not None}
+    silent = set(_UNSET.findall(text)) | {name for name, written in _SETTING.findall(text) if written == "n"}
+    for choice in _CHOICES:
+        if own.keys() & set(choice):
+            silent |= set(choice) - own.keys()
+    chosen = {name: value for name, value in (_STOCK[platform] | own).items() if name not in silent}
+    # a defconfig names its own platform; that of another one would make two of them true
+    chosen = {name: value for name, value in chosen.items() if not name.startswith(PLATFORM_PREFIX)}
+    chosen[PLATFORM_PREFIX + platform.upper()] = "1"
+    chosen.update(dict.fromkeys(extra, "1"))
+    return dict(sorted(chosen.items()))
+
+
+def _c_value(written: str) -> str | None:
+    """Return the value of a defconfig line as C text; None for `n` and for what is no value."""
+    if written == "y":
+        return "1"
+    return written if _VALUE.fullmatch(written) else None
+
+
+def _demand_platform(root: Path, platform: str) -> None:
+    """Raise if the checkout has defaults for platforms, but not for this one."""
+    folder = root / "src" / "platform" / "interface"
+    present = sorted(path.stem.removeprefix("platform_defaults_") for path in folder.glob("platform_defaults_*.h"))
+    if present and platform not in present:
+        raise CheckoutError(f"the firmware in {root} has no platform {platform}; it has {', '.join(present)}")
+
+
+def read_header(path: Path, platform: str, extra: Iterable[str] = ()) -> dict[str, str]:
+    """Return the symbols of a configuration header that somebody else generated.
+
+    Raises:
+        CheckoutError: If it cannot be read, or is for another platform.
+    """
+    try:
+        found = dict(_DEFINITION.findall(path.read_text(encoding="utf-8", errors="replace")))
+    except OSError as error:
+        raise CheckoutError(f"configuration header {path} cannot be read: {error.strerror}") from None
+    if PLATFORM_PREFIX + platform.upper() not in found:
+        known = {word.upper() for word in PLATFORMS} | {"TAG", "FLAPPER"}
+        theirs = sorted(word.lower() for word in known if PLATFORM_PREFIX + word in found)
+        raise CheckoutError(
+            f"configuration header {path} is for platform {', '.join(theirs) or 'unknown'}, asked for is {platform}"
+        )
+    found.update(dict.fromkeys(extra, "1"))
+    return dict(sorted(found.items()))
+
+
+def header_text(chosen: Mapping[str, str]) -> str:
+    """Return the text of autoconf.h."""
+    lines = ["// Configuration of a host build; made by crazychoir, changes are lost.", "#pragma once", ""]
+    return "\n".join([*lines, *(f"#define {name} {value}".rstrip() for name, value in chosen.items())]) + "\n"
+
+
+def symbols_in(paths: Iterable[Path]) -> set[str]:
+    """Return the configuration symbols that the text of these files mentions."""
+    found: set[str] = set()
+    for path in paths:
+        found.update(_MENTION.findall(path.read_text(encoding="utf-8", errors="replace")))
+    return found

@@ -1,0 +1,219 @@
+"""Where the file-scope variables of a compiled provider library are, and which of their words are pointers.
+
+The ranges come from the section table, the pointers from the debug information and from the relocations. Nothing of the
+library is executed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from elftools.elf.constants import SH_FLAGS
+from elftools.elf.elffile import ELFFile
+from elftools.elf.relocation import RelocationSection, RelrRelocationSection
+
+from crazychoir_fw.errors import CrazychoirError
+
+Range = tuple[int, int]  # offset from the begin of the library, size [bytes]
+
+WORD = 8  # [bytes]
+
+ADDRESS_OPERATION = 0x03  # DW_OP_addr: an address follows
+
+# Written by the loader, by the run-time of C, or by the library for itself (CF_LIBRARY_KEEP), and the same for every
+# drone. The two tables are read only when the library is opened.
+NOT_OF_A_DRONE = {
+    ".cf_keep",
+    ".dynamic",
+    ".fini_array",
+    ".got",
+    ".got.plt",
+    ".init_array",
+    ".tm_clone_table",
+    "cf_logs",
+    "cf_parameters",
+}
+
+# Variables with less than this between them are one range: copying once is faster than twice.
+LARGEST_GAP = 64  # [bytes]
+
+RELATIVE_RELOCATIONS = {"EM_X86_64": 8, "EM_AARCH64": 1027}
+
+
+def image_map(path: Path | str) -> tuple[list[Range], list[int]]:
+    """Return the ranges of memory that belong to a drone, and the offsets of the words there that are pointers.
+
+    Args:
+        path: A shared object for this kind of machine, built with ``-g``.
+
+    Returns:
+        ``(offset, bytes)`` of each range, in ascending order and apart from each other, and the offsets of the
+        pointers, ascending; all offsets count from the begin of the library in memory.
+
+    Raises:
+        CrazychoirError: If the file is no such library, has no debug information, or has variables that each thread has
+            for itself.
+    """
+    with Path(path).open("rb") as file:
+        try:
+            elf = ELFFile(file)
+        except Exception as error:
+            raise CrazychoirError(f"{path} is no shared library that this machine can load: {error}") from error
+        _check(elf, path)
+        begin = min(segment["p_vaddr"] for segment in elf.iter_segments("PT_LOAD"))
+        ranges = [(start - begin, stop - start) for start, stop in _merged(list(_variable_sections(elf)), elf)]
+        words = {address - begin for address in _pointer_variables(elf)}
+        words.update(address - begin for address in _relative_relocations(elf))
+    return ranges, sorted(word for word in words if _lies_in(word, ranges))
+
+
+def _check(elf: ELFFile, path: Path | str) -> None:
+    if elf["e_type"] != "ET_DYN" or elf["e_machine"] not in RELATIVE_RELOCATIONS or elf.elfclass != 64:
+        raise CrazychoirError(f"{path} is no shared library for x86-64 or aarch64")
+    if elf.get_section_by_name(".debug_info") is None and elf.get_section_by_name(".zdebug_info") is None:
+        raise CrazychoirError(
+            f"{path} has no debug information, which tells where its variables hold pointers; "
+            "compile with -g and do not strip"
+        )
+    for section in elf.iter_sections():
+        if section["sh_flags"] & SH_FLAGS.SHF_TLS and section["sh_size"] > 0:
+            raise CrazychoirError(
+                f"{path} has variables that each thread has for itself (section {section.name}); "
+                "such variables cannot belong to a drone, remove _Thread_local or __thread from them"
+            )
+
+
+# --------------------------------------------------------------------------------------------------------------- ranges
+
+
+def _variable_sections(elf: ELFFile) -> Iterator[Range]:
+    """Yield (start, stop) addresses of the sections with variables of the code."""
+    sealed = [
+        (segment["p_vaddr"], segment["p_vaddr"] + segment["p_memsz"]) for segment in elf.iter_segments("PT_GNU_RELRO")
+    ]
+    needed = SH_FLAGS.SHF_ALLOC | SH_FLAGS.SHF_WRITE
+    for section in elf.iter_sections():
+        start, size = section["sh_addr"], section["sh_size"]
+        is_sealed = any(first <= start < last for first, last in sealed)
+        if section["sh_flags"] & needed == needed and size > 0 and not is_sealed and section.name not in NOT_OF_A_DRONE:
+            yield start, start + size
+
+
+def _merged(ranges: list[Range], elf: ELFFile) -> list[Range]:
+    """Join neighbors that have nothing but padding between them."""
+    occupied = [
+        (section["sh_addr"], section["sh_addr"] + section["sh_size"])
+        for section in elf.iter_sections()
+        if section["sh_flags"] & SH_FLAGS.SHF_ALLOC and section["sh_size"] > 0
+    ]
+    merged: list[Range] = []
+    for start, stop in sorted(ranges):
+        last = merged[-1][1] if merged else None
+        is_near = last is not None and start - last <= LARGEST_GAP
+        if is_near and not any(first < start and last < end for first, end in occupied):
+            merged[-1] = (merged[-1][0], stop)
+        else:
+            merged.append((start, stop))
+    return merged
+
+
+def _lies_in(word: int, ranges: list[Range]) -> bool:
+    return any(offset <= word and word + WORD <= offset + size for offset, size in ranges)
+
+
+# ------------------------------------------------------------------------------------------------------------- pointers
+
+
+def _relative_relocations(elf: ELFFile) -> Iterator[int]:
+    """Yield the addresses of words that the loader makes into pointers into the library."""
+    relative = RELATIVE_RELOCATIONS[elf["e_machine"]]
+    for section in elf.iter_sections():
+        if isinstance(section, RelrRelocationSection):
+            yield from (relocation["r_offset"] for relocation in section.iter_relocations())
+        elif isinstance(section, RelocationSection):
+            for relocation in section.iter_relocations():
+                if relocation["r_info_type"] == relative:
+                    yield relocation["r_offset"]
+
+
+def _pointer_variables(elf: ELFFile) -> Iterator[int]:
+    """Yield the addresses of all pointers in variables of static storage, within arrays, structs and unions too."""
+    dwarf = elf.get_dwarf_info()
+    layouts: dict[int, list[int]] = {}
+    for unit in dwarf.iter_CUs():
+        for die in unit.iter_DIEs():
+            if die.tag == "DW_TAG_variable":
+                address = _address(die)
+                if address is not None:
+                    yield from (address + offset for offset in _pointers_in(_type(die), layouts))
+
+
+def _address(die: Any) -> int | None:
+    """Return where a variable lives, or None when it has no fixed address."""
+    location = die.attributes.get("DW_AT_location")
+    # numbers stand for tables of places by time, which variables of static storage do not need
+    if location is None or not isinstance(location.value, list) or len(location.value) != 1 + WORD:
+        return None
+    operation, *address = location.value
+    return int.from_bytes(bytes(address), "little") if operation == ADDRESS_OPERATION else None
+
+
+def _type(die: Any) -> Any | None:
+    """Return the type of a variable, member or type, which may stand with its declaration elsewhere."""
+    for attribute in ("DW_AT_type", "DW_AT_abstract_origin", "DW_AT_specification"):
+        if attribute in die.attributes:
+            other = die.get_DIE_from_attribute(attribute)
+            return other if attribute == "DW_AT_type" else _type(other)
+    return None
+
+
+def _pointers_in(kind: Any | None, layouts: dict[int, list[int]]) -> list[int]:
+    """Return the offsets of the pointers in a value of this type."""
+    if kind is None:
+        return []
+    if kind.offset not in layouts:
+        layouts[kind.offset] = list(_find_pointers(kind, layouts))
+    return layouts[kind.offset]
+
+
+def _find_pointers(kind: Any, layouts: dict[int, list[int]]) -> Iterator[int]:
+    if kind.tag == "DW_TAG_pointer_type":
+        yield 0
+    elif kind.tag == "DW_TAG_array_type":
+        size = _size(_type(kind))
+        for i in range(_length(kind)):
+            yield from (i * size + offset for offset in _pointers_in(_type(kind), layouts))
+    elif kind.tag in ("DW_TAG_structure_type", "DW_TAG_union_type", "DW_TAG_class_type"):
+        for member in kind.iter_children():
+            if member.tag == "DW_TAG_member" and "DW_AT_data_bit_offset" not in member.attributes:
+                start = _value(member, "DW_AT_data_member_location", 0)
+                yield from (start + offset for offset in _pointers_in(_type(member), layouts))
+    elif kind.tag != "DW_TAG_subroutine_type":  # a typedef, or const, volatile and the like
+        yield from _pointers_in(_type(kind), layouts)
+
+
+def _value(die: Any, attribute: str, otherwise: int) -> int:
+    value = die.attributes[attribute].value if attribute in die.attributes else otherwise
+    return value if isinstance(value, int) else otherwise
+
+
+def _length(array: Any) -> int:
+    """Return the number of elements of an array, of all its dimensions together."""
+    length = 1
+    for dimension in array.iter_children():
+        if dimension.tag == "DW_TAG_subrange_type":
+            length *= _value(dimension, "DW_AT_count", _value(dimension, "DW_AT_upper_bound", -1) + 1)
+    return length
+
+
+def _size(kind: Any | None) -> int:
+    """Return the size of a value of this type [bytes]."""
+    if kind is None:
+        return 1
+    if kind.tag == "DW_TAG_array_type" and "DW_AT_byte_size" not in kind.attributes:
+        return _length(kind) * _size(_type(kind))
+    otherwise = WORD if kind.tag == "DW_TAG_pointer_type" else -1
+    size = _value(kind, "DW_AT_byte_size", otherwise)
+    return size if size >= 0 else _size(_type(kind))

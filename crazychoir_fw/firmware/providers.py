@@ -1,0 +1,50 @@
+"""The word of a provider, as worlds and missions say it, to its number in the core."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+
+from crazychoir_fw.errors import UnknownNameError
+from crazychoir_fw.firmware.build import Progress, build_provider
+from crazychoir_fw.firmware.checkout import locate
+
+BUILTIN = "builtin"
+BITCRAZE = "bitcraze"
+
+_built: dict[tuple[str, str], int] = {}
+_lock = threading.Lock()
+
+
+def load(word: str, platform: str, checkout: Path | None = None, progress: Progress | None = None) -> int:
+    """Return the number of the provider that a word means, built and loaded if need be.
+
+    ``bitcraze`` is the firmware's checkout as it is at this moment, unless a library of that name was loaded by hand.
+    Looking takes a fraction of a second, therefore ask once per flight and platform, not once per drone.
+
+    Args:
+        word: ``builtin``, ``bitcraze``, or the name of a loaded library.
+        platform: Airframe, ``cf2`` or ``cf21bl``.
+        checkout: Folder of the checkout; otherwise see `checkout.locate`.
+        progress: Told how far a build is.
+
+    Raises:
+        UnknownNameError: If nothing is known under that word.
+        CheckoutError: If there is no usable checkout.
+        BuildError: If it does not build.
+    """
+    from crazychoir_fw import core
+
+    if word == BUILTIN:
+        return 0
+    with _lock:
+        loaded = core.find_provider(word, platform)
+        if loaded is not None and loaded != _built.get((word, platform)):
+            return loaded
+        if word == BITCRAZE:
+            library = build_provider(locate(checkout), platform, progress=progress)
+            number = core.load_library(library)
+            _built[word, platform] = number
+            return number
+    known = sorted({BUILTIN, BITCRAZE, *core.providers()})
+    raise UnknownNameError(f"no provider named {word!r} for {platform}, there are {', '.join(known)}")

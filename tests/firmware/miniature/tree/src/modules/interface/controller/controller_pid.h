@@ -1,0 +1,11 @@
+#ifndef CONTROLLER_PID_H_
+#define CONTROLLER_PID_H_
+
+#include "stabilizer_types.h"
+
+void controllerPidInit(void);
+bool controllerPidTest(void);
+void controllerPid(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors,
+                   const state_t *state, const stabilizerStep_t stabilizerStep);
+
+#endif  // CONTROLLER_PID_H_

@@ -1,0 +1,8 @@
+#ifndef USEC_TIME_H_
+#define USEC_TIME_H_
+
+#include <stdint.h>
+
+uint64_t usecTimestamp(void);
+
+#endif  // USEC_TIME_H_

@@ -1,0 +1,114 @@
+import os
+import threading
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from crazychoir_fw.errors import BuildError
+from crazychoir_fw.firmware.cache import Cache, Fingerprints, cache_root, clean, digest
+
+
+def test_remembers_by_content(cache_folder, tmp_path):
+    cache = Cache()
+    source = tmp_path / "a.c"
+    source.write_text("one")
+    cache.remember("key", Fingerprints().all_of([str(source)]), {"answer": 1})
+    source.write_text("two")
+    assert cache.recall("key", Fingerprints()) is None
+    cache.remember("key", Fingerprints().all_of([str(source)]), {"answer": 2})
+    assert cache.recall("key", Fingerprints()) == {"answer": 2}
+    source.write_text("one")
+    assert cache.recall("key", Fingerprints()) == {"answer": 1}
+    source.unlink()
+    assert cache.recall("key", Fingerprints()) is None
+
+
+def test_remembers_what_was_missing(cache_folder, tmp_path):
+    cache = Cache()
+    absent = tmp_path / "absent.h"
+    cache.remember("key", Fingerprints().all_of([str(absent)]), {})
+    assert cache.recall("key", Fingerprints()) == {}
+    absent.write_text("")
+    assert cache.recall("key", Fingerprints()) is None
+
+
+def test_a_damaged_record_is_forgotten(cache_folder):
+    cache = Cache()
+    cache.remember("key", {}, {"answer": 1})
+    (record,) = (cache.root / "records").glob("*.json")
+    for damage in ('[{"inputs"', '{"a": 1}', '[{"inputs": 3, "value": {}}]', "[null]", ""):
+        record.write_text(damage)
+        assert cache.recall("key", Fingerprints()) is None
+
+
+def test_files_written_during_the_build_are_noticed(tmp_path):
+    source = tmp_path / "a.c"
+    source.write_text("one")
+    os.utime(source, ns=(10**18, 10**18))
+    fingerprints = Fingerprints()
+    assert not fingerprints.changed_meanwhile([str(source)])
+    source.write_text("two")
+    assert fingerprints.changed_meanwhile([str(source)])
+    # a clock that is wrong must not make the cache useless
+    os.utime(source, ns=(10**19 // 2, 10**19 // 2))
+    assert not fingerprints.changed_meanwhile([str(source)])
+    source.unlink()
+    assert fingerprints.changed_meanwhile([str(source)])
+
+
+def test_one_key_is_held_by_one_at_a_time(cache_folder):
+    entered, order = threading.Event(), []
+
+    def second():
+        entered.wait()
+        with Cache().alone("key"):
+            order.append("second")
+
+    thread = threading.Thread(target=second)
+    thread.start()
+    with Cache().alone("key"):
+        entered.set()
+        thread.join(0.05)
+        order.append("first")
+    thread.join()
+    assert order == ["first", "second"]
+
+
+def test_clean_deletes_only_what_is_ours(cache_folder):
+    assert clean() == 0
+    neighbor = cache_folder / "thesis.tex"
+    Cache().remember("key", {}, {})
+    neighbor.write_text("years of work")
+    assert clean() > 0
+    assert sorted(cache_folder.iterdir()) == [neighbor]
+
+
+def test_clean_refuses_a_folder_without_the_mark(cache_folder):
+    cache_root().mkdir(parents=True)
+    (cache_root() / "thesis.tex").write_text("years of work")
+    with pytest.raises(BuildError, match="is not a cache of crazychoir: nothing was deleted"):
+        clean()
+    assert (cache_root() / "thesis.tex").exists()
+
+
+def test_a_cache_that_cannot_be_written_says_so(cache_folder):
+    cache_folder.write_text("a file is in the way")
+    with pytest.raises(BuildError, match="cannot be written .*CRAZYCHOIR_CACHE"):
+        Cache()
+
+
+def test_prune_keeps_what_was_used_last(cache_folder, monkeypatch):
+    monkeypatch.setattr("crazychoir_fw.firmware.cache._KEPT_OBJECTS", 2)
+    cache = Cache()
+    for i, name in enumerate(["old.o", "older.o", "new.o", "fresh.o"]):
+        (cache.objects / name).write_text("")
+        if name != "fresh.o":
+            os.utime(cache.objects / name, ((1000, 10, 2000)[i],) * 2)
+    cache.prune()
+    assert {path.name for path in cache.objects.iterdir()} == {"new.o", "fresh.o"}
+
+
+@given(st.lists(st.binary(max_size=4), max_size=4), st.lists(st.binary(max_size=4), max_size=4))
+def test_a_digest_tells_parts_apart(first, second):
+    assert (digest(*first) == digest(*second)) == (first == second)
