@@ -20,7 +20,7 @@ from crazychoir_fw.errors import CrazychoirError
 from crazychoir_fw.firmware.parity.fleet import FLEET, Formation, Member
 from crazychoir_fw.firmware.parity.side import Side
 from crazychoir_fw.firmware.parity.structs import columns, dtype_of
-from crazychoir_fw.report.replacing import replacing
+from crazychoir_fw.replacing import replacing
 
 FORMAT = "crazychoir-fw parity inputs 1"
 

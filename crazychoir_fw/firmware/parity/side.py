@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import check, struct_view
+from crazychoir_fw.core import check, platform_names, struct_view
 from crazychoir_fw.errors import UnknownNameError
 from crazychoir_fw.variables import Variable, read_tables
 
-PLATFORMS = {ffi.string(lib.cf_platform_facts(i).name).decode(): i for i in range(lib.CF_PLATFORM_COUNT)}
+PLATFORMS = {name: number for number, name in enumerate(platform_names())}
 
 CONTROLLERS = {"pid": 1, "mellinger": 2, "indi": 3, "brescianini": 4, "lee": 5}
 """Numbers of the controllers by the words of the plugin's attribute."""
@@ -39,7 +39,7 @@ class Side:
         if platform not in PLATFORMS:
             raise UnknownNameError(f"no platform named '{platform}', allowed: {', '.join(PLATFORMS)}")
         self.number = number
-        self.name = ffi.string(self.table.name).decode()
+        self.name = ffi.string(lib.cf_provider_name(number)).decode()
         self.platform = platform
         self.parameters = dict(parameters or {})
         self.functions: dict[str, Callable[..., Any]] = {
@@ -79,11 +79,11 @@ class Block:
 
     def __init__(self, side: Side, with_parameters: bool = True) -> None:
         self._side = side
+        self._is_open = False
         self.functions = side.functions
         # inside a whole drone: a library finds the drone that it stops, or prints for, by the place of its block
         offset = ffi.offsetof("cf_t", "provider_state")
-        size = offset + max(int(side.table.state_bytes), lib.CF_PROVIDER_STATE_BYTES)
-        self._drone = np.zeros(-(-size // 8), np.uint64)
+        self._drone = np.zeros(lib.cf_state_bytes(side.number) // 8, np.uint64)
         self.bytes: NDArray[np.uint8] = self._drone.view(np.uint8)[offset:]
         self.state = struct_view("void", self.bytes.ctypes.data)
         self.cf = struct_view("cf_t", self._drone.ctypes.data)
@@ -101,11 +101,28 @@ class Block:
 
     def set_parameter(self, name: str, value: float) -> None:
         """Write a parameter of the provider as a client does."""
+        was_open = self._is_open
+        self.close()
         self._cell(self._side.parameter_table[name])[0] = value
         written = self._side.functions.get("parameter_written")
         if written is not None:
             group, own = name.split(".", 1)
             written(self.state, group.encode(), own.encode())
+        if was_open:
+            self.open()
+
+    def open(self) -> None:
+        """Begin a series of calls, which saves a provider work; until `close` its variables are not to be read."""
+        begin = self._side.functions.get("begin")
+        if begin is not None and not self._is_open:
+            begin(self.state)
+            self._is_open = True
+
+    def close(self) -> None:
+        """End a series of calls, if there is one."""
+        if self._is_open:
+            self._side.functions["end"](self.state)
+            self._is_open = False
 
     def _cell(self, variable: Variable) -> NDArray[Any]:
         return self.bytes[variable.offset : variable.offset + variable.dtype.itemsize].view(variable.dtype)
@@ -116,8 +133,7 @@ class Block:
         onboard = self.cf.onboard
         if onboard.fault == lib.CF_FAULT_NONE:
             return None
-        own = getattr(onboard, "failure", None)
-        reason = ffi.string(own).decode(errors="replace") if own is not None else ""
+        reason = ffi.string(onboard.failure).decode(errors="replace")
         return reason or ffi.string(lib.cf_fault_text(onboard.fault)).decode()
 
     def refresh_logs(self) -> None:
@@ -128,7 +144,10 @@ class Block:
 
 
 class LogGatherer:
-    """Reads several log variables of a block at once, sample by sample."""
+    """Reads several log variables of a block at once, sample by sample.
+
+    While it is entered, with ``with``, the block is open for a series of calls.
+    """
 
     def __init__(self, side: Side, block: Block, names: list[str], samples: int) -> None:
         self._block = block
@@ -137,10 +156,21 @@ class LogGatherer:
         self._index = np.concatenate(places) if places else np.empty(0, np.intp)
         self._rows = np.zeros((samples, len(self._index)), np.uint8)
 
+    def __enter__(self) -> LogGatherer:
+        self._block.open()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._block.close()
+
     def take(self, sample: int) -> None:
         """Keep the present values as this sample."""
+        if not self._variables:
+            return
         self._block.refresh_logs()
+        self._block.close()
         self._block.bytes.take(self._index, out=self._rows[sample])
+        self._block.open()
 
     def signals(self) -> dict[str, NDArray[Any]]:
         """Return the samples by ``log.group.name``."""

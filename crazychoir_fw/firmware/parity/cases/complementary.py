@@ -72,10 +72,11 @@ def _replay(request: Request, flight: Flight, is_restarted: bool) -> Outcome:
     estimate = ffi.new("state_t *")  # one, which keeps what is not written
     update = functions["complementary"]
     steps = flight.tracks["step"].tolist()
-    for i, now in enumerate(ticks.tolist()):
-        if is_restarted and i == len(ticks) // 2:
-            functions["complementary_init"](state)
-        update(state, latest + i, estimate, steps[i], now)
-        kept[i] = estimate[0]
-        logs.take(i)
+    with logs:
+        for i, now in enumerate(ticks.tolist()):
+            if is_restarted and i == len(ticks) // 2:
+                functions["complementary_init"](state)
+            update(state, latest + i, estimate, steps[i], now)
+            kept[i] = estimate[0]
+            logs.take(i)
     return Outcome(ticks, {**columns(estimates, "estimate"), **logs.signals()}, block.failure)

@@ -78,12 +78,13 @@ def _run(
     estimate, control = pointer(estimates, "state_t"), pointer(controls, "control_t")
     # one struct that the controller writes into, as in the loop: between its turns it leaves what was there
     present = ffi.new("control_t *")
-    for i, step in enumerate(steps.tolist()):
-        if i == reset_at:
-            block.functions["reset_position_control"](state, ffi.addressof(estimate[i], "position"))
-        function(state, present, setpoint + i, sensor + i, estimate + i, step)
-        control[i] = present[0]
-        logs.take(i)
+    with logs:
+        for i, step in enumerate(steps.tolist()):
+            if i == reset_at:
+                block.functions["reset_position_control"](state, ffi.addressof(estimate[i], "position"))
+            function(state, present, setpoint + i, sensor + i, estimate + i, step)
+            control[i] = present[0]
+            logs.take(i)
     return Outcome(np.arange(count), {**control_signals(controls), **logs.signals()}, block.failure)
 
 

@@ -105,7 +105,7 @@ class _Task:
         self._acc, self._gyro = ffi.new("Axis3fSubSampler_t *"), ffi.new("Axis3fSubSampler_t *")
         self._acc_latest, self._gyro_latest = ffi.new("Axis3f *"), ffi.new("Axis3f *")
         self._resolved = ffi.new("cf_resolved_sweep_t *")
-        self._logs = request.gatherer(self.block, samples)
+        self.logs = request.gatherer(self.block, samples)
         self._next_prediction = start
         self._is_reset_due = False
         self._sample = 0
@@ -153,7 +153,7 @@ class _Task:
         self.is_within[i] = f["kalman_is_within_bounds"](state)
         self._is_reset_due = not self.is_within[i]
         f["kalman_externalize"](state, self._estimate + i, self._acc_latest)
-        self._logs.take(i)
+        self.logs.take(i)
         self._sample += 1
 
     def outcome(self, ticks: NDArray[Any]) -> Outcome:
@@ -161,7 +161,7 @@ class _Task:
             **columns(self.estimates, "estimate"),
             "is_finalized": self.is_finalized,
             "is_within_bounds": self.is_within,
-            **self._logs.signals(),
+            **self.logs.signals(),
         }
         return Outcome(ticks, signals, self.block.failure)
 
@@ -179,9 +179,10 @@ def _replay(request: Request, flight: Flight) -> Outcome:
     begins, ends = (places.tolist() for places in flight.measurements_at())
     flying = (flight.tracks["is_flying"] != 0).tolist()
     task = _Task(request, flight, len(ticks), start=0)
-    for i, now in enumerate(ticks.tolist()):
-        queue = [(kinds[k], first + k, axis + k) for k in range(begins[i], ends[i])]
-        task.loop(now, flying[i], queue, stations)
+    with task.logs:
+        for i, now in enumerate(ticks.tolist()):
+            queue = [(kinds[k], first + k, axis + k) for k in range(begins[i], ends[i])]
+            task.loop(now, flying[i], queue, stations)
     return task.outcome(ticks)
 
 
@@ -201,16 +202,17 @@ def _made_up(
     stations = _stations()
     at = pointer(stations, "cf_base_stations_t")
     sample, gyro, acc = ffi.new("measurement_t *"), ffi.new("Axis3f *"), ffi.new("Axis3f *")
-    for now in ticks.tolist():
-        gyro.x, gyro.y, gyro.z = (float(value) for value in dice.normal(0.0, 20.0, 3))
-        acc.x, acc.y, acc.z = (float(value) for value in dice.normal((0.0, 0.0, 1.0), 0.05))
-        queue = [(lib.MeasurementTypeGyroscope, None, gyro), (lib.MeasurementTypeAcceleration, None, acc)]
-        if now % 3 == 0:
-            _roll(sample, kind, dice, now)
-            if far is not None and now > MADE_UP_TICKS // 2:
-                sample.data.position.x = far
-            queue.append((kind, sample, None))
-        task.loop(now, now > 100, queue, at)
+    with task.logs:
+        for now in ticks.tolist():
+            gyro.x, gyro.y, gyro.z = (float(value) for value in dice.normal(0.0, 20.0, 3))
+            acc.x, acc.y, acc.z = (float(value) for value in dice.normal((0.0, 0.0, 1.0), 0.05))
+            queue = [(lib.MeasurementTypeGyroscope, None, gyro), (lib.MeasurementTypeAcceleration, None, acc)]
+            if now % 3 == 0:
+                _roll(sample, kind, dice, now)
+                if far is not None and now > MADE_UP_TICKS // 2:
+                    sample.data.position.x = far
+                queue.append((kind, sample, None))
+            task.loop(now, now > 100, queue, at)
     return task.outcome(ticks)
 
 

@@ -90,10 +90,12 @@ def _recorded(request: Request, flight: Flight) -> Outcome:
     to_cap = pointer(tracks["compensated"], "motors_thrust_uncapped_t")
     mixed, duty = pointer(uncapped, "motors_thrust_uncapped_t"), pointer(compensated, "motors_thrust_uncapped_t")
     motors = pointer(pwm, "motors_thrust_pwm_t")
+    block.open()
     for i, voltage in enumerate(tracks["supply_voltage"].tolist()):
         mix(state, control + i, mixed + i)
         compensate(state, to_compensate + i, voltage, duty + i)
         was_capped[i] = cap(state, to_cap + i, motors + i)
+    block.close()
     signals = {
         **columns(uncapped, "uncapped"),
         **columns(compensated, "compensated"),
