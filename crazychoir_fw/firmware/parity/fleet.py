@@ -397,7 +397,9 @@ class Formation:
     def view(self, offset: int, size: int) -> NDArray[np.uint8]:
         """Return the same bytes of every drone as a live view, shape (N, size)."""
         memories = [drone.memory for drone in self.world.drones]
-        starts = {later.ctypes.data - first.ctypes.data for first, later in itertools.pairwise(memories)} or {memories[0].nbytes}
+        starts = {later.ctypes.data - first.ctypes.data for first, later in itertools.pairwise(memories)} or {
+            memories[0].nbytes
+        }
         if len(starts) != 1:
             raise CrazychoirError("the drones do not stand one after the other in memory")
         first = memories[0][offset : offset + size]

@@ -53,7 +53,9 @@ def compare_flights(
         for member in fleet
     }
     found = {
-        member.name: Comparison("flight", member.name, member.shows, is_by_number=False, missing_in=at_home[member.name])
+        member.name: Comparison(
+            "flight", member.name, member.shows, is_by_number=False, missing_in=at_home[member.name]
+        )
         for member in fleet
     }
     fleet = [member for member in fleet if not at_home[member.name]]

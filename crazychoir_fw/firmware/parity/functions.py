@@ -63,7 +63,9 @@ class Comparison:
     def first_signals(self) -> list[str]:
         """Those that deviate first."""
         first = self.first_tick
-        return [deviation.signal for deviation in self.deviations if deviation.first_tick == first and first is not None]
+        return [
+            deviation.signal for deviation in self.deviations if deviation.first_tick == first and first is not None
+        ]
 
     def as_json(self) -> dict[str, Any]:
         """Return what a JSON report says."""
@@ -78,7 +80,8 @@ class Comparison:
             "only_in": self.only_in,
             "first_tick": self.first_tick,
             "first_signals": self.first_signals,
-            "signals": [deviation.as_json() for deviation in self.deviations],
+            "signals": [deviation.as_json() for deviation in self.deviations if deviation.deviating],
+            "identical_signals": [deviation.signal for deviation in self.deviations if not deviation.deviating],
         }
 
 

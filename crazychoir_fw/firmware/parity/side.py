@@ -45,9 +45,7 @@ class Side:
         self.functions: dict[str, Callable[..., Any]] = {
             name: getattr(self.table, name)
             for name, field in ffi.typeof("cf_provider_t").fields
-            if field.type.kind in ("function", "pointer")
-            and name != "name"
-            and getattr(self.table, name) != ffi.NULL
+            if field.type.kind in ("function", "pointer") and name != "name" and getattr(self.table, name) != ffi.NULL
         }
         """The functions of the provider's table by name, without those that it lacks."""
         self.parameter_table = read_tables(self.table.parameters)

@@ -90,9 +90,7 @@ def _run(
 
 def _recorded(request: Request, word: str, flight: Flight) -> Outcome:
     tracks = flight.tracks
-    outcome = _run(
-        request, word, tracks["setpoint"], tracks["sensors"], tracks["estimate"], tracks["step"], flight
-    )
+    outcome = _run(request, word, tracks["setpoint"], tracks["sensors"], tracks["estimate"], tracks["step"], flight)
     outcome.ticks = tracks["tick"]
     return outcome
 

@@ -57,7 +57,11 @@ def power_cases(inputs: Inputs) -> list[Case]:
             **made_up,
         ),
         Case(
-            name="cap", about="duties below, in and above the range, idle thrust", run=_cap, needs=("power_cap",), **made_up
+            name="cap",
+            about="duties below, in and above the range, idle thrust",
+            run=_cap,
+            needs=("power_cap",),
+            **made_up,
         ),
         Case(
             name="idle thrust",
