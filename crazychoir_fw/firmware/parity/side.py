@@ -59,7 +59,7 @@ class Side:
         return all(name in self.functions for name in functions)
 
     def has_controller(self, word: str) -> bool:
-        """Return whether the provider has the controller ``pid``, ``mellinger``, …"""
+        """Return whether the provider has the controller ``pid``, ``mellinger`` and so on."""
         return self.table.controller_name(CONTROLLERS[word]) != ffi.NULL
 
     def boot(self) -> Block:
