@@ -262,8 +262,9 @@ class _Build:
         return (*flags, FIRMWARE_MODE) if vehicle else flags
 
     def _source_flags(self, choice: _Choice) -> list[str]:
-        extras = [source_flag("CF_WITH", path) for path in sorted(choice.extras)]
-        return [*extras, *(source_flag("CF_FIRMWARE_MODE", path) for path in sorted(choice.firmware_mode))]
+        # what the checkout's own list has of extra_sources.txt counts as well
+        present = [source_flag("CF_WITH", path) for path in sorted({*self.recipe.sources, *choice.extras})]
+        return [*present, *(source_flag("CF_FIRMWARE_MODE", path) for path in sorted(choice.firmware_mode))]
 
     def _relative(self, path: Path) -> str:
         checkout = self.recipe.checkout

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from difflib import get_close_matches
 from pathlib import Path
 
 from crazychoir_fw.errors import UnknownNameError
@@ -47,4 +48,6 @@ def load(word: str, platform: str, checkout: Path | None = None, progress: Progr
             _built[word, platform] = number
             return number
     known = sorted({BUILTIN, BITCRAZE, *core.providers()})
-    raise UnknownNameError(f"no provider named {word!r} for {platform}, there are {', '.join(known)}")
+    near = get_close_matches(word[:64], known, n=1)
+    hint = f" (did you mean '{near[0]}'?)" if near else ""
+    raise UnknownNameError(f"provider is '{word}', allowed for {platform}: {', '.join(known)}{hint}")

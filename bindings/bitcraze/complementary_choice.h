@@ -1,0 +1,9 @@
+/* Whose complementary estimator flies: the checkout's, when its two files are part of the library
+ * and have the functions that the adapter calls; else the builtin provider's. */
+#ifndef CF_BITCRAZE_COMPLEMENTARY_CHOICE_H
+#define CF_BITCRAZE_COMPLEMENTARY_CHOICE_H
+
+#define CF_COMPLEMENTARY_IS_THEIRS \
+  (CF_WITH_SENSFUSION6 && CF_WITH_POSITION_ESTIMATOR_ALTITUDE && HAVE_COMPLEMENTARY)
+
+#endif  // CF_BITCRAZE_COMPLEMENTARY_CHOICE_H

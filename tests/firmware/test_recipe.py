@@ -1,0 +1,183 @@
+import pytest
+
+from crazychoir_fw.errors import CheckoutError, UnknownNameError
+from crazychoir_fw.firmware.checkout import Checkout
+from crazychoir_fw.firmware.own_sources import bindings_folder, deciding_flags, read_list
+from crazychoir_fw.firmware.recipe import bitcraze_recipe, builtin_recipe, header_names, include_guard
+
+SETUP = """
+include = ["src/modules/interface", "build/include/generated", "vendor/CMSIS/CMSIS/DSP/Include"]
+sources = ["src/modules/src/planner.c", "vendor/CMSIS/CMSIS/DSP/Source/a.c"]
+Extension("_cffirmware", include_dirs=include, sources=sources + ["build/cffirmware_wrap.c"],
+          extra_compile_args={flags})
+"""
+
+
+@pytest.fixture
+def checkout(tmp_path):
+    """Lay out the names that a recipe looks at; compiler flags as given."""
+
+    def make(flags=("-O3", "-DUNIT_TEST_MODE"), root=tmp_path / "it's firmware"):
+        files = {
+            "bindings/setup.py": SETUP.format(flags=list(flags)),
+            "src/modules/src/planner.c": "",
+            "src/modules/interface/log.h": "/* #ifndef NOT_THIS */\n#ifndef __LOG_H_\n#define __LOG_H_ 1\n",
+            "src/modules/interface/param.h": "#pragma once\n",
+            "vendor/CMSIS/CMSIS/DSP/Source/a.c": "",
+            "build/include/generated/autoconf.h": "#error theirs\n",
+        }
+        for name, text in files.items():
+            (root / name).parent.mkdir(parents=True, exist_ok=True)
+            (root / name).write_text(text)
+        return Checkout(root)
+
+    return make
+
+
+def test_lists_become_paths_in_the_checkout(checkout):
+    opened = checkout()
+    recipe = bitcraze_recipe(opened, "cf21bl")
+    assert (recipe.name, recipe.platform) == ("bitcraze", "cf21bl")
+    assert recipe.sources[0] == opened.root / "src/modules/src/planner.c"
+    assert opened.root / "build/include/generated" not in recipe.include_dirs
+    assert opened.root / "src/modules/interface" in recipe.include_dirs
+    assert recipe.include_dirs[0] == bindings_folder() / "library" / "include"
+    assert "#define CONFIG_PLATFORM_CF21BL 1\n" in recipe.generated["autoconf.h"]
+
+
+def test_the_guards_of_their_headers_are_set_after_ours(checkout):
+    lines = bitcraze_recipe(checkout(), "cf2").generated["forced.h"].splitlines()
+    assert lines.index('#include "log.h"') < lines.index("#define __LOG_H_")
+    assert not any("NOT_THIS" in line for line in lines)
+
+
+def test_flags_of_the_checkout_first_those_that_decide_the_bits_last(checkout):
+    flags = bitcraze_recipe(checkout(["-O2", "-fno-strict-aliasing", "-ffp-contract=fast", "-DX=a b"]), "cf2").flags
+    assert [flag for flag in flags if flag.startswith("-O")] == ["-O3", "-O2"]
+    assert [flag for flag in flags if flag.startswith("-ffp-contract")][-1] == "-ffp-contract=off"
+    assert "-DX=a b" in flags
+    assert set(deciding_flags()) <= set(flags)
+    assert {"-g", "-fPIC", "-fno-common", "-fvisibility=hidden"} <= set(flags)
+
+
+@pytest.mark.parametrize(
+    "flag",
+    [
+        "-fplugin=evil.so",
+        "-fpass-plugin=evil.so",
+        "-fplugin-arg-evil-x",
+        "-wrapper",
+        "@evil",
+        "-specs=evil",
+        "-B/evil",
+        "-Wl,-plugin,evil.so",
+        "-Wp,-MD,/evil",
+        "-Wa,-o",
+        "-save-temps",
+        "-fdump-tree-all",
+        "-fprofile-arcs",
+        "-fuse-ld=/evil",
+        "-flto",
+        "-o",
+        "/evil",
+        "-mllvm",
+        "-include",
+        "-x",
+        "--coverage",
+        "-fsanitize=address",
+    ],
+)
+def test_flags_that_write_or_run_something_are_left_out(checkout, flag):
+    recipe = bitcraze_recipe(checkout(["-O3", flag]), "cf2")
+    assert flag not in recipe.flags
+    assert recipe.notes == (f"flag {flag} left out",)
+
+
+@pytest.mark.parametrize("flag", ["-fwrapv", "-std=gnu99", "-m64", "-Wno-error=x", "-DA=1", "-UA", "-fno-math-errno"])
+def test_flags_that_say_how_c_is_compiled_are_kept(checkout, flag):
+    recipe = bitcraze_recipe(checkout(["-O3", flag]), "cf2")
+    assert flag in recipe.flags
+    assert recipe.notes == ()
+
+
+def test_a_missing_source_is_told_with_a_command(checkout):
+    opened = checkout()
+    (opened.root / "vendor/CMSIS/CMSIS/DSP/Source/a.c").unlink()
+    with pytest.raises(CheckoutError, match=r"a\.c is missing in .* submodule update --init --force vendor/CMSIS`$"):
+        bitcraze_recipe(opened, "cf2")
+    (opened.root / "src/modules/src/planner.c").unlink()
+    with pytest.raises(CheckoutError, match=r"names src/modules/src/planner\.c and 1 more, which is missing"):
+        bitcraze_recipe(opened, "cf2")
+
+
+def test_with_the_known_lists_only_what_is_there_counts(checkout):
+    opened = checkout()
+    (opened.root / "bindings" / "setup.py").write_text("sources = find_them()")
+    recipe = bitcraze_recipe(opened, "cf2")
+    assert recipe.sources == (opened.root / "src/modules/src/planner.c",)
+    assert len(recipe.notes) == 2
+
+
+def test_apps_switch_their_part_of_the_firmware_on(checkout, tmp_path):
+    law, filter_, mention = tmp_path / "my law.c", tmp_path / "filter.c", tmp_path / "mention.c"
+    law.write_text("void controllerOutOfTree (int x) {}")
+    filter_.write_text("void estimatorOutOfTree(int x) {}")
+    mention.write_text(
+        "// like controllerOutOfTree(...)\n/* estimatorOutOfTree() */\nvoid controllerOutOfTreeInit(void);"
+    )
+    opened = checkout()
+    assert bitcraze_recipe(opened, "cf2", [law]).settings["CONFIG_CONTROLLER_OOT"] == "1"
+    assert bitcraze_recipe(opened, "cf2", [law]).name == "bitcraze+my_law"
+    assert bitcraze_recipe(opened, "cf2", [filter_]).settings["CONFIG_ESTIMATOR_OOT"] == "1"
+    assert (
+        not {"CONFIG_CONTROLLER_OOT", "CONFIG_ESTIMATOR_OOT"}
+        & bitcraze_recipe(opened, "cf2", [mention]).settings.keys()
+    )
+    both = builtin_recipe([law, filter_])
+    assert both.settings == {"CONFIG_CONTROLLER_OOT": "1", "CONFIG_ESTIMATOR_OOT": "1"}
+    assert (both.name, both.platform) == ("builtin+my_law+filter", None)
+    with pytest.raises(UnknownNameError, match="there is no app file"):
+        builtin_recipe([tmp_path / "none.c"])
+
+
+def test_a_configuration_header_of_the_user(checkout, tmp_path):
+    path = tmp_path / "autoconf.h"
+    path.write_text("#define CONFIG_PLATFORM_CF2 1\n#define CONFIG_MINE 7\n")
+    recipe = bitcraze_recipe(checkout(), "cf2", configured=path)
+    assert recipe.settings == {"CONFIG_MINE": "7", "CONFIG_PLATFORM_CF2": "1"}
+    assert "#define CONFIG_MINE 7\n" in recipe.generated["autoconf.h"]
+
+
+def test_guards_of_headers(tmp_path):
+    path = tmp_path / "log.h"
+    assert include_guard(path) is None
+    path.write_text("// #ifndef A\n// #define A\n#  ifndef B_\n\n# define B_\n")
+    assert include_guard(path) == "B_"
+    path.write_text("#pragma once\n#ifndef X\n#include <y.h>\n#endif\n")
+    assert include_guard(path) is None
+
+
+def test_names_of_headers_below_folders(tmp_path):
+    (tmp_path / "deep").mkdir()
+    for name in ("a.h", "b.c", "deep/c.h"):
+        (tmp_path / name).write_text("")
+    assert header_names([tmp_path, tmp_path / "deep", tmp_path / "none"]) == [f"{tmp_path}/a.h", f"{tmp_path}/deep/c.h"]
+
+
+def test_lists_of_files_may_have_comments(tmp_path):
+    path = tmp_path / "list.txt"
+    assert read_list(path) == []
+    path.write_text("# why\n\na/b.c  # because\nc.c\n")
+    assert read_list(path) == ["a/b.c", "c.c"]
+
+
+def test_what_is_compiled_at_run_time_is_of_kinds_that_are_installed():
+    folder = bindings_folder()
+    kinds = {
+        path.suffix
+        for name in ("app", "bitcraze", "library", "builtin", "api")
+        for path in (folder / name).rglob("*")
+        if path.is_file() and "__pycache__" not in path.parts
+    }
+    # pyproject.toml names these; Python files are tools that wrote a table
+    assert kinds <= {".c", ".h", ".txt", ".py"}
