@@ -64,10 +64,17 @@ class Pilot:
         self.drone = drone
         self.home = drone.true_position
         self.refused: list[str] = []
+        self.start: int | None = None
+        """Tick of the world at which the legs begin (ms); None while the drone cannot fly."""
         self._legs = list(legs)
         self._ends = list(itertools.accumulate(round(leg.seconds * 1000) for leg in legs))
         self.ticks = self._ends[-1]
         """What all legs together take (ms)."""
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether the drone may still become able to fly."""
+        return self.start is None and self.drone.struct.onboard.fault == lib.CF_FAULT_NONE
 
     def act(self, tick: int) -> None:
         """Send what is due at this time since the start (ms)."""
@@ -385,14 +392,9 @@ class Formation:
         return max(pilot.ticks for pilot in self.pilots) / 1000
 
     @property
-    def start(self) -> int:
-        """Tick at which the pilots begin (ms); the present one while they wait."""
-        return self.tick if self._start is None else self._start
-
-    @property
     def ticks_under_way(self) -> int:
-        """Ticks since the pilots have begun (ms): when all drones could fly, or had time enough."""
-        return self.tick - self.start
+        """Ticks since the last drone began (ms), or gave up: one that is stopped, or is not ready in time, stays."""
+        return 0 if self._start is None else self.tick - self._start
 
     def view(self, offset: int, size: int) -> NDArray[np.uint8]:
         """Return the same bytes of every drone as a live view, shape (N, size)."""
@@ -407,21 +409,23 @@ class Formation:
 
     def step(self) -> None:
         """Advance by one tick (1 ms); the pilots speak before it."""
-        if self._start is None:
+        if self._start is None and self.tick % PERIOD == 0:
             self._get_ready()
-        if self._start is not None:
-            for pilot in self.pilots:
-                pilot.act(self.ticks_under_way)
+        for pilot in self.pilots:
+            if pilot.start is not None:
+                pilot.act(self.tick - pilot.start)
         self.world.step(1)
         self.tick += 1
 
     def _get_ready(self) -> None:
-        if self.tick % 20:
-            return
-        for drone in self.world.drones:
-            if drone.can_arm and not drone.can_fly:
-                drone.arm()
-        if all(drone.can_fly for drone in self.world.drones) or self.tick >= _BOOT_LIMIT:
+        # each drone for itself, so that one that fails changes nothing for the others
+        waiting = [pilot for pilot in self.pilots if pilot.is_waiting]
+        for pilot in waiting:
+            if pilot.drone.can_fly:
+                pilot.start = self.tick
+            elif pilot.drone.can_arm:
+                pilot.drone.arm()
+        if not any(pilot.is_waiting for pilot in waiting) or self.tick >= _BOOT_LIMIT:
             self._start = self.tick
 
 

@@ -91,8 +91,8 @@ def _fly(
             world.step()
             sampler.sample()
         if samplers[0].count == _CHUNK:
-            _compare_chunk(judges, samplers, worlds[0].start)
-    _compare_chunk(judges, samplers, worlds[0].start)
+            _compare_chunk(judges, samplers)
+    _compare_chunk(judges, samplers)
     for index, judge in enumerate(judges):
         judge.finish()
         for role, world in zip(("reference", "candidate"), worlds, strict=True):
@@ -101,10 +101,10 @@ def _fly(
                 judge.result.failures[role] = failure
 
 
-def _compare_chunk(judges: Sequence[_Judge], samplers: Sequence[_Sampler], start: int) -> None:
+def _compare_chunk(judges: Sequence[_Judge], samplers: Sequence[_Sampler]) -> None:
     first, second = (sampler.take() for sampler in samplers)
     for index, judge in enumerate(judges):
-        judge.look(first.of(index), second.of(index), start)
+        judge.look(first.of(index), second.of(index))
 
 
 def _common_logs(sides: tuple[Side, Side]) -> list[str]:
@@ -198,13 +198,16 @@ class _Judge:
 
     def __init__(self, result: Comparison, pilot: Pilot) -> None:
         self.result = result
-        self._ticks = pilot.ticks + round(_AFTERWARDS * 1000)
+        self._pilot = pilot
         self._deviations: dict[str, Deviation] = {}
         self._traces: dict[str, list[Trace]] = {}
 
-    def look(self, reference: _Stretch, candidate: _Stretch, start: int) -> None:
-        """Compare a stretch; `start` is the tick at which the pilots began."""
-        first, second = (stretch.until(start + self._ticks) for stretch in (reference, candidate))
+    def look(self, reference: _Stretch, candidate: _Stretch) -> None:
+        """Compare a stretch."""
+        first, second = reference, candidate
+        if self._pilot.start is not None:
+            end = self._pilot.start + self._pilot.ticks + round(_AFTERWARDS * 1000)
+            first, second = reference.until(end), candidate.until(end)
         if not len(first.ticks):
             return
         for i, name in enumerate(_TRUTH):

@@ -196,7 +196,8 @@ def record(
     queue.finish()
     flights = {}
     for index, member in enumerate(fleet):
-        tracks = recorder.tracks(index, formation.pilots[index].ticks + formation.start + _AFTERWARDS)
+        pilot = formation.pilots[index]
+        tracks = recorder.tracks(index, (pilot.start or 0) + pilot.ticks + _AFTERWARDS)
         if len(tracks["tick"]):
             measurements = queue.of(index, int(tracks["tick"][0]), int(tracks["tick"][-1]))
             stations = recorder.base_stations(index)
