@@ -52,7 +52,8 @@ class Member:
     estimator: str | None = None
     parameters: Mapping[str, float | int] = field(default_factory=dict)
     attributes: Mapping[str, Any] = field(default_factory=dict)
-    yaw_deg: float = 0.0
+    place: tuple[float, float] | None = None
+    """Where it stands (m); by default in a grid with the others."""
     shows: str = ""
     """What this drone is there for, in a few words."""
 
@@ -277,6 +278,10 @@ _HEIGHT_ALONE = (
 )
 
 
+def _trade_places(dx: float) -> tuple[Leg, ...]:
+    return (Leg(1.5, _takeoff), Leg(2.5, keep=_toward(dx)), Leg(2.2, _land))
+
+
 FLEET: tuple[Member, ...] = (
     Member("pid", _EVERY_SETPOINT, shows="PID with every kind of set-point; poses"),
     Member("mellinger", _POSITIONS_ONLY, "mellinger", shows="Mellinger with positions, full states and plans"),
@@ -323,11 +328,22 @@ FLEET: tuple[Member, ...] = (
         estimator="complementary",
         shows="complementary estimator with range and barometer",
     ),
-    Member("avoids_right", (Leg(1.5, _takeoff), Leg(2.5, keep=_toward(_SPACING)), Leg(2.2, _land)),
-           parameters={"colAv.enable": 1}, shows="collision avoidance"),
-    Member("avoids_left", (Leg(1.5, _takeoff), Leg(2.5, keep=_toward(-_SPACING)), Leg(2.2, _land)),
-           parameters={"colAv.enable": 1}, shows="collision avoidance"),
-)  # fmt: skip
+    # far from the others, whose ways are none of their business
+    Member(
+        "avoids_right",
+        _trade_places(_SPACING),
+        parameters={"colAv.enable": 1},
+        place=(8.0, 0.0),
+        shows="collision avoidance",
+    ),
+    Member(
+        "avoids_left",
+        _trade_places(-_SPACING),
+        parameters={"colAv.enable": 1},
+        place=(8.0 + _SPACING, 0.0),
+        shows="collision avoidance",
+    ),
+)
 """Everybody."""
 
 DURATION = max(sum(leg.seconds for leg in member.legs) for member in FLEET)
@@ -357,8 +373,7 @@ class Formation:
         configs = [
             DroneConfig(
                 member.name,
-                _place(i),
-                yaw_deg=member.yaw_deg,
+                member.place or _place(i),
                 platform=platform,
                 provider=provider,
                 controller=member.controller,
