@@ -54,8 +54,9 @@ def main() -> None:
     set_threads(1)
     world = hovering_world(options.drones)
     snapshot = world.snapshot()
-    controllers = {word: i + 1 for i, word in enumerate(choices("controller"))}
-    estimators = {word: i + 1 for i, word in enumerate(choices("estimator"))}
+    # the built-in provider carries nothing out of the tree
+    controllers = {word: i + 1 for i, word in enumerate(choices("controller")) if word != "out_of_tree"}
+    estimators = {word: i + 1 for i, word in enumerate(choices("estimator")) if word != "out_of_tree"}
     pairs = list(itertools.product(controllers, estimators))
     runs: dict[tuple[str, str], list[float]] = {pair: [] for pair in pairs}
     for _ in range(options.repeats):

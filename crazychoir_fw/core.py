@@ -153,6 +153,21 @@ def provider_identity(number: int) -> dict[str, Any]:
         return {"provider": name, **_identities.get(number, {})}
 
 
+def provider_functions(number: int) -> Any:
+    """Return the table of a provider for the calling thread, a cffi pointer to ``cf_provider_t``.
+
+    Raises:
+        UnknownNameError: If there is no provider of this number.
+        StateError: If no copy of the library can be loaded for this thread.
+    """
+    provider_identity(number)
+    functions = lib.cf_provider(number)
+    if functions == ffi.NULL:
+        name = ffi.string(lib.cf_provider_name(number)).decode()
+        raise StateError(f"no copy of provider '{name}' can be loaded for this thread: memory or files ran out")
+    return functions
+
+
 def find_provider(name: str, platform: str) -> int | None:
     """Return the number of the newest provider of this name for an airframe, or None."""
     platforms = platform_names()

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import check, platform_names
+from crazychoir_fw.core import check, platform_names, provider_functions
 from crazychoir_fw.errors import UnknownNameError
 
 _DTYPES: dict[int, np.dtype] = {
@@ -67,12 +67,14 @@ def read_tables(fill: Callable[[Any, int], int]) -> dict[str, Variable]:
 @functools.cache
 def parameter_table(provider: int = 0) -> Mapping[str, Variable]:
     """Return all parameters of a drone with this provider, by name, in the order of the drone's table."""
+    provider_functions(provider)
     return read_tables(functools.partial(lib.cf_parameters, provider))
 
 
 @functools.cache
 def log_table(provider: int = 0) -> Mapping[str, Variable]:
     """Return all log variables of a drone with this provider, by name, in the order of the drone's table."""
+    provider_functions(provider)
     return read_tables(functools.partial(lib.cf_logs, provider))
 
 
@@ -90,6 +92,7 @@ def factory_values(platform: str, table: Mapping[str, Variable], provider: int =
     names = platform_names()
     if platform not in names:
         raise UnknownNameError(f"no platform named '{platform}', allowed: {', '.join(names)}")
+    provider_functions(provider)
     config, block = ffi.new("cf_config_t *"), ffi.new("uint64_t[]", lib.cf_state_bytes(provider) // 8)
     check(lib.cf_config_default(config, names.index(platform)), platform)
     config.provider = provider

@@ -4,6 +4,8 @@
 // The built-in table comes from the process that loads it, by its address in TOY_BUILTIN. Compiled
 // with TOY_ABI, TOY_ENTRY, TOY_PADDING [bytes] or TOY_GAIN it is another library.
 
+#define _POSIX_C_SOURCE 200809L  // sigsetjmp
+
 #include <setjmp.h>
 #include <stdlib.h>
 #include <string.h>

@@ -26,6 +26,7 @@ void cf_work_open(const cf_library_host_t *of_library) {
 
 // ------------------------------------------------------------------------- whose image is in place
 
+// An owner that never came to its end is forgotten: its block may be gone by now.
 void cf_work_begin(void *state) {
   cf_image_load(state);
   owner = state;
@@ -35,8 +36,8 @@ void cf_work_end(void *state) {
   // after a failure nobody owns the image any more
   if (owner == state) {
     cf_image_store(state);
+    owner = NULL;
   }
-  owner = NULL;
 }
 
 // Makes room for another drone, should one come between begin and end.

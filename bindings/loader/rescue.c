@@ -9,7 +9,7 @@
 
 #define STACK_BYTES 65536
 
-static const int SIGNALS[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL};
+static const int SIGNALS[] = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGTRAP, SIGABRT};
 
 #define SIGNAL_COUNT (sizeof SIGNALS / sizeof SIGNALS[0])
 

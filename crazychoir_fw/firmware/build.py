@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import re
 import secrets
 import shlex
@@ -97,7 +98,7 @@ class _Build:
         self._lock = threading.Lock()
 
     def run(self) -> Library:
-        plain = [__version__, self.compiler.command, self.compiler.version, self.recipe.key()]
+        plain = [__version__, _machinery(), self.compiler.command, self.compiler.version, self.recipe.key()]
         key = f"library-{digest_of(plain)}"
         if (library := self._recall(key)) is not None:
             return library
@@ -323,6 +324,12 @@ class _Build:
         notes = [f"  {note}" for note in self.notes]
         commands = ["commands:", *(f"  {line}" for line in self.objects.commands)]
         return "\n".join([*facts, "configuration:", *used_values, "notes:", *notes, *commands, *self.printed]) + "\n"
+
+
+@functools.cache
+def _machinery() -> str:
+    """Return a digest of the Python code that builds: another way to build gives another library."""
+    return digest_of(Fingerprints().all_of(str(path) for path in Path(__file__).parent.glob("*.py")))
 
 
 def _words(names: Iterable[str]) -> list[str]:

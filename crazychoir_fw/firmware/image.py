@@ -20,7 +20,8 @@ Range = tuple[int, int]  # offset from the begin of the library, size [bytes]
 
 WORD = 8  # [bytes]
 
-ADDRESS_OPERATION = 0x03  # DW_OP_addr: an address follows
+# operations of DWARF: an address follows, or the number of an address in a table
+ADDRESS, ADDRESS_BY_NUMBER = 0x03, 0xA1
 
 # Written by the loader, by the run-time of C, or by the library for itself (CF_LIBRARY_KEEP), and the same for every
 # drone. The two tables are read only when the library is opened.
@@ -154,10 +155,20 @@ def _address(die: Any) -> int | None:
     """Return where a variable lives, or None when it has no fixed address."""
     location = die.attributes.get("DW_AT_location")
     # numbers stand for tables of places by time, which variables of static storage do not need
-    if location is None or not isinstance(location.value, list) or len(location.value) != 1 + WORD:
+    if location is None or not isinstance(location.value, list) or not location.value:
         return None
-    operation, *address = location.value
-    return int.from_bytes(bytes(address), "little") if operation == ADDRESS_OPERATION else None
+    operation, *operands = location.value
+    if operation == ADDRESS and len(operands) == WORD:
+        return int.from_bytes(bytes(operands), "little")
+    if operation == ADDRESS_BY_NUMBER and _is_one_number(operands):
+        number = sum((byte & 0x7F) << (7 * i) for i, byte in enumerate(operands))
+        return die.dwarfinfo.get_addr(die.cu, number)
+    return None
+
+
+def _is_one_number(operands: list[int]) -> bool:
+    """Return whether the bytes are one number of variable length, and nothing behind it."""
+    return [byte >> 7 for byte in operands] == [1] * (len(operands) - 1) + [0]
 
 
 def _type(die: Any) -> Any | None:

@@ -50,4 +50,4 @@ def load(word: str, platform: str, checkout: Path | None = None, progress: Progr
     known = sorted({BUILTIN, BITCRAZE, *core.providers()})
     near = get_close_matches(word[:64], known, n=1)
     hint = f" (did you mean '{near[0]}'?)" if near else ""
-    raise UnknownNameError(f"provider is '{word}', allowed for {platform}: {', '.join(known)}{hint}")
+    raise UnknownNameError(f"no provider named '{word}' for {platform}, there are {', '.join(known)}{hint}")

@@ -228,7 +228,10 @@ def _flags(lists: SetupLists, root: Path, notes: list[str]) -> list[str]:
 
 
 _GUARD = re.compile(r"^[ \t]*#[ \t]*ifndef[ \t]+(\w+)[^\n]*\n\s*#[ \t]*define[ \t]+\1\b", re.MULTILINE)
+_ONCE = re.compile(r"^[ \t]*#[ \t]*pragma[ \t]+once\b", re.MULTILINE)
 _COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
+_MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", re.MULTILINE)
+_NAME = re.compile(r"\b(?:log|param)[A-Z]\w*")
 
 
 def _forced_header(include_dirs: Sequence[Path]) -> str:
@@ -236,21 +239,40 @@ def _forced_header(include_dirs: Sequence[Path]) -> str:
 
     A header beside log.h finds the checkout's own, whatever the order of folders. Its guard makes it empty.
     """
-    lines = ["// Comes before every source; made by crazychoir, changes are lost."]
-    lines += ['#include "prologue.h"', '#include "log.h"', '#include "param.h"']
-    for name in ("log.h", "param.h"):
-        for folder in include_dirs:
-            if guard := include_guard(folder / name):
-                lines += [f"#ifndef {guard}", f"#define {guard}", "#endif"]
-    return "\n".join(lines) + "\n"
+    before, after = [], []
+    for path in (folder / name for name in ("log.h", "param.h") for folder in include_dirs):
+        if guard := include_guard(path):
+            after += [f"#ifndef {guard}", f"#define {guard}", "#endif"]
+        elif path.is_file() and _ONCE.search(_code(path)):
+            before += _read_once(path)
+    ours = ['#include "prologue.h"', '#include "log.h"', '#include "param.h"']
+    return "\n".join(
+        ["// Comes before every source; made by crazychoir, changes are lost.", *before, *ours, *after, ""]
+    )
+
+
+def _read_once(path: Path) -> list[str]:
+    """Return lines that read a header without a guard under other names, after which it is never read again."""
+    folder = bindings_folder() / "library" / "include"
+    names = sorted(set(_NAME.findall(_code(folder / "log.h") + _code(folder / "param.h"))))
+    forgotten = [*names, *sorted(set(_MACRO.findall(_code(path))))]
+    return [
+        *(f"#define {name} cf_their_{name}" for name in names),
+        f'#include "{path}"',
+        *(f"#undef {name}" for name in forgotten),
+    ]
+
+
+def _code(path: Path) -> str:
+    """Return a source without its comments."""
+    return _COMMENT.sub(" ", path.read_text(encoding="utf-8", errors="replace"))
 
 
 def include_guard(path: Path) -> str | None:
     """Return the macro that keeps a header from being read twice; None without header or macro."""
     if not path.is_file():
         return None
-    text = _COMMENT.sub(" ", path.read_text(encoding="utf-8", errors="replace"))
-    found = _GUARD.search(text)
+    found = _GUARD.search(_code(path))
     return found[1] if found else None
 
 
@@ -274,8 +296,7 @@ def _existing_apps(apps: Sequence[Path]) -> tuple[Path, ...]:
 
 
 def _mention(pattern: re.Pattern[str], paths: Iterable[Path]) -> bool:
-    texts = (path.read_text(encoding="utf-8", errors="replace") for path in paths)
-    return any(pattern.search(_COMMENT.sub(" ", text)) for text in texts)
+    return any(pattern.search(_code(path)) for path in paths)
 
 
 def _library_name(provider: str, apps: Sequence[Path]) -> str:

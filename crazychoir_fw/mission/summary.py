@@ -78,6 +78,7 @@ def summarize(
     and state estimate. `endpoint_error_m` is the distance from the last commanded place at the end of the flight.
     `hover_thrust_percent` is the mean thrust command over the steadiest second, before battery compensation; the
     firmware logs none for a controller that commands newtons. A figure that a flight does not have is null.
+    `providers` says once per provider what it was built from.
     """
     measured = flight_figures(plan, log, start)
     for settings, figures in zip(mission.fleet, measured, strict=True):
@@ -86,11 +87,12 @@ def summarize(
     drones = [
         {
             "id": drone.id,
+            "provider": settings.provider,
             **figures,
             "battery_V": _rounded(drone.battery_voltage),
             "supervisor_state": drone.supervisor_state,
         }
-        for drone, figures in zip(world.drones, measured, strict=True)
+        for drone, settings, figures in zip(world.drones, mission.fleet, measured, strict=True)
     ]
     return {
         "mission": mission.name,
@@ -104,6 +106,7 @@ def summarize(
         "real_time_factor": _rounded(world.time / wall_seconds if wall_seconds > 0 else math.nan),
         "drones": drones,
         "build": identity(),
+        "providers": log.metadata.get("providers", []),
     }
 
 

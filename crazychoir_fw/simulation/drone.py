@@ -43,11 +43,15 @@ class Drone:
         self.memory: NDArray[np.uint8] = data.plugin_state[state : state + size].view(np.uint8)
         self._cf: Any = struct_view("cf_t", address_of(self.memory))
 
-        provider = self._cf.config.provider
+        self.provider_number = int(self._cf.config.provider)
+        """Number of its provider in the core (`crazychoir_fw.core.provider_identity`)."""
+        provider = self.provider_number
         self.commander = Commander(self.id, self._cf)
         self.high_level_commander = HighLevelCommander(self.id, self._cf)
         self.loc = Localization(self.id, self._cf)
-        self.param = Param(self.id, self.memory, parameter_table(provider), {} if watched is None else watched)
+        self.param = Param(
+            self.id, self.memory, parameter_table(provider), self._cf, {} if watched is None else watched
+        )
         self.log = Log(self.id, self.memory, log_table(provider), self._cf)
 
     def __repr__(self) -> str:

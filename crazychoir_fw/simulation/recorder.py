@@ -1,24 +1,23 @@
 """Records every log variable of every drone, and the true motion, at a fixed rate.
 
-A log variable is one number at a fixed place of each drone's memory, so that one strided view of `plugin_state` is
-that variable of the whole swarm: a sample costs one array copy per variable, whatever the number of drones.
+A sample costs one array copy per variable, whatever the number of drones (see `swarm_views`). Drones with different
+providers have different variables: a signal that a drone lacks is NaN in its column, and one that counts in whole
+numbers becomes a float for the others then, without losing a digit.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
-from crazychoir_fw._core import lib
-from crazychoir_fw.core import identity
+from crazychoir_fw.core import identity, provider_identity
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.report.flight_log import FlightLog
+from crazychoir_fw.simulation.swarm_views import swarm_parts
 from crazychoir_fw.simulation.world import TICKS_PER_SECOND, World
-from crazychoir_fw.variables import log_table
 
 _TRUE_POSE = ("sim.x", "sim.y", "sim.z")
 _TRUE_VELOCITY = ("sim.vx", "sim.vy", "sim.vz")
@@ -42,19 +41,19 @@ class FlightRecorder:
             raise RangeError(f"rate_hz is {rate_hz}, allowed: a divisor of {TICKS_PER_SECOND}")
         self._world = world
         self.ticks_per_sample = TICKS_PER_SECOND // rate_hz
-        self._views = swarm_views(world)
-        self._stride = _stride(world)
+        self._parts = swarm_parts(world)
         self._times: list[float] = []
-        self._samples: dict[str, list[NDArray]] = {name: [] for name in self._views}
+        self._samples: list[dict[str, list[NDArray]]] = [{name: [] for name in part.views} for part in self._parts]
         self._qpos: list[NDArray[np.float64]] = []
         self._motion: list[NDArray[np.float64]] = []
 
     def sample(self) -> None:
         """Take one sample of the present instant."""
-        lib.cf_refresh_logs(self._world.drones[0].struct, len(self._world.drones), self._stride)
         self._times.append(self._world.time)
-        for name, view in self._views.items():
-            self._samples[name].append(view.copy())
+        for part, samples in zip(self._parts, self._samples, strict=True):
+            part.refresh()
+            for name, view in part.views.items():
+                samples[name].append(view.copy())
         self._qpos.append(self._world.data.qpos.copy())
         self._motion.append(np.array([drone.true_velocity for drone in self._world.drones]))
 
@@ -76,8 +75,7 @@ class FlightRecorder:
 
     def finish(self, metadata: Mapping[str, Any] | None = None) -> FlightLog:
         """Return everything recorded so far; the metadata also says what flew, how it was built, and the seed."""
-        signals = {name: np.array(samples) for name, samples in self._samples.items()}
-        signals.update(self._true_motion())
+        signals = {**self._signals(), **self._true_motion()}
         return FlightLog(
             time=self.times,
             drone_ids=[drone.id for drone in self._world.drones],
@@ -85,9 +83,24 @@ class FlightRecorder:
             metadata={**self._provenance(), **(metadata or {})},
         )
 
+    def _signals(self) -> dict[str, NDArray[Any]]:
+        """Return every log variable of the swarm, shape (T, N)."""
+        found: dict[str, list[tuple[NDArray[np.intp], NDArray[Any]]]] = {}
+        for part, samples in zip(self._parts, self._samples, strict=True):
+            for name, view in part.views.items():
+                taken = np.array(samples[name], dtype=view.dtype).reshape(-1, len(view))
+                found.setdefault(name, []).append((part.numbers, taken))
+        return {name: _joined(own, len(self._world.drones)) for name, own in found.items()}
+
     def _provenance(self) -> dict[str, Any]:
         drones = {d.id: {"provider": d.config.provider, "platform": d.config.platform} for d in self._world.drones}
-        return {**identity(), "scene": self._world.scene, "seed": self._world.seed, "drones": drones}
+        return {
+            **identity(),
+            "scene": self._world.scene,
+            "seed": self._world.seed,
+            "drones": drones,
+            "providers": provider_identities(self._world),
+        }
 
     def _true_motion(self) -> dict[str, NDArray[np.float32]]:
         addresses = [drone.qpos_address for drone in self._world.drones]
@@ -103,29 +116,26 @@ class FlightRecorder:
         return {name: values.astype(np.float32) for name, values in truth.items()}
 
 
-def _stride(world: World) -> int:
-    """Return how far apart the drones stand in memory (bytes)."""
-    starts = [drone.memory.ctypes.data for drone in world.drones]
-    strides = set(np.diff(starts)) or {world.drones[0].memory.nbytes}
-    if len(strides) != 1:
-        raise RangeError("other engine plugins stand between the drones, they cannot be recorded together")
-    return int(strides.pop())
+def provider_identities(world: World) -> list[dict[str, Any]]:
+    """Return what flies the drones of a world, once per provider, in the order of the drones."""
+    return [provider_identity(number) for number in dict.fromkeys(drone.provider_number for drone in world.drones)]
 
 
-def swarm_views(world: World) -> dict[str, NDArray]:
-    """Return each log variable of all drones as a live view of the world's memory, shape (N,).
-
-    The drones must carry the same provider, and nothing else may stand between them in `plugin_state`. The
-    groups `stateEstimateZ` and `ctrltargetZ` are as old as the latest call of `cf_refresh_logs`.
-    """
-    first = world.drones[0].memory
-    count, stride = len(world.drones), _stride(world)
-    views = {}
-    for name, variable in log_table(world.drones[0].struct.config.provider).items():
-        end = variable.offset + variable.dtype.itemsize
-        cell = first[variable.offset : end].view(variable.dtype)
-        views[name] = as_strided(cell, shape=(count,), strides=(stride,), writeable=False)
-    return views
+def _joined(part_samples: Sequence[tuple[NDArray[np.intp], NDArray[Any]]], count: int) -> NDArray[Any]:
+    """Return a signal of the whole swarm, shape (T, N), from those of its parts, each (T, n) with its columns."""
+    columns, samples = part_samples[0]
+    if len(part_samples) == 1 and len(columns) == count:
+        return samples
+    dtype = np.result_type(*(own for _, own in part_samples))
+    if sum(len(columns) for columns, _ in part_samples) < count and dtype.kind != "f":
+        # the smallest float that holds every value and NaN
+        dtype = np.result_type(dtype, np.float16 if dtype.itemsize == 1 else np.float32)
+    joined = np.zeros((len(samples), count), dtype)
+    if dtype.kind == "f":
+        joined[:] = np.nan
+    for columns, own in part_samples:
+        joined[:, columns] = own
+    return joined
 
 
 def roll_pitch_yaw_deg(quat_wxyz: NDArray[np.float64]) -> NDArray[np.float64]:

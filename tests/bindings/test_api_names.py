@@ -82,10 +82,10 @@ ENUMERATIONS = {
     "MeasurementType": "TDOA Position Pose Distance TOF AbsoluteHeight Flow YawError SweepAngle Gyroscope Acceleration "
     "Barometer",
     "MeasurementSource": "LocationService Lighthouse",
-    "StateEstimatorType": "AutoSelect Complementary Kalman _COUNT",
+    "StateEstimatorType": "AutoSelect Complementary Kalman OutOfTree _COUNT",  # estimators 10.1 and geometric 3.5
     "mode": "Disable Abs Velocity",  # control-geometric 2.2
     "controlMode": "Legacy ForceTorque Force PWM",
-    "ControllerType": "AutoSelect PID Mellinger INDI Brescianini Lee _COUNT",  # control-geometric 3.2
+    "ControllerType": "AutoSelect PID Mellinger INDI Brescianini Lee Oot _COUNT",  # control-geometric 3.2
 }
 
 

@@ -53,7 +53,8 @@ def test_missing_mission_is_one_sentence_too(tmp_path):
         ("--seed", "-1", "--seed"),
         ("--seed", "one", "--seed"),
         ("--threads", "0", "--threads"),
-        ("--provider", "bitkraze", "provider is 'bitkraze', but must be"),
+        ("--provider", "bit kraze", "provider is 'bit kraze', but must be"),
+        ("--provider", "bitkraze", "no provider named 'bitkraze' for cf2, there are bitcraze, builtin"),
     ],
 )
 def test_bad_option_exits_with_2(tmp_path, option, value, says):

@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import subprocess
 
 import pytest
 
@@ -123,6 +124,25 @@ def test_the_second_time_comes_from_the_cache(recipe, compiled):
     first = build(recipe())
     assert len(compiled()) == 8
     assert build(recipe()) == first
+    assert compiled() == []
+
+
+def test_a_commit_changes_the_version_and_compiles_nothing(recipe, place, compiled):
+    def git(*words):
+        who = ["-c", "user.name=somebody", "-c", "user.email=somebody@example.com", "-c", "commit.gpgsign=false"]
+        subprocess.run(["git", *who, "-C", str(place / "checkout"), *words], check=True, capture_output=True)
+
+    git("init")
+    git("add", ".")
+    git("commit", "-m", "one")
+    git("tag", "v1")
+    assert build(recipe()).identity["version"] == "v1"
+    (place / "checkout" / "extra.c").write_text("int extra(void) { return 33; }")
+    assert build(recipe()).identity["version"] == "v1-dirty"
+    compiled()
+    git("commit", "-am", "two")
+    git("tag", "v2")
+    assert build(recipe()).identity["version"] == "v2"
     assert compiled() == []
 
 

@@ -1,9 +1,12 @@
+import subprocess
+
 import pytest
 
 from crazychoir_fw.errors import CheckoutError, UnknownNameError
 from crazychoir_fw.firmware.checkout import Checkout
 from crazychoir_fw.firmware.own_sources import bindings_folder, deciding_flags, read_list
 from crazychoir_fw.firmware.recipe import bitcraze_recipe, builtin_recipe, header_names, include_guard
+from crazychoir_fw.firmware.toolchain import find_compiler
 
 SETUP = """
 include = ["src/modules/interface", "build/include/generated", "vendor/CMSIS/CMSIS/DSP/Include"]
@@ -49,6 +52,30 @@ def test_the_guards_of_their_headers_are_set_after_ours(checkout):
     lines = bitcraze_recipe(checkout(), "cf2").generated["forced.h"].splitlines()
     assert lines.index('#include "log.h"') < lines.index("#define __LOG_H_")
     assert not any("NOT_THIS" in line for line in lines)
+
+
+def test_headers_without_a_guard_are_kept_out_too(checkout, tmp_path):
+    opened = checkout()
+    interface = opened.root / "src/modules/interface"
+    (interface / "log.h").write_text(
+        "#pragma once\n#include <stdint.h>\n#define LOG_ADD(A, B, C)\n#define LOG_GROUP_START(A)\n"
+        "#define LOG_GROUP_STOP(A)\n#define LOG_UINT8 99\ntypedef struct { int x; } logByFunction_t;\n"
+        "typedef uint16_t logVarId_t;\nstatic inline int logVarIdIsValid(logVarId_t id) { return id != 1; }\n"
+    )
+    (interface / "planner.h").write_text('#include "log.h"\n#include "param.h"\n')
+    source = opened.root / "src/modules/src/planner.c"
+    source.write_text(
+        '#include "planner.h"\nstatic uint8_t x; logByFunction_t y; void *z = &y.data;\n'
+        "LOG_GROUP_START(mine)\nLOG_ADD(LOG_UINT8, x, &x)\nLOG_GROUP_STOP(mine)\n"
+        '_Static_assert(sizeof cf_logs_mine == 64, "a group and a variable");\n'
+    )
+    recipe = bitcraze_recipe(opened, "cf2")
+    for name, text in recipe.generated.items():
+        (tmp_path / name).write_text(text)
+    includes = [f"-I{path}" for path in recipe.include_dirs]
+    command = [*find_compiler().command, *recipe.flags, *includes, "-include", str(tmp_path / "forced.h"), str(source)]
+    done = subprocess.run([*command, "-Wall", "-Werror", "-fsyntax-only"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_flags_of_the_checkout_first_those_that_decide_the_bits_last(checkout):

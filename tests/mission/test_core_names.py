@@ -11,7 +11,6 @@ from crazychoir_fw.mission import fleet, parse_mission
     ("attribute", "names"),
     [
         ("platform", fleet.PLATFORMS),
-        ("provider", fleet.PROVIDERS),
         ("controller", fleet.CONTROLLERS),
         ("estimator", fleet.ESTIMATORS),
         ("positioning", fleet.POSITIONINGS),

@@ -70,7 +70,7 @@ BAD_VALUES = [
     (["drones", 1, "positoning"], "mocap", ["drones[1] has no key 'positoning'", "did you mean 'positioning'?"]),
     (["defaults"], {"battery": 0}, ["defaults.battery is 0", "[0.01, 1]"]),
     (["defaults"], {"noise": NAN}, ["defaults.noise is nan", "[0, 100]"]),
-    (["defaults"], {"provider": "bitkraze"}, ["defaults.provider is 'bitkraze'", "builtin"]),
+    (["defaults"], {"provider": "my own"}, ["defaults.provider is 'my own'", "the name of a provider", "builtin"]),
     (["defaults"], {"id": "cf1"}, ["defaults has no key 'id'", "platform"]),
     (["defaults"], {"parameters": 1}, ["defaults.parameters is 1", "a mapping from onboard parameters to numbers"]),
     (
@@ -233,8 +233,21 @@ def test_seed_override_beats_the_file(hop):
 
 def test_provider_override_is_checked(hop):
     assert {drone.provider for drone in parse_mission(hop, provider="builtin").fleet} == {"builtin"}
-    with pytest.raises(MissionError, match="provider is 'bitcrase', but must be"):
-        parse_mission(hop, provider="bitcrase")
+    assert {drone.provider for drone in parse_mission(hop, provider="bitcraze").fleet} == {"bitcraze"}
+    with pytest.raises(MissionError, match="provider is '', but must be the name of a provider"):
+        parse_mission(hop, provider="")
+
+
+def test_parameters_of_software_that_is_loaded_later_are_left_to_the_flight(hop):
+    hop["defaults"] = {"parameters": {"myOwn.gain": 2.0}}
+    assert parse_mission(hop, provider="builtin+my_own").fleet[0].parameters == {"myOwn.gain": 2.0}
+    hop["defaults"]["provider"] = "bitcraze"
+    assert parse_mission(hop).fleet[0].parameters == {"myOwn.gain": 2.0}
+    for spoilt in ({"parameters": {"myOwn.gain": float("nan")}}, {"parameters": {"gain": 1.0}}):
+        with pytest.raises(MissionError, match="a mapping from onboard parameters to numbers"):
+            parse_mission({**hop, "defaults": {**hop["defaults"], **spoilt}})
+    with pytest.raises(MissionError, match=r"defaults.parameters is \{'myOwn.gain': 2.0\}"):
+        parse_mission(hop, provider="builtin")
 
 
 # -- files ---------------------------------------------------------------------------------------------------------

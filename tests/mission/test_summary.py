@@ -13,10 +13,10 @@ from crazychoir_fw.mission.summary import hover_thrust, judge, summarize, write_
 
 TOP_KEYS = [
     *("mission", "provider", "platform", "seed", "success", "failures"),
-    *("sim_seconds", "wall_seconds", "real_time_factor", "drones", "build"),
+    *("sim_seconds", "wall_seconds", "real_time_factor", "drones", "build", "providers"),
 ]
 DRONE_KEYS = [
-    *("id", "rms_error_m", "max_error_m", "endpoint_error_m", "estimator_rms_m"),
+    *("id", "provider", "rms_error_m", "max_error_m", "endpoint_error_m", "estimator_rms_m"),
     *("hover_thrust_percent", "battery_V", "supervisor_state"),
 ]
 

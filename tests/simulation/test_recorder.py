@@ -4,7 +4,8 @@ from worlds import make_world
 
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.simulation import FlightRecorder
-from crazychoir_fw.simulation.recorder import roll_pitch_yaw_deg, swarm_views
+from crazychoir_fw.simulation.recorder import roll_pitch_yaw_deg
+from crazychoir_fw.simulation.swarm_views import swarm_views
 
 
 @pytest.mark.parametrize("count", [1, 3])
@@ -39,6 +40,7 @@ def test_log_says_what_flew_and_how_it_was_built():
     assert metadata["mission"] == "test"
     assert metadata["seed"] == 9
     assert metadata["drones"]["cf2"] == {"provider": "builtin", "platform": "cf2"}
+    assert [provider["provider"] for provider in metadata["providers"]] == ["builtin"]
     assert "-ffp-contract=off" in metadata["flags"]
     assert metadata["version"] and metadata["compiler"] and metadata["mujoco"]
 

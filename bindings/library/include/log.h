@@ -59,25 +59,26 @@ typedef struct {
 
 // -------------------------------------------------------------------------------- declarations
 
-// LOG_UINT8 is 1 where CF_TYPE_UINT8 is 0, and so on; what is no type stays none
-#define CF_LOG_ROW(kind_, type_, name_, address_)                 \
-  {.kind    = (uint8_t)(kind_),                                   \
-   .type    = (uint8_t)(((type_) & LOG_TYPE_MASK) - 1),           \
-   .flags   = (uint8_t)(((type_) & LOG_CORE) != 0 ? CF_CORE : 0), \
-   .name    = #name_,                                             \
+// LOG_UINT8 is 1 where CF_TYPE_UINT8 is 0, and so on; what is no type stays none. The name comes as
+// a string, made where nobody has looked yet whether it is a macro.
+#define CF_LOG_ROW(type_, name_, address_)                                         \
+  {.kind    = (uint8_t)(((type_) & LOG_BY_FUNCTION) != 0 ? CF_CAPTURED_BY_FUNCTION \
+                                                         : CF_CAPTURED_VARIABLE),  \
+   .type    = (uint8_t)(((type_) & LOG_TYPE_MASK) - 1),                            \
+   .flags   = (uint8_t)(((type_) & LOG_CORE) != 0 ? CF_CORE : 0),                  \
+   .name    = (name_),                                                             \
    .address = (void *)(address_)},
-#define CF_LOG_KIND(type_) \
-  (((type_) & LOG_BY_FUNCTION) != 0 ? CF_CAPTURED_BY_FUNCTION : CF_CAPTURED_VARIABLE)
 
-#define LOG_ADD(TYPE, NAME, ADDRESS) CF_LOG_ROW(CF_LOG_KIND(TYPE), TYPE, NAME, ADDRESS)
-#define LOG_ADD_CORE(TYPE, NAME, ADDRESS) LOG_ADD((TYPE) | LOG_CORE, NAME, ADDRESS)
-#define LOG_ADD_BY_FUNCTION(TYPE, NAME, ADDRESS) LOG_ADD((TYPE) | LOG_BY_FUNCTION, NAME, ADDRESS)
+#define LOG_ADD(TYPE, NAME, ADDRESS) CF_LOG_ROW(TYPE, #NAME, ADDRESS)
+#define LOG_ADD_CORE(TYPE, NAME, ADDRESS) CF_LOG_ROW((TYPE) | LOG_CORE, #NAME, ADDRESS)
+#define LOG_ADD_BY_FUNCTION(TYPE, NAME, ADDRESS) \
+  CF_LOG_ROW((TYPE) | LOG_BY_FUNCTION, #NAME, ADDRESS)
 #define LOG_ADD_CORE_BY_FUNCTION(TYPE, NAME, ADDRESS) \
-  LOG_ADD((TYPE) | LOG_CORE | LOG_BY_FUNCTION, NAME, ADDRESS)
+  CF_LOG_ROW((TYPE) | LOG_CORE | LOG_BY_FUNCTION, #NAME, ADDRESS)
 
 // for developers, who ask for it when they build
 #ifdef CONFIG_DEBUG_LOG_ENABLE
-#define LOG_ADD_DEBUG(TYPE, NAME, ADDRESS) LOG_ADD(TYPE, NAME, ADDRESS)
+#define LOG_ADD_DEBUG(TYPE, NAME, ADDRESS) CF_LOG_ROW(TYPE, #NAME, ADDRESS)
 #else
 #define LOG_ADD_DEBUG(TYPE, NAME, ADDRESS)
 #endif

@@ -62,21 +62,24 @@
    (((type_) & PARAM_PERSISTENT) != 0 ? CF_PERSISTENT : 0) | \
    (((type_) & PARAM_RONLY) != 0 ? CF_READ_ONLY : 0))
 
+// The name comes as a string, made where nobody has looked yet whether it is a macro.
+#define CF_PARAM_ROW(type_, name_, address_, callback_) \
+  {.kind     = CF_CAPTURED_VARIABLE,                    \
+   .type     = (uint8_t)CF_PARAM_TYPE(type_),           \
+   .flags    = (uint8_t)CF_PARAM_FLAGS(type_),          \
+   .name     = (name_),                                 \
+   .address  = (void *)(address_),                      \
+   .callback = (callback_)},
+
+#define PARAM_ADD(TYPE, NAME, ADDRESS) CF_PARAM_ROW(TYPE, #NAME, ADDRESS, 0)
+#define PARAM_ADD_CORE(TYPE, NAME, ADDRESS) CF_PARAM_ROW((TYPE) | PARAM_CORE, #NAME, ADDRESS, 0)
+#define PARAM_ADD_WITH_CALLBACK(TYPE, NAME, ADDRESS, CALLBACK) \
+  CF_PARAM_ROW(TYPE, #NAME, ADDRESS, CALLBACK)
+#define PARAM_ADD_CORE_WITH_CALLBACK(TYPE, NAME, ADDRESS, CALLBACK) \
+  CF_PARAM_ROW((TYPE) | PARAM_CORE, #NAME, ADDRESS, CALLBACK)
 // The getter of a default is not asked: the default is what the parameter is after boot.
 #define PARAM_ADD_FULL(TYPE, NAME, ADDRESS, CALLBACK, DEFAULT_GETTER) \
-  {.kind     = CF_CAPTURED_VARIABLE,                                  \
-   .type     = (uint8_t)CF_PARAM_TYPE(TYPE),                          \
-   .flags    = (uint8_t)CF_PARAM_FLAGS(TYPE),                         \
-   .name     = #NAME,                                                 \
-   .address  = (void *)(ADDRESS),                                     \
-   .callback = (CALLBACK)},
-
-#define PARAM_ADD(TYPE, NAME, ADDRESS) PARAM_ADD_FULL(TYPE, NAME, ADDRESS, 0, 0)
-#define PARAM_ADD_WITH_CALLBACK(TYPE, NAME, ADDRESS, CALLBACK) \
-  PARAM_ADD_FULL(TYPE, NAME, ADDRESS, CALLBACK, 0)
-#define PARAM_ADD_CORE(TYPE, NAME, ADDRESS) PARAM_ADD((TYPE) | PARAM_CORE, NAME, ADDRESS)
-#define PARAM_ADD_CORE_WITH_CALLBACK(TYPE, NAME, ADDRESS, CALLBACK) \
-  PARAM_ADD_WITH_CALLBACK((TYPE) | PARAM_CORE, NAME, ADDRESS, CALLBACK)
+  CF_PARAM_ROW(TYPE, #NAME, ADDRESS, CALLBACK)
 
 #define PARAM_GROUP_START(NAME)                                                \
   static const cf_captured_t cf_parameters_##NAME[] CF_CAPTURED_PARAMETERS = { \

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import check, platform_names, struct_view
+from crazychoir_fw.core import check, platform_names, provider_functions, struct_view
 from crazychoir_fw.errors import UnknownNameError
 from crazychoir_fw.variables import Variable, read_tables
 
@@ -33,9 +33,7 @@ class Side:
         Raises:
             UnknownNameError: If there is no such provider or platform.
         """
-        self.table = lib.cf_provider(number)
-        if self.table == ffi.NULL:
-            raise UnknownNameError(f"no provider has the number {number}")
+        self.table = provider_functions(number)
         if platform not in PLATFORMS:
             raise UnknownNameError(f"no platform named '{platform}', allowed: {', '.join(PLATFORMS)}")
         self.number = number

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw._core import lib
+from crazychoir_fw._core import ffi, lib
+from crazychoir_fw.core import provider_functions
 from crazychoir_fw.errors import RangeError, StateError
 from crazychoir_fw.variables import Variable, find
 
@@ -55,9 +56,11 @@ class Log(_Variables):
     def __init__(self, name: str, memory: NDArray[np.uint8], table: Mapping[str, Variable], cf: Any) -> None:
         super().__init__(name, memory, table)
         self._cf = cf
+        # software that is loaded may compute any of its log variables
+        self._is_lazy = provider_functions(cf.config.provider).refresh_logs != ffi.NULL
 
     def __getitem__(self, name: str) -> float | int:
-        if str(name).startswith(_LAZY_LOG_GROUPS):
+        if self._is_lazy or str(name).startswith(_LAZY_LOG_GROUPS):
             lib.cf_refresh_logs(self._cf, 1, 0)
         return super().__getitem__(name)
 
@@ -68,9 +71,12 @@ class Param(_Variables):
     _kind = "parameter"
 
     def __init__(
-        self, name: str, memory: NDArray[np.uint8], table: Mapping[str, Variable], watched: dict[str, Param]
+        self, name: str, memory: NDArray[np.uint8], table: Mapping[str, Variable], cf: Any, watched: dict[str, Param]
     ) -> None:
         super().__init__(name, memory, table)
+        self._cf = cf
+        # what runs when a client writes is rare: drones without it are not asked
+        self._is_heard = provider_functions(cf.config.provider).parameter_written != ffi.NULL
         self._watched = watched  # of the world: the parameters that somebody listens to
         self._callbacks: dict[str, list[UpdateCallback]] = {}
         self._reported: dict[str, float | int] = {}
@@ -80,6 +86,9 @@ class Param(_Variables):
         if variable.is_read_only:
             raise StateError(f"{self._name}: parameter {name} is read-only")
         cell[0] = self._converted(variable, value)
+        if self._is_heard:
+            group, _, member = name.partition(".")
+            lib.cf_parameter_written(self._cf, group.encode(), member.encode())
         if name in self._callbacks:
             self._report(name)
 

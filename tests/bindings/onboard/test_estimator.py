@@ -366,12 +366,13 @@ def test_selection_numbers_are_those_of_the_firmware():
         lib.StateEstimatorTypeAutoSelect,
         lib.StateEstimatorTypeComplementary,
         lib.StateEstimatorTypeKalman,
+        lib.StateEstimatorTypeOutOfTree,
         lib.StateEstimatorType_COUNT,
     )
-    assert selection == (0, 1, 2, 3)
+    assert selection == (0, 1, 2, 3, 4)
 
 
-AUTO, COMPLEMENTARY, KALMAN = 0, 1, 2
+AUTO, COMPLEMENTARY, KALMAN, OUT_OF_TREE = 0, 1, 2, 3
 
 
 @pytest.mark.parametrize(("kind", "active"), [(AUTO, COMPLEMENTARY), (COMPLEMENTARY, COMPLEMENTARY), (KALMAN, KALMAN)])
@@ -382,7 +383,7 @@ def test_selection_starts_an_estimator_and_auto_is_complementary(task, kind, act
     assert task.provider.calls == ["init" if active == KALMAN else "complementary_init"]
 
 
-@pytest.mark.parametrize("kind", [-1, 3, 255])
+@pytest.mark.parametrize("kind", [-1, OUT_OF_TREE, 4, 255])
 def test_selection_of_what_does_not_exist_changes_nothing(task, kind):
     task.provider.calls.clear()
     assert not task.switch_to(kind)
@@ -391,8 +392,73 @@ def test_selection_of_what_does_not_exist_changes_nothing(task, kind):
 
 
 def test_estimators_have_the_names_of_the_firmware():
-    assert [ffi.string(lib.cf_estimator_name(kind)) for kind in range(3)] == [b"None", b"Complementary", b"Kalman"]
-    assert [lib.cf_estimator_name(kind) for kind in (-1, 3)] == [ffi.NULL, ffi.NULL]
+    names = [ffi.string(lib.cf_estimator_name(kind)).decode() for kind in range(4)]
+    assert names == ["None", "Complementary", "Kalman", "OutOfTree"]
+    assert [lib.cf_estimator_name(kind) for kind in (-1, 4)] == [ffi.NULL, ffi.NULL]
+
+
+@pytest.fixture
+def own(task):
+    """A task whose provider carries a user's own estimator; `seen` tells the types of the measurements it got."""
+    kinds = dict(ffi.typeof("cf_provider_t").fields)
+    seen: list[list[int]] = []
+    sweeps: list[bool] = []
+
+    @ffi.callback(kinds["out_of_tree_estimator_init"].type)
+    def init(state):
+        task.provider.calls.append("out_of_tree_init")
+
+    @ffi.callback(kinds["out_of_tree_estimator"].type)
+    def update(state, queue, count, estimate, step, now_ms):
+        seen.append([queue[i].type for i in range(count)])
+        sweeps.extend(
+            queue[i].data.sweepAngle.rotorPos != ffi.NULL
+            for i in range(count)
+            if queue[i].type == lib.MeasurementTypeSweepAngle
+        )
+        estimate.position.x, estimate.position.y = step, now_ms
+
+    task.provider.table.out_of_tree_estimator_init = init
+    task.provider.table.out_of_tree_estimator = update
+    task.provider.calls.clear()
+    task.functions, task.seen, task.sweeps = (init, update), seen, sweeps
+    assert task.switch_to(OUT_OF_TREE)
+    return task
+
+
+def test_users_own_estimator_takes_the_whole_queue_in_every_step(own):
+    assert own.provider.calls == ["out_of_tree_init"]
+    assert own.estimator.type == OUT_OF_TREE
+    estimate = ffi.new("state_t *", {"velocity": {"x": 4.0}})
+    for kind in (lib.MeasurementTypeGyroscope, lib.MeasurementTypePose, lib.MeasurementTypeFlow):
+        lib.cf_estimator_enqueue(own.estimator, ffi.new("measurement_t *", {"type": kind}))
+    arguments = (own.estimator, own.provider.table, own.provider.state, estimate)
+    lib.cf_estimator_update(*arguments, 12, 3000)
+    lib.cf_estimator_update(*arguments, 13, 3001)
+    assert own.seen == [[lib.MeasurementTypeGyroscope, lib.MeasurementTypePose, lib.MeasurementTypeFlow], []]
+    # what it does not write stays
+    assert (estimate.position.x, estimate.position.y, estimate.velocity.x) == (13.0, 3001.0, 4.0)
+    assert own.estimator.queue_count == 0
+    # the task of the Kalman filter stands still
+    own.provider.calls.clear()
+    lib.cf_estimator_run(own.estimator, own.provider.table, own.provider.state, 3002, True)
+    assert own.provider.calls == []
+
+
+def test_users_own_estimator_gets_sweeps_with_their_base_station(own):
+    sweep = ffi.new("measurement_t *", {"type": lib.MeasurementTypeSweepAngle})
+    for station in (0, 99):
+        sweep.data.sweepAngle.baseStationId = station
+        lib.cf_estimator_enqueue(own.estimator, sweep)
+    lib.cf_estimator_update(own.estimator, own.provider.table, own.provider.state, ffi.new("state_t *"), 1, 1)
+    assert own.sweeps == [True, False]
+    assert own.estimator.queue[0].data.sweepAngle.rotorPos == ffi.NULL
+
+
+@pytest.mark.parametrize("other", [COMPLEMENTARY, KALMAN])
+def test_another_estimator_takes_over_from_the_users_own(own, other):
+    assert own.switch_to(other)
+    assert own.estimator.type == other
 
 
 def test_complementary_estimator_gets_the_latest_of_each_sensor(task):

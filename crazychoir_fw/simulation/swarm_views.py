@@ -1,0 +1,86 @@
+"""The log variables of a whole swarm as strided views of the world's memory.
+
+A log variable is one number at a fixed place of a drone's memory. Drones with one provider are alike, and where they
+stand at equal distances one view is that variable of all of them. Drones with different providers have different
+variables and different sizes, so that a mixed swarm falls into parts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.lib.stride_tricks import as_strided
+from numpy.typing import NDArray
+
+from crazychoir_fw._core import lib
+from crazychoir_fw.errors import RangeError
+from crazychoir_fw.variables import log_table
+
+if TYPE_CHECKING:
+    from crazychoir_fw.simulation.drone import Drone
+    from crazychoir_fw.simulation.world import World
+
+
+class SwarmPart:
+    """Drones of a world with the same provider, at equal distances in memory."""
+
+    def __init__(self, numbers: Sequence[int], drones: Sequence[Drone]) -> None:
+        self.numbers = np.array(numbers)
+        """Which drones of the world, shape (n,)."""
+        self._first = drones[0]
+        self._stride = _distance(drones[0], drones[1]) if len(drones) > 1 else drones[0].memory.nbytes
+        self.views: dict[str, NDArray[Any]] = {
+            name: self._view(variable.offset, variable.dtype)
+            for name, variable in log_table(drones[0].provider_number).items()
+        }
+        """Each log variable of these drones as a live view of the world's memory, shape (n,)."""
+
+    def _view(self, offset: int, dtype: np.dtype) -> NDArray[Any]:
+        cell = self._first.memory[offset : offset + dtype.itemsize].view(dtype)
+        return as_strided(cell, shape=(len(self.numbers),), strides=(self._stride,), writeable=False)
+
+    def refresh(self) -> None:
+        """Bring those log variables up to date that are only computed for readers."""
+        lib.cf_refresh_logs(self._first.struct, len(self.numbers), self._stride)
+
+
+def swarm_parts(world: World) -> list[SwarmPart]:
+    """Return the parts of a world; a swarm with one provider is one part."""
+    parts = []
+    for provider in dict.fromkeys(drone.provider_number for drone in world.drones):
+        alike = [i for i, drone in enumerate(world.drones) if drone.provider_number == provider]
+        parts += [SwarmPart(run, [world.drones[i] for i in run]) for run in _runs(alike, world.drones)]
+    return parts
+
+
+def swarm_views(world: World) -> dict[str, NDArray[Any]]:
+    """Return each log variable of all drones as a live view of the world's memory, shape (N,).
+
+    The groups `stateEstimateZ` and `ctrltargetZ` are as old as the latest call of `cf_refresh_logs`.
+
+    Raises:
+        RangeError: If there is no such view, because the drones have different providers.
+    """
+    parts = swarm_parts(world)
+    if len(parts) != 1:
+        raise RangeError("the drones have different providers, or other engine plugins stand between them")
+    return parts[0].views
+
+
+def _runs(numbers: Sequence[int], drones: Sequence[Drone]) -> Iterator[list[int]]:
+    """Split drones into runs at equal distances."""
+    run = [numbers[0]]
+    for number in numbers[1:]:
+        distance = _distance(drones[run[-1]], drones[number])
+        if len(run) > 1 and distance != _distance(drones[run[0]], drones[run[1]]):
+            yield run
+            run = []
+        run.append(number)
+    yield run
+
+
+def _distance(one: Drone, other: Drone) -> int:
+    """Return how far apart two drones stand in memory (bytes)."""
+    return int(other.memory.ctypes.data - one.memory.ctypes.data)

@@ -1,0 +1,107 @@
+/* What the core is to a provider library, for tests: remembers what libraries say, and brings back
+ * who crashed. */
+#include "host.h"
+
+#include <setjmp.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+
+host_record_t        host_record;
+const cf_provider_t *host_provider;
+
+static sigjmp_buf *rescue;
+
+static void console(void *state, const char *text) {
+  host_record.drone = state;
+  const size_t used = strlen(host_record.console);
+  snprintf(host_record.console + used, sizeof host_record.console - used, "%s", text);
+}
+
+static void fail(void *state, const char *reason) {
+  host_record.failures++;
+  host_record.drone = state;
+  snprintf(host_record.reason, sizeof host_record.reason, "%s", reason);
+}
+
+static void set_rescue(void *buffer) {
+  rescue = buffer;
+}
+
+static void *find(const cf_variables_t *tables, int count, char *block, const char *group,
+                  const char *name, int *type) {
+  for (int i = 0; i < count; i++) {
+    for (int k = 0; k < tables[i].count; k++) {
+      const cf_variable_t *row = &tables[i].rows[k];
+      if (strcmp(row->group, group) == 0 && strcmp(row->name, name) == 0) {
+        *type = (int)row->type;
+        return block + tables[i].base + row->offset;
+      }
+    }
+  }
+  return NULL;
+}
+
+static host_drone_t *drone_of(void *block) {
+  return (host_drone_t *)((char *)block - sizeof(host_drone_t));
+}
+
+static void *log_variable(void *state, const char *group, const char *name, int *type) {
+  if (strcmp(group, "host") == 0 && strcmp(name, "height") == 0) {
+    *type = CF_TYPE_FLOAT;
+    return &drone_of(state)->height;
+  }
+  cf_variables_t tables[CF_PROVIDER_MAX_TABLES];
+  const int      count = host_provider->logs(tables, CF_PROVIDER_MAX_TABLES);
+  return find(tables, count, state, group, name, type);
+}
+
+static void *parameter(void *state, const char *group, const char *name, int *type) {
+  if (strcmp(group, "host") == 0 && strcmp(name, "selector") == 0) {
+    *type = CF_TYPE_UINT8;
+    return &drone_of(state)->selector;
+  }
+  cf_variables_t tables[CF_PROVIDER_MAX_TABLES];
+  const int      count = host_provider->parameters(tables, CF_PROVIDER_MAX_TABLES);
+  return find(tables, count, state, group, name, type);
+}
+
+cf_library_host_t host = {
+    .console      = console,
+    .fail         = fail,
+    .log_variable = log_variable,
+    .parameter    = parameter,
+    .set_rescue   = set_rescue,
+};
+
+// ---------------------------------------------------------------------------------------- signals
+
+static const int        SIGNALS[] = {SIGSEGV, SIGBUS, SIGFPE, SIGABRT};
+static struct sigaction earlier[sizeof SIGNALS / sizeof SIGNALS[0]];
+
+static void on_signal(int signal) {
+  if (rescue != NULL) {
+    siglongjmp(*rescue, signal);
+  }
+  // a crash of the test itself: once more, without anybody to catch it
+  struct sigaction by_default = {.sa_handler = SIG_DFL};
+  sigaction(signal, &by_default, NULL);
+  raise(signal);
+}
+
+void host_catch_crashes(void) {
+  struct sigaction action = {.sa_handler = on_signal};
+  for (size_t i = 0; i < sizeof SIGNALS / sizeof SIGNALS[0]; i++) {
+    sigaction(SIGNALS[i], &action, &earlier[i]);
+  }
+}
+
+void host_catch_no_crashes(void) {
+  for (size_t i = 0; i < sizeof SIGNALS / sizeof SIGNALS[0]; i++) {
+    sigaction(SIGNALS[i], &earlier[i], NULL);
+  }
+}
+
+bool host_has_rescue(void) {
+  return rescue != NULL;
+}
