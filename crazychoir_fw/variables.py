@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -43,10 +43,10 @@ class Variable:
     """Clients may not write it."""
 
 
-def _read(fill: Any, provider: int) -> dict[str, Variable]:
-    provider_functions(provider)
+def read_tables(fill: Callable[[Any, int], int]) -> dict[str, Variable]:
+    """Return what a C function lists that fills at most so many tables and returns how many there are."""
     tables = ffi.new("cf_variables_t[]", _MAX_TABLES)
-    count = fill(provider, tables, _MAX_TABLES)
+    count = fill(tables, _MAX_TABLES)
     if count > _MAX_TABLES:
         raise RuntimeError(f"{count} tables of variables, room for {_MAX_TABLES}: raise _MAX_TABLES")
     found = {}
@@ -67,13 +67,15 @@ def _read(fill: Any, provider: int) -> dict[str, Variable]:
 @functools.cache
 def parameter_table(provider: int = 0) -> Mapping[str, Variable]:
     """Return all parameters of a drone with this provider, by name, in the order of the drone's table."""
-    return _read(lib.cf_parameters, provider)
+    provider_functions(provider)
+    return read_tables(functools.partial(lib.cf_parameters, provider))
 
 
 @functools.cache
 def log_table(provider: int = 0) -> Mapping[str, Variable]:
     """Return all log variables of a drone with this provider, by name, in the order of the drone's table."""
-    return _read(lib.cf_logs, provider)
+    provider_functions(provider)
+    return read_tables(functools.partial(lib.cf_logs, provider))
 
 
 def factory_values(platform: str, table: Mapping[str, Variable], provider: int = 0) -> dict[str, float | int]:

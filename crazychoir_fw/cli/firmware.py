@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from crazychoir_fw.cli.console import complain, console, refuse
+from crazychoir_fw.cli.parity import parity
 
 if TYPE_CHECKING:
     from crazychoir_fw.firmware.library import Library
@@ -22,6 +23,7 @@ firmware = typer.Typer(
     help="The real firmware: compile a checkout of bitcraze/crazyflie-firmware and see what there is.",
     no_args_is_help=True,
 )
+firmware.command()(parity)
 
 PathOption = Annotated[
     Path | None,

@@ -1,0 +1,179 @@
+"""`crazychoir firmware parity`: two providers on the same inputs, and how far they differ."""
+
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich import box
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+from rich.table import Table
+from rich.text import Text
+
+from crazychoir_fw.cli.console import BAD_INPUT, complain, complaints, console, refuse
+
+if TYPE_CHECKING:
+    from crazychoir_fw.firmware.parity.functions import Comparison
+    from crazychoir_fw.firmware.parity.run import Parity
+
+DIFFERENT = 1
+_STYLES = {"identical": "green", "equal within tolerance": "blue", "different": "red", "missing": "yellow"}
+_MOST_ROWS = 24
+
+
+def parity(
+    checkout: Annotated[
+        Path | None,
+        typer.Option(help="Folder of the checkout.  [default: variable CRAZYFLIE_FIRMWARE, else firmware/]"),
+    ] = None,
+    platform: Annotated[str, typer.Option(help="Airframe: cf2 or cf21bl.")] = "cf2",
+    reference: Annotated[str, typer.Option(help="Provider that is right by definition.")] = "builtin",
+    candidate: Annotated[str, typer.Option(help="Provider that is compared with it.")] = "bitcraze",
+    out: Annotated[Path, typer.Option(help="Folder for parity.html and parity.json.")] = Path("out/parity"),
+    seconds: Annotated[float, typer.Option(min=0.1, max=60.0, help="How long to fly at most.")] = 18.0,
+    seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of all noise.")] = 1,
+    same_parameters: Annotated[
+        bool, typer.Option("--same-parameters", help="Give the candidate the reference's factory values first.")
+    ] = False,
+    flights: Annotated[bool, typer.Option("--flights/--no-flights", help="Compare whole flights as well.")] = True,
+    record: Annotated[Path | None, typer.Option(help="Keep the recorded inputs in this file (NPZ).")] = None,
+    inputs: Annotated[Path | None, typer.Option(help="Replay inputs that were kept with --record.")] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs.")] = False,
+) -> None:
+    """Compare two providers: every function on recorded inputs, then whole flights in lockstep.
+
+    Leaves with 0 when they are equal within tolerance, with 1 when they differ, with 2 when they cannot be compared.
+    """
+    from crazychoir_fw.errors import CrazychoirError
+
+    try:
+        with _progress() as show:
+            result = _compare(
+                checkout,
+                platform,
+                (reference, candidate),
+                seconds,
+                seed,
+                same_parameters,
+                flights,
+                record,
+                inputs,
+                show,
+            )
+        from crazychoir_fw.firmware.parity.report import write_report
+
+        page, _ = write_report(result, out)
+    except CrazychoirError as error:
+        # BuildError shows what the compiler printed, line by line
+        complain(str(error))
+        raise typer.Exit(BAD_INPUT) from None
+    except OSError as error:
+        refuse(f"{error.filename or out} cannot be written: {error.strerror}")
+    if as_json:
+        # not through rich, which would wrap and color it
+        typer.echo(json.dumps(result.as_json(), indent=1, allow_nan=False))
+    else:
+        _print(result, page)
+    raise typer.Exit(result.exit_code)
+
+
+def _compare(
+    checkout: Path | None,
+    platform: str,
+    words: tuple[str, str],
+    seconds: float,
+    seed: int,
+    has_same_parameters: bool,
+    flies: bool,
+    record_to: Path | None,
+    replay_from: Path | None,
+    show: Callable[[str, float], None],
+) -> "Parity":
+    from crazychoir_fw.firmware.parity.inputs import load as load_inputs
+    from crazychoir_fw.firmware.parity.inputs import record
+    from crazychoir_fw.firmware.parity.run import run_parity
+    from crazychoir_fw.firmware.parity.side import Side
+    from crazychoir_fw.firmware.providers import load
+
+    def building(what: str, done: int, total: int) -> None:
+        show(what, done / total if total else 0.0)
+
+    sides = [Side(load(word, platform, checkout, building), platform) for word in words]
+    if replay_from is not None:
+        recorded = load_inputs(replay_from)
+    else:
+        recorded = record(sides[0], seconds, seed, progress=lambda share: show("recording flights", share))
+    if record_to is not None:
+        recorded.save(record_to)
+    return run_parity(
+        sides[0],
+        sides[1],
+        seconds=seconds,
+        seed=seed,
+        inputs=recorded,
+        has_same_parameters=has_same_parameters,
+        flies=flies,
+        progress=show,
+    )
+
+
+@contextmanager
+def _progress() -> Iterator[Callable[[str, float], None]]:
+    """Show a bar on stderr, so that stdout holds the result alone."""
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+    with Progress(*columns, console=complaints, transient=True) as bar:
+        task = bar.add_task("getting ready", total=1.0)
+        yield lambda what, share: bar.update(task, description=what, completed=share)
+
+
+def _print(result: "Parity", page: Path) -> None:
+    from crazychoir_fw.firmware.parity.report import headline
+
+    console.print(_summary(result))
+    rows = [comparison for comparison in result.comparisons if comparison.verdict.value not in ("identical", "missing")]
+    if rows:
+        rows.sort(key=lambda comparison: comparison.worst.severity if comparison.worst else (9, 0.0, 0), reverse=True)
+        console.print(_worst(rows[:_MOST_ROWS]))
+        if len(rows) > _MOST_ROWS:
+            console.print(f"and {len(rows) - _MOST_ROWS} more", style="dim")
+    word = result.verdict.value
+    console.print(Text.assemble((word, f"bold {_STYLES[word]}"), f": {headline(result)}"))
+    console.print(Text(f"see {page}"), soft_wrap=True)
+
+
+def _summary(result: "Parity") -> Table:
+    names = [
+        f"{identity['provider']} {identity.get('version', '')}".strip()
+        for identity in (result.candidate, result.reference)
+    ]
+    table = Table(title=f"{names[0]} against {names[1]} on {result.platform}", box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("what", no_wrap=True)
+    words = list(result.counts())
+    for word in words:
+        table.add_column(word.replace(" within ", "\nwithin "), justify="right", style=_STYLES[word])
+    for group, comparisons in result.groups().items():
+        counts = result.counts(comparisons)
+        table.add_row(group, *(str(counts[word] or "") for word in words))
+    return table
+
+
+def _worst(rows: list["Comparison"]) -> Table:
+    from crazychoir_fw.firmware.parity.report import figure, tick
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
+    for heading in ("where", "worst signal"):
+        table.add_column(heading, overflow="fold")
+    for heading in ("ulps", "largest", "first"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in rows:
+        style = _STYLES[row.verdict.value]
+        worst = row.worst
+        where = Text(f"{row.group} {row.name}", style=style)
+        if row.failures or worst is None:
+            table.add_row(where, Text("; ".join(row.failures.values())), "", "", "")
+            continue
+        first = tick(worst.first_tick, row.is_by_number)
+        table.add_row(where, Text(worst.signal), figure(worst.max_ulps), figure(worst.max_absolute), first)
+    return table

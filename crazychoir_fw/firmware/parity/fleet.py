@@ -1,0 +1,449 @@
+"""The drones that are flown for a comparison, and what each of them is told to do.
+
+Together they meet every kind of set-point and every type of measurement. They fly in one world, a meter apart.
+"""
+
+from __future__ import annotations
+
+import bisect
+import itertools
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.lib.stride_tricks import as_strided
+from numpy.typing import NDArray
+
+from crazychoir_fw._core import lib
+from crazychoir_fw.errors import CrazychoirError, UnknownNameError
+from crazychoir_fw.simulation import DroneConfig, World
+from crazychoir_fw.simulation.drone import Drone
+from crazychoir_fw.simulation.trajectories import CompressedSegment, CompressedStart
+
+PERIOD = 10
+"""Time between two set-points of the pilot (ms)."""
+
+_SPACING = 0.9  # [m]
+_COLUMNS = 5
+_BOOT_LIMIT = 4000  # [ms]
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A stretch of a flight."""
+
+    seconds: float
+    begin: Callable[[Pilot], None] | None = None
+    """Called once."""
+    keep: Callable[[Pilot, float], None] | None = None
+    """Called every 10 ms with the time since the begin (s)."""
+
+
+@dataclass(frozen=True)
+class Member:
+    """One drone of the fleet."""
+
+    name: str
+    legs: Sequence[Leg]
+    controller: str = "pid"
+    positioning: str = "mocap"
+    estimator: str | None = None
+    parameters: Mapping[str, float | int] = field(default_factory=dict)
+    attributes: Mapping[str, Any] = field(default_factory=dict)
+    place: tuple[float, float] | None = None
+    """Where it stands (m); by default in a grid with the others."""
+    shows: str = ""
+    """What this drone is there for, in a few words."""
+
+
+class Pilot:
+    """Flies one drone through its legs; commands that the drone refuses are counted and noted."""
+
+    def __init__(self, drone: Drone, legs: Sequence[Leg]) -> None:
+        self.drone = drone
+        self.home = drone.true_position
+        self.refused: list[str] = []
+        self.start: int | None = None
+        """Tick of the world at which the legs begin (ms); None while the drone cannot fly."""
+        self._legs = list(legs)
+        self._ends = list(itertools.accumulate(round(leg.seconds * 1000) for leg in legs))
+        self.ticks = self._ends[-1]
+        """What all legs together take (ms)."""
+
+    @property
+    def is_waiting(self) -> bool:
+        """Whether the drone may still become able to fly."""
+        return self.start is None and self.drone.struct.onboard.fault == lib.CF_FAULT_NONE
+
+    def act(self, tick: int) -> None:
+        """Send what is due at this time since the start (ms)."""
+        if tick % PERIOD or tick >= self.ticks:
+            return
+        index = bisect.bisect_right(self._ends, tick)
+        leg = self._legs[index]
+        start = self._ends[index - 1] if index else 0
+        try:
+            if leg.begin is not None and tick == -(-start // PERIOD) * PERIOD:
+                leg.begin(self)
+            if leg.keep is not None:
+                leg.keep(self, (tick - start) / 1000)
+        except CrazychoirError as error:
+            self.refused.append(f"{tick} ms: {error}")
+
+    def place(self, dx: float, dy: float, z: float) -> tuple[float, float, float]:
+        """Return a position (m, world) from one beside the home of this drone."""
+        return float(self.home[0] + dx), float(self.home[1] + dy), z
+
+
+# ------------------------------------------------------------------------------------------ legs
+
+
+def _takeoff(pilot: Pilot) -> None:
+    pilot.drone.high_level_commander.takeoff(0.6, 1.3, yaw=None)
+
+
+def _land(pilot: Pilot) -> None:
+    pilot.drone.commander.send_notify_setpoint_stop()
+    pilot.drone.high_level_commander.land(0.02, 1.6, yaw=None)
+
+
+def _position(pilot: Pilot, t: float) -> None:
+    pilot.drone.commander.send_position_setpoint(*pilot.place(0.0, 0.05, 0.65), 15.0)
+
+
+def _velocity(pilot: Pilot, t: float) -> None:
+    pilot.drone.commander.send_velocity_world_setpoint(0.2 * math.cos(6 * t), 0.2 * math.sin(6 * t), 0.1, 20.0)
+
+
+def _hover(pilot: Pilot, t: float) -> None:
+    pilot.drone.commander.send_hover_setpoint(0.15 * math.cos(7 * t), 0.15 * math.sin(7 * t), -30.0, 0.6)
+
+
+def _zdistance(pilot: Pilot, t: float) -> None:
+    pilot.drone.commander.send_zdistance_setpoint(2.0 * math.cos(9 * t), 1.5 * math.sin(9 * t), 10.0, 0.65)
+
+
+def _descend(pilot: Pilot, t: float) -> None:
+    pilot.drone.commander.send_zdistance_setpoint(0.0, 0.0, 0.0, max(0.05, 0.65 - 0.9 * t))
+
+
+def _altitude_hold(pilot: Pilot, t: float) -> None:
+    # a packet that cflib has no call for
+    lib.cf_send_altitude_hold(pilot.drone.struct, 2.0 * math.sin(9 * t), -1.5 * math.cos(9 * t), 5.0, 0.1)
+
+
+def _manual(is_rate: bool) -> Callable[[Pilot, float], None]:
+    def keep(pilot: Pilot, t: float) -> None:
+        swing = 8.0 * math.sin(20 * t) if is_rate else 2.0 * math.sin(12 * t)
+        pilot.drone.commander.send_setpoint_manual(swing, -swing, 10.0, 54.0, is_rate)
+
+    return keep
+
+
+def _unlock_thrust(pilot: Pilot) -> None:
+    pilot.drone.commander.send_setpoint(0.0, 0.0, 0.0, 0)
+
+
+def _rpyt(pilot: Pilot, t: float) -> None:
+    if t >= PERIOD / 1000:
+        pilot.drone.commander.send_setpoint(1.5 * math.sin(12 * t), 1.5 * math.cos(12 * t), 15.0, 37000)
+
+
+def _full_state(pilot: Pilot, t: float) -> None:
+    w, r = 3.0, 0.08
+    pilot.drone.commander.send_full_state_setpoint(
+        pilot.place(r * math.sin(w * t), 0.05 + r * (1 - math.cos(w * t)), 0.65),
+        (r * w * math.cos(w * t), r * w * math.sin(w * t), 0.0),
+        (-r * w * w * math.sin(w * t), r * w * w * math.cos(w * t), 0.0),
+        (0.0, 0.0, math.sin(0.1), math.cos(0.1)),
+        0.0,
+        0.0,
+        0.1,
+    )
+
+
+def _high_level(pilot: Pilot) -> None:
+    pilot.drone.commander.send_notify_setpoint_stop()
+    pilot.drone.high_level_commander.go_to(*pilot.place(0.0, 0.0, 0.7), yaw=0.4, duration_s=1.0)
+
+
+def _relative_linear(pilot: Pilot) -> None:
+    pilot.drone.high_level_commander.go_to(0.1, 0.05, 0.05, yaw=-0.4, duration_s=0.8, relative=True, linear=True)
+
+
+def _spiral(pilot: Pilot) -> None:
+    pilot.drone.high_level_commander.spiral(math.pi, 0.1, 0.15, 0.05, 1.4, sideways=True, clockwise=True)
+
+
+def _trajectory(pilot: Pilot) -> None:
+    pilot.drone.high_level_commander.upload_trajectory(1, example_pieces())
+    pilot.drone.high_level_commander.start_trajectory(1, 0.9, relative_position=True, relative_yaw=True)
+
+
+def _compressed(pilot: Pilot) -> None:
+    commander = pilot.drone.high_level_commander
+    commander.upload_compressed_trajectory(2, *example_compressed(), offset=1024)
+    commander.start_trajectory(2, relative_position=True)
+
+
+def _toward(dx: float) -> Callable[[Pilot, float], None]:
+    def keep(pilot: Pilot, t: float) -> None:
+        pilot.drone.commander.send_position_setpoint(*pilot.place(dx, 0.02, 0.6), 0.0)
+
+    return keep
+
+
+def example_pieces() -> np.ndarray:
+    """Return two polynomial pieces that start and end at rest, shape (2, 33)."""
+    rows = np.zeros((2, 33))
+    for row, (x, y, z, yaw) in enumerate(((0.12, -0.08, 0.1, 0.5), (-0.12, 0.08, -0.1, -0.3))):
+        before = np.array([0.0, 0.0, 0.0, 0.0]) if row == 0 else np.array([0.12, -0.08, 0.1, 0.5])
+        duration = 0.8 + 0.2 * row
+        # 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7
+        smooth = np.array([0, 0, 0, 0, 35.0, -84.0, 70.0, -20.0]) / duration ** np.arange(8)
+        for axis, way in enumerate((x, y, z, yaw)):
+            rows[row, 8 * axis : 8 * axis + 8] = way * smooth
+            rows[row, 8 * axis] = before[axis]
+        rows[row, 32] = duration
+    return rows
+
+
+def example_compressed() -> tuple[CompressedStart, list[CompressedSegment]]:
+    """Return a compressed trajectory with an axis of every form."""
+    start = CompressedStart(0.0, 0.0, 0.5, 0.0)
+    return start, [
+        CompressedSegment(0.7, [0.1], [0.0, 0.05, 0.05], [], [0.0, 0.0, 0.05, 0.1, 0.15, 0.2, 0.2]),
+        CompressedSegment(0.8, [0.1, 0.05, 0.0, 0.0, 0.0, 0.0, 0.0], [], [0.55], [0.2, 0.1, 0.0]),
+    ]
+
+
+_EVERY_SETPOINT = (
+    Leg(1.5, _takeoff),
+    Leg(0.9, keep=_position),
+    Leg(0.8, keep=_velocity),
+    Leg(0.8, keep=_hover),
+    Leg(0.5, keep=_zdistance),
+    Leg(0.5, keep=_altitude_hold),
+    Leg(0.6, keep=_position),
+    Leg(0.25, keep=_manual(False)),
+    Leg(0.2, keep=_manual(True)),
+    Leg(0.8, keep=_position),
+    Leg(0.25, _unlock_thrust, _rpyt),
+    Leg(0.8, keep=_position),
+    Leg(1.0, keep=_full_state),
+    Leg(1.1, _high_level),
+    Leg(0.9, _relative_linear),
+    Leg(1.5, _spiral),
+    Leg(1.7, _trajectory),
+    Leg(1.6, _compressed),
+    Leg(2.2, _land),
+)
+
+# INDI loses a few degrees of yaw for a moment where a turn passes 180 deg, more or less by chance
+_NO_SPIRAL = tuple(leg for leg in _EVERY_SETPOINT if leg.begin is not _spiral)
+
+# Mellinger, Brescianini and Lee cannot fly velocities or bare attitudes
+_POSITIONS_ONLY = (
+    Leg(1.5, _takeoff),
+    Leg(1.0, keep=_position),
+    Leg(1.2, keep=_full_state),
+    Leg(1.1, _high_level),
+    Leg(0.9, _relative_linear),
+    Leg(1.5, _spiral),
+    Leg(1.7, _trajectory),
+    Leg(1.6, _compressed),
+    Leg(2.2, _land),
+)
+
+_STANDING = (Leg(3.0),)
+
+_SIMPLE = (
+    Leg(1.5, _takeoff),
+    Leg(1.0, keep=_position),
+    Leg(0.8, keep=_velocity),
+    Leg(0.8, keep=_hover),
+    Leg(1.1, _high_level),
+    Leg(0.9, _relative_linear),
+    Leg(2.2, _land),
+)
+
+_HEIGHT_ALONE = (
+    Leg(1.2, keep=_zdistance),
+    Leg(0.6, keep=_altitude_hold),
+    Leg(0.6, keep=_zdistance),
+    Leg(0.8, keep=_descend),
+    Leg(0.1, lambda pilot: pilot.drone.commander.send_stop_setpoint()),
+)
+
+
+def _trade_places(dx: float) -> tuple[Leg, ...]:
+    return (Leg(1.5, _takeoff), Leg(2.5, keep=_toward(dx)), Leg(2.2, _land))
+
+
+FLEET: tuple[Member, ...] = (
+    Member("pid", _EVERY_SETPOINT, shows="PID with every kind of set-point; poses"),
+    Member("mellinger", _POSITIONS_ONLY, "mellinger", shows="Mellinger with positions, full states and plans"),
+    Member("indi", _NO_SPIRAL, "indi", shows="INDI with every kind of set-point"),
+    Member("brescianini", _POSITIONS_ONLY, "brescianini", shows="Brescianini with positions, full states and plans"),
+    Member("lee", _POSITIONS_ONLY, "lee", shows="Lee with positions, full states and plans"),
+    Member("position", _SIMPLE, positioning="mocap_position", shows="positions without attitudes"),
+    Member("sweeps", _SIMPLE, positioning="lighthouse", shows="sweep angles and yaw errors"),
+    Member(
+        "beams",
+        _SIMPLE,
+        positioning="lighthouse",
+        parameters={"lighthouse.method": 0},
+        shows="crossed beams: positions of a lighthouse",
+    ),
+    Member("twr", _SIMPLE, positioning="loco_twr", shows="distances"),
+    Member(
+        "twr_robust",
+        _SIMPLE,
+        positioning="loco_twr",
+        parameters={"kalman.robustTwr": 1},
+        shows="distances, robust model",
+    ),
+    Member("tdoa2", _SIMPLE, positioning="loco_tdoa2", shows="differences of distances"),
+    Member(
+        "tdoa3_robust",
+        _SIMPLE,
+        positioning="loco_tdoa3",
+        parameters={"kalman.robustTdoa": 1},
+        shows="differences of distances, robust model",
+    ),
+    Member(
+        "planar",
+        _STANDING,
+        positioning="loco_twr",
+        attributes={"loco_2d": "on", "loco_height": 0.02},
+        shows="distances and a known height, standing",
+    ),
+    Member("flow", _SIMPLE, positioning="flow", shows="optical flow and range"),
+    Member(
+        "complementary",
+        _HEIGHT_ALONE,
+        positioning="flow",
+        estimator="complementary",
+        shows="complementary estimator with range and barometer",
+    ),
+    # far from the others, whose ways are none of their business
+    Member(
+        "avoids_right",
+        _trade_places(_SPACING),
+        parameters={"colAv.enable": 1},
+        place=(8.0, 0.0),
+        shows="collision avoidance",
+    ),
+    Member(
+        "avoids_left",
+        _trade_places(-_SPACING),
+        parameters={"colAv.enable": 1},
+        place=(8.0 + _SPACING, 0.0),
+        shows="collision avoidance",
+    ),
+)
+"""Everybody."""
+
+DURATION = max(sum(leg.seconds for leg in member.legs) for member in FLEET)
+"""What the longest flight takes (s), without boot."""
+
+
+class Formation:
+    """The fleet in a world, booted and ready, with a pilot for each drone."""
+
+    def __init__(
+        self,
+        fleet: Sequence[Member],
+        provider: str = "builtin",
+        platform: str = "cf2",
+        seed: int = 1,
+        parameters: Mapping[str, float] | None = None,
+    ) -> None:
+        """Build the world.
+
+        Args:
+            fleet: The drones.
+            provider: Name of the provider that flies them.
+            platform: Airframe of all drones.
+            seed: Seed of all noise.
+            parameters: Parameters that every drone gets; a drone of the fleet may have others.
+        """
+        configs = [
+            DroneConfig(
+                member.name,
+                member.place or _place(i),
+                platform=platform,
+                provider=provider,
+                controller=member.controller,
+                estimator=member.estimator,
+                positioning=member.positioning,
+                parameters={**(parameters or {}), **member.parameters},
+                attributes=member.attributes,
+            )
+            for i, member in enumerate(fleet)
+        ]
+        self._provider = provider
+        self.fleet = tuple(fleet)
+        self.world = World(configs, seed=seed, visuals=False)
+        self.pilots = [Pilot(drone, member.legs) for drone, member in zip(self.world.drones, fleet, strict=True)]
+        self._start: int | None = None
+        self.tick = 0
+
+    def check_provider(self, number: int) -> None:
+        """Make sure that the provider that was asked for by name is the one with this number.
+
+        Raises:
+            UnknownNameError: If it is another one, for instance of a later build.
+        """
+        found = int(self.world.drones[0].struct.config.provider)
+        if found != number:
+            raise UnknownNameError(f"provider '{self._provider}' has the number {found}, expected {number}")
+
+    @property
+    def seconds(self) -> float:
+        """What the longest flight of this fleet takes (s)."""
+        return max(pilot.ticks for pilot in self.pilots) / 1000
+
+    @property
+    def ticks_under_way(self) -> int:
+        """Ticks since the last drone began (ms), or gave up: one that is stopped, or is not ready in time, stays."""
+        return 0 if self._start is None else self.tick - self._start
+
+    def view(self, offset: int, size: int) -> NDArray[np.uint8]:
+        """Return the same bytes of every drone as a live view, shape (N, size)."""
+        memories = [drone.memory for drone in self.world.drones]
+        starts = {later.ctypes.data - first.ctypes.data for first, later in itertools.pairwise(memories)} or {
+            memories[0].nbytes
+        }
+        if len(starts) != 1:
+            raise CrazychoirError("the drones do not stand one after the other in memory")
+        first = memories[0][offset : offset + size]
+        return as_strided(first, (len(memories), size), (starts.pop(), 1))
+
+    def step(self) -> None:
+        """Advance by one tick (1 ms); the pilots speak before it."""
+        if self._start is None and self.tick % PERIOD == 0:
+            self._get_ready()
+        for pilot in self.pilots:
+            if pilot.start is not None:
+                pilot.act(self.tick - pilot.start)
+        self.world.step(1)
+        self.tick += 1
+
+    def _get_ready(self) -> None:
+        # each drone for itself, so that one that fails changes nothing for the others
+        waiting = [pilot for pilot in self.pilots if pilot.is_waiting]
+        for pilot in waiting:
+            if pilot.drone.can_fly:
+                pilot.start = self.tick
+            elif pilot.drone.can_arm:
+                pilot.drone.arm()
+        if not any(pilot.is_waiting for pilot in waiting) or self.tick >= _BOOT_LIMIT:
+            self._start = self.tick
+
+
+def _place(index: int) -> tuple[float, float]:
+    row, column = divmod(index, _COLUMNS)
+    return _SPACING * (column - (_COLUMNS - 1) / 2), _SPACING * (row - 1.5)
