@@ -36,9 +36,10 @@ def grid(count: int) -> list[tuple[float, float]]:
     return [(i % side * SPACING - offset, i // side * SPACING - offset) for i in range(count)]
 
 
-def hovering_world(count: int) -> World:
+def hovering_world(count: int, provider: str = "builtin") -> World:
     """Return a world in which all drones hover."""
-    world = World([DroneConfig(f"cf{i + 1}", place) for i, place in enumerate(grid(count))], seed=1, visuals=False)
+    drones = [DroneConfig(f"cf{i + 1}", place, provider=provider) for i, place in enumerate(grid(count))]
+    world = World(drones, seed=1, visuals=False)
     world.wait_until_ready()
     for drone in world.drones:
         drone.high_level_commander.takeoff(HEIGHT, 1.5)

@@ -36,9 +36,14 @@ def shared_folder(tmp_path_factory):
 
 @pytest.fixture(scope="session")
 def checkout(shared_folder):
-    """Return a function that lays a release of the miniature out, once."""
+    """Return a function that lays a release of the miniature out, once.
+
+    CRAZYCHOIR_TEST_CHECKOUT names a checkout of the real firmware to take for the newest release.
+    """
 
     def laid_out(release):
+        if release != OLDEST and "CRAZYCHOIR_TEST_CHECKOUT" in os.environ:
+            return Path(os.environ["CRAZYCHOIR_TEST_CHECKOUT"])
         target = shared_folder / f"checkout {release}"
         if not target.exists():
             scratch = shared_folder / f"scratch-{release}-{os.getpid()}"
