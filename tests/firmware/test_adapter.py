@@ -658,6 +658,9 @@ def test_drones_share_code_and_nothing_else(newest):
             drone.controller(control, *inputs, step)
         assert control_of(controls[1]) == expected[step - 1]
     assert control_of(controls[2]) != expected[-1]
+    blocks = [ffi.buffer(drone.memory)[ffi.offsetof("cf_t", "provider_state") :] for drone in (alone, *others)]
+    assert blocks[0] == blocks[1], "what a drone is does not depend on when it was asked"
+    assert blocks[1] != blocks[2]
 
 
 @pytest.mark.parametrize("fixture", ["older", "oldest"])
