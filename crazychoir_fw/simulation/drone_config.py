@@ -28,11 +28,14 @@ class DroneConfig:
     platform: str = "cf2"
     """Airframe: ``cf2`` (Crazyflie 2.1+) or ``cf21bl`` (2.1 Brushless)."""
     provider: str = "builtin"
-    """Implementation of the onboard algorithms."""
+    """Implementation of the onboard algorithms: ``builtin``, ``bitcraze`` for the checkout of the real firmware, or the
+    name of a library that was loaded (`crazychoir_fw.core.load_library`)."""
     controller: str | None = None
-    """Controller at boot: ``pid`` (default), ``mellinger``, ``indi``, ``brescianini`` or ``lee``."""
+    """Controller at boot: ``pid`` (default), ``mellinger``, ``indi``, ``brescianini``, ``lee``, or ``out_of_tree``
+    where the provider carries one."""
     estimator: str | None = None
-    """State estimator at boot: ``kalman`` or ``complementary``; by default what the positioning asks for."""
+    """State estimator at boot: ``kalman``, ``complementary``, or ``out_of_tree`` where the provider carries one; by
+    default what the positioning asks for."""
     positioning: str | None = None
     """``mocap`` (default), ``mocap_position``, ``lighthouse``, ``loco_twr``, ``loco_tdoa2``, ``loco_tdoa3``, ``flow``
     or ``none``."""
