@@ -95,12 +95,8 @@ def _compare(
     from crazychoir_fw.firmware.parity.inputs import record
     from crazychoir_fw.firmware.parity.run import run_parity
     from crazychoir_fw.firmware.parity.side import Side
-    from crazychoir_fw.firmware.providers import load
 
-    def building(what: str, done: int, total: int) -> None:
-        show(what, done / total if total else 0.0)
-
-    sides = [Side(load(word, platform, checkout, building), platform) for word in words]
+    sides = [Side(_provider(word, platform, checkout, show), platform) for word in words]
     if replay_from is not None:
         recorded = load_inputs(replay_from)
     else:
@@ -117,6 +113,22 @@ def _compare(
         flies=flies,
         progress=show,
     )
+
+
+def _provider(word: str, platform: str, checkout: Path | None, show: Callable[[str, float], None]) -> int:
+    """Return the number of a provider, built and loaded if need be."""
+    from crazychoir_fw.core import load_library
+    from crazychoir_fw.firmware.build import build_provider
+    from crazychoir_fw.firmware.checkout import locate
+    from crazychoir_fw.firmware.providers import BITCRAZE, load
+
+    def building(what: str, done: int, total: int) -> None:
+        show(what, done / total if total else 0.0)
+
+    if word == BITCRAZE and checkout is not None:
+        # that one, whatever else is loaded under this name
+        return load_library(build_provider(locate(checkout), platform, progress=building))
+    return load(word, platform, checkout, building)
 
 
 @contextmanager
@@ -144,9 +156,10 @@ def _print(result: "Parity", page: Path) -> None:
 
 
 def _summary(result: "Parity") -> Table:
+    # a version may be the hash of a whole checkout
     names = [
-        f"{identity['provider']} {identity.get('version', '')}".strip()
-        for identity in (result.candidate, result.reference)
+        f"{side['provider']} {str(side.get('version', ''))[:16]}".strip()
+        for side in (result.candidate, result.reference)
     ]
     table = Table(title=f"{names[0]} against {names[1]} on {result.platform}", box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("what", no_wrap=True)

@@ -35,7 +35,8 @@ def plot_svg(trace: Trace, tolerance: Tolerance, is_by_number: bool, title: str)
     """
     # a salt of its own keeps the names inside from meeting those of other pictures of the page
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": title, "font.size": 8, "font.family": "sans-serif"}):
-        figure = Figure(figsize=(5.6, 2.5), layout="constrained")
+        figure = Figure(figsize=(5.6, 2.5))
+        figure.subplots_adjust(left=0.12, right=0.985, top=0.9, bottom=0.16, hspace=0.14)
         canvas = FigureCanvasSVG(figure)
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.5, 1.0))
         t = trace.ticks if is_by_number else trace.ticks / 1000.0

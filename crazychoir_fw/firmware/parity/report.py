@@ -113,7 +113,8 @@ def allowed(deviation: Deviation) -> str:
     row = deviation.tolerance
     if not row.is_judged:
         return "not judged"
-    parts = [f"{row.absolute:g} {row.unit}".strip()] if row.absolute else []
+    unit = "count" if row.absolute == 1 and row.unit == "counts" else row.unit
+    parts = [f"{row.absolute:g} {unit}".strip()] if row.absolute else []
     parts += [f"{row.ulps} ulps"] if row.ulps and deviation.max_ulps is not None else []
     parts += [f"{row.relative:g} of the largest"] if row.relative else []
     return " or ".join(parts) or "0"

@@ -159,6 +159,8 @@ REPLAY: tuple[Tolerance, ...] = (
         "derivative",
         ("log.ctrlLee.rpyd?", "log.ctrlINDI.rate_d*", "log.*_outD"),
         "the difference of two neighbors, divided by their 1 or 2 ms, is 500 times the rounding or more",
+        absolute=1e-3,
+        unit="rad/s, counts",
         ulps=16,
         relative=1e-3,
     ),
