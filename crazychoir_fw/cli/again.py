@@ -1,6 +1,7 @@
 """`crazychoir fly --watch`: edit, save, and see it fly."""
 
 from collections.abc import Collection
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -46,10 +47,9 @@ class Inputs:
             from crazychoir_fw.errors import CheckoutError
             from crazychoir_fw.firmware.checkout import locate
 
-            try:
+            # where there is none, the flight is about to say so
+            with suppress(CheckoutError):
                 self._checkout = locate()
-            except CheckoutError:  # the flight is about to say so
-                pass
 
     @property
     def named(self) -> list[Path]:

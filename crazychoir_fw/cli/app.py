@@ -28,10 +28,12 @@ def build(
     path: Annotated[Path | None, typer.Option(help="Folder of the firmware's checkout, for bitcraze.")] = None,
 ) -> None:
     """Compile an app, and show what it brings and how to fly it."""
+    import shlex
     import time
 
     from crazychoir_fw.errors import CrazychoirError
     from crazychoir_fw.firmware.apps import build_app
+    from crazychoir_fw.firmware.checkout import VARIABLE
 
     began = time.perf_counter()
     try:
@@ -48,9 +50,10 @@ def build(
         table.add_row(Text(key, style="bold"), Text(value, overflow="fold"))
     console.print(table)
     words = " --provider bitcraze" if built.library.identity["checkout"] else ""
-    options = " ".join(f"--app {file}" for file in files)
+    named = f"{VARIABLE}={shlex.quote(str(path.absolute()))} " if path is not None else ""
+    options = " ".join(f"--app {shlex.quote(str(file))}" for file in files)
     console.print(f"built in {time.perf_counter() - began:.1f} s, fly it with", style="dim")
-    console.print(f"crazychoir fly MISSION.yaml{words} {options}", soft_wrap=True, markup=False, highlight=False)
+    console.print(f"{named}crazychoir fly MISSION.yaml{words} {options}", soft_wrap=True, markup=False, highlight=False)
 
 
 def _rows(built: "App", platform: str) -> dict[str, str]:

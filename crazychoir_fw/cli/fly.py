@@ -46,7 +46,8 @@ def fly(
     provider: Annotated[str | None, typer.Option(help="Provider of the onboard software.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,
     app: Annotated[
-        list[Path] | None, typer.Option(help="C file with your own controller or estimator, for all drones; repeatable.")
+        list[Path] | None,
+        typer.Option(help="C file with a controller or an estimator of yours; repeatable."),
     ] = None,
     watch: Annotated[bool, typer.Option("--watch", help="Fly again whenever the app or the mission is saved.")] = False,
 ) -> None:

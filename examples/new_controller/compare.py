@@ -92,7 +92,9 @@ def draw(mission, log, table, path):
             log.time[eight] - begin[1], miss, color=color, label=f"{name}: {found['figure8_rms_mm']:.0f} mm RMS"
         )
     axes["step"].set(title="step of 0.5 m", xlabel="time (s)", ylabel="x (m)")
-    axes["error"].set(title="figure-8: distance from the setpoint", xlabel="time (s)", ylabel="error (mm)", ylim=(0, None))
+    axes["error"].set(
+        title="figure-8: distance from the setpoint", xlabel="time (s)", ylabel="error (mm)", ylim=(0, None)
+    )
     axes["eight"].set(title="figure-8 from above", xlabel="x (m)", ylabel="y (m)", aspect="equal")
     for each in axes.values():
         each.grid(color="#E4E7EB")

@@ -66,9 +66,9 @@ static struct vec acceleration(const setpoint_t *setpoint, const state_t *state)
   if (setpoint->velocity_body) {
     velocity = mvmul(mrotz(radians(state->attitude.yaw)), velocity);
   }
-  error = mkvec(distance(setpoint->mode.x, setpoint->position.x, state->position.x),
-                distance(setpoint->mode.y, setpoint->position.y, state->position.y),
-                distance(setpoint->mode.z, setpoint->position.z, state->position.z));
+  error    = mkvec(distance(setpoint->mode.x, setpoint->position.x, state->position.x),
+                   distance(setpoint->mode.y, setpoint->position.y, state->position.y),
+                   distance(setpoint->mode.z, setpoint->position.z, state->position.z));
   integral = vclampabs(vadd(integral, vscl(DT, error)), vrepeat(boundOfI));
 
   const struct vec slip =
@@ -76,8 +76,7 @@ static struct vec acceleration(const setpoint_t *setpoint, const state_t *state)
   const struct vec feedForward =
       vadd(vscl(drag, velocity), mkvec(setpoint->acceleration.x, setpoint->acceleration.y,
                                        setpoint->acceleration.z + GRAVITY_MAGNITUDE));
-  struct vec a =
-      vadd4(vscl(posP, error), vscl(posD, slip), vscl(posI, integral), feedForward);
+  struct vec a = vadd4(vscl(posP, error), vscl(posD, slip), vscl(posI, integral), feedForward);
 
   // never downwards, and never further to the side than tiltMax
   a.z               = fmaxf(a.z, 0.3f * GRAVITY_MAGNITUDE);
@@ -133,9 +132,9 @@ void controllerOutOfTree(control_t *control, const setpoint_t *setpoint,
   thrust = mass * vdot(a, qvrot(attitude, vbasis(2)));
 
   const float yawRate = setpoint->mode.yaw == modeVelocity ? setpoint->attitudeRate.yaw : 0.0f;
-  headError           = degrees(shortest_signed_angle_radians(radians(state->attitude.yaw),
-                                                              radians(desiredYaw(setpoint, state))));
-  const float head    = headP * radians(headError) + headD * (radians(yawRate) - rates.z);
+  headError        = degrees(shortest_signed_angle_radians(radians(state->attitude.yaw),
+                                                           radians(desiredYaw(setpoint, state))));
+  const float head = headP * radians(headError) + headD * (radians(yawRate) - rates.z);
 
   const struct vec spin = mkvec(tiltP * turn.x - tiltD * rates.x, tiltP * turn.y - tiltD * rates.y,
                                 clamp(head, -headMax, headMax));

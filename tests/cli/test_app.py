@@ -66,4 +66,6 @@ def test_provider_without_a_checkout_is_one_sentence(tmp_path):
     result = run("app", "build", APPS / "counting.c", "--path", tmp_path / "nowhere")
     assert result.exit_code == 2
     assert result.stderr == f"no firmware checkout at {tmp_path / 'nowhere'}: there is no such folder\n"
-    assert "allowed around an app: builtin, bitcraze" in run("app", "build", APPS / "counting.c", "--provider", "x").stderr
+    assert (
+        "allowed around an app: builtin, bitcraze" in run("app", "build", APPS / "counting.c", "--provider", "x").stderr
+    )

@@ -93,9 +93,14 @@ def test_command_flies_again_complains_and_ends_well(tmp_path):
     app, mission = tmp_path / "mine.c", tmp_path / "hop.yaml"
     app.write_text(text)
     mission.write_text("drones: {count: 1}\nflight: [takeoff: {height: 0.3, duration: 1}, land: {duration: 1}]\n")
-    command = [sys.executable, "-c", "from crazychoir_fw.cli import app; app()", "fly", mission, "--app", app, "--watch"]
+    program = "from crazychoir_fw.cli import app; app()"
     process = subprocess.Popen(
-        command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env={**os.environ, "COLUMNS": "200"}
+        [sys.executable, "-c", program, "fly", mission, "--app", app, "--watch"],
+        cwd=tmp_path,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        env={**os.environ, "COLUMNS": "200"},
     )
     try:
         first = read_until(process, "waiting for a change of hop.yaml, mine.c")

@@ -1,15 +1,11 @@
 """A user's own C around which a checkout of the firmware flies: here its miniature."""
 
-import os
-import secrets
 from pathlib import Path
 
 import numpy as np
 import pytest
-from miniature import lay_out
 
 from crazychoir_fw.firmware.apps import build_app
-from crazychoir_fw.firmware.cache import digest_of
 from crazychoir_fw.simulation import DroneConfig, FlightRecorder, World
 
 APPS = Path(__file__).parent / "apps"
@@ -17,44 +13,27 @@ BOTH = [APPS / "counting.c", APPS / "following.c"]
 NAME = "bitcraze+counting+following"
 
 
-@pytest.fixture(scope="module")
-def checkout():
-    """The miniature in a place of its own beside the cache, so that only the first run has to compile it."""
-    files = sorted(path for path in (Path(__file__).parent / "miniature").rglob("*") if path.is_file())
-    texts = [path.read_bytes().hex() for path in files if "__pycache__" not in path.parts]
-    root = Path(os.environ["CRAZYCHOIR_CACHE"]) / f"miniature-{digest_of(texts)[:12]}"
-    if not root.is_dir():
-        made = lay_out(root.with_name(f".{secrets.token_hex(6)}"))
-        try:
-            made.rename(root)
-        except OSError:  # somebody else was faster
-            assert root.is_dir()
-    return root
+pytestmark = pytest.mark.usefixtures("lasting_cache")
 
 
-@pytest.fixture
-def chosen(checkout, monkeypatch):
-    monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(checkout))
-    return checkout
-
-
-def test_app_is_built_with_the_headers_of_the_checkout(checkout):
-    app = build_app(BOTH, provider="bitcraze", checkout=checkout)
+def test_app_is_built_with_the_headers_of_the_checkout(miniature):
+    app = build_app(BOTH, provider="bitcraze", checkout=miniature)
     assert app.library.name == NAME
     assert app.hooks == ("controller", "estimator")
-    assert app.library.identity["checkout"] == str(checkout)
+    assert app.library.identity["checkout"] == str(miniature)
     assert app.warnings == ""
 
 
-def test_example_compiles_over_a_checkout_too(checkout):
+def test_example_compiles_over_a_checkout_too(miniature):
     example = Path(__file__).parents[2] / "examples" / "new_controller" / "tilt_prioritized.c"
     # with an estimator beside it, so that the checkout is configured as in the other tests
-    app = build_app([example, APPS / "following.c"], provider="bitcraze", checkout=checkout)
+    app = build_app([example, APPS / "following.c"], provider="bitcraze", checkout=miniature)
     assert app.hooks == ("controller", "estimator")
     assert app.warnings == ""
 
 
-def test_apps_fly_beside_a_stock_drone(chosen):
+def test_apps_fly_beside_a_stock_drone(miniature, monkeypatch):
+    monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(miniature))
     configs = [DroneConfig(f"cf{i}", (i, 0.0), provider="bitcraze", app=BOTH) for i in range(2)]
     world = World([*configs, DroneConfig("stock", (0.0, 1.0))], seed=1, visuals=False)
     world.wait_until_ready()

@@ -137,7 +137,7 @@ def test_an_app_over_the_builtin_provider(tmp_path, lasting_cache):
     path = tmp_path / "my law.c"
     path.write_text(APP)
     library = build_provider(None, apps=[path])
-    assert (library.name, library.platform) == ("builtin+my_law", None)
+    assert (library.name, library.platform) == ("builtin+my_law", "cf2")
     core.load_library(library)
     world = World([DroneConfig("a", (0.0, 0.0), provider=library.name)], seed=1)
     world["a"].param["stabilizer.controller"] = 6

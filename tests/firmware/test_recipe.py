@@ -160,11 +160,17 @@ def test_apps_switch_their_part_of_the_firmware_on(checkout, tmp_path):
         not {"CONFIG_CONTROLLER_OOT", "CONFIG_ESTIMATOR_OOT"}
         & bitcraze_recipe(opened, "cf2", [mention]).settings.keys()
     )
-    both = builtin_recipe([law, filter_])
-    assert both.settings == {"CONFIG_CONTROLLER_OOT": "1", "CONFIG_ESTIMATOR_OOT": "1"}
-    assert (both.name, both.platform) == ("builtin+my_law+filter", None)
+    both = builtin_recipe("cf21bl", [law, filter_])
+    assert both.settings == {
+        "CONFIG_CONTROLLER_OOT": "1",
+        "CONFIG_ESTIMATOR_OOT": "1",
+        "CONFIG_PLATFORM_CF21BL": "1",
+    }
+    assert (both.name, both.platform) == ("builtin+my_law+filter", "cf21bl")
+    with pytest.raises(UnknownNameError, match="no platform named 'bolt', allowed: cf2, cf21bl"):
+        builtin_recipe("bolt", [law])
     with pytest.raises(UnknownNameError, match="there is no app file"):
-        builtin_recipe([tmp_path / "none.c"])
+        builtin_recipe("cf2", [tmp_path / "none.c"])
 
 
 def test_a_configuration_header_of_the_user(checkout, tmp_path):

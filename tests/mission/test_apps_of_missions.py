@@ -36,7 +36,9 @@ def test_app_of_the_command_line_is_for_all_and_seen_from_where_it_runs(hop, fol
     assert [drone.app for drone in fleet] == [("mine.c",)] * 2
 
 
-@pytest.mark.parametrize("app", ["gone.c", "mine.h", "", ".", 3, ["mine.c", 3], {"file": "mine.c"}, "a\0.c", "x" * 5000])
+@pytest.mark.parametrize(
+    "app", ["gone.c", "mine.h", "", ".", 3, ["mine.c", 3], {"file": "mine.c"}, "a\0.c", "x" * 5000]
+)
 def test_what_is_no_c_file_is_refused(hop, folder, app):
     hop["drones"][1]["app"] = app
     with pytest.raises(MissionError, match=r"^mission: drones\[1\]\.app is .*, but must be a C file such as"):

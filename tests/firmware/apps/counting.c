@@ -31,7 +31,7 @@ void controllerOutOfTree(control_t *control, const setpoint_t *setpoint,
                          const sensorData_t *sensors, const state_t *state,
                          const stabilizerStep_t stabilizerStep) {
   controllerPid(control, setpoint, sensors, state, stabilizerStep);
-  *same = count_in_function();
+  *same  = count_in_function();
   thrust = scale * control->thrust;
 }
 

@@ -28,13 +28,14 @@ static void follow(state_t *state, const poseMeasurement_t *pose) {
   has_pose = true;
   poses++;
 
-  const quaternion_t *q   = &pose->quat;
-  const struct vec    rpy = quat2rpy(mkquat(q->x, q->y, q->z, q->w));
+  const quaternion_t *q       = &pose->quat;
+  const struct vec    rpy     = quat2rpy(mkquat(q->x, q->y, q->z, q->w));
   state->attitudeQuaternion.x = q->x;
   state->attitudeQuaternion.y = q->y;
   state->attitudeQuaternion.z = q->z;
   state->attitudeQuaternion.w = q->w;
-  state->attitude = (attitude_t){.roll = degrees(rpy.x), .pitch = -degrees(rpy.y), .yaw = degrees(rpy.z)};
+  state->attitude =
+      (attitude_t){.roll = degrees(rpy.x), .pitch = -degrees(rpy.y), .yaw = degrees(rpy.z)};
 }
 
 void estimatorOutOfTree(state_t *state, const stabilizerStep_t stabilizerStep) {
