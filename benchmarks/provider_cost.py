@@ -107,7 +107,8 @@ def main() -> None:
     for name, cost in result["us_per_tick"].items():
         print(f"{name:10} {cost:.3f} µs per drone and tick")
     kib = result["bytes_of_variables"] / 1024
-    print(f"switch     {result['us_per_switch']:.3f} µs for {kib:.1f} KiB, {result['us_per_switch'] / kib * 4:.3f} for 4")
+    per_page = result["us_per_switch"] / kib * 4
+    print(f"switch     {result['us_per_switch']:.3f} µs for {kib:.1f} KiB of variables, {per_page:.3f} µs for 4 KiB")
     if options.json:
         options.json.write_text(json.dumps(result, indent=2) + "\n")
 
