@@ -1,8 +1,17 @@
 """What all tests share."""
 
+import fcntl
+import hashlib
 import os
+import sys
+from pathlib import Path
 
+import pytest
 from hypothesis import settings
+
+TESTS = Path(__file__).resolve().parent
+sys.path.append(str(TESTS / "firmware"))  # for the miniature checkout
+from miniature import lay_out  # noqa: E402
 
 # The gate tries the same cases every time, so that it fails for a change and never by luck; and no test may fail
 # because a machine is slow. `HYPOTHESIS_PROFILE=explore pytest` looks for new cases, ten times as many.
@@ -15,3 +24,33 @@ def pytest_configure(config):
     """Keep what is compiled for the next run, and apart from what a user keeps."""
     if config.pluginmanager.hasplugin("cacheprovider"):
         os.environ.setdefault("CRAZYCHOIR_CACHE", str(config.cache.mkdir("firmware") / "cache"))
+
+
+@pytest.fixture(scope="session")
+def lasting_folder(request):
+    """A folder that outlives the session, for what is named by its content."""
+    return request.config.cache.mkdir("firmware")
+
+
+@pytest.fixture(scope="session")
+def lasting_cache(lasting_folder):
+    """A cache that outlives the session: what has not changed is not compiled again."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CRAZYCHOIR_CACHE", str(lasting_folder / "cache"))
+        yield lasting_folder / "cache"
+
+
+@pytest.fixture(scope="session")
+def miniature(lasting_folder):
+    """The miniature checkout of the newest release, a repository, laid out once. Not to be written to."""
+    parts = [path for path in sorted((TESTS / "firmware" / "miniature").rglob("*")) if path.is_file()]
+    # some files of the miniature are made from ours
+    parts += sorted((TESTS.parent / "bindings").rglob("*.[ch]"))
+    name = hashlib.sha256(b"".join(path.read_bytes() for path in parts if path.suffix != ".pyc")).hexdigest()[:12]
+    root = lasting_folder / f"checkout {name}"
+    with (lasting_folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not (root / "laid out").exists():
+            lay_out(root, git=True)
+            (root / "laid out").touch()
+    return root

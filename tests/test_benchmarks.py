@@ -21,7 +21,8 @@ def test_every_benchmark_is_tried():
 
 
 @pytest.mark.parametrize("name", SMALLEST)
-def test_benchmark_runs(name, tmp_path):
+def test_benchmark_runs(name, tmp_path, monkeypatch, lasting_cache, miniature):
+    monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(miniature))
     result = tmp_path / "result.json"
     command = [sys.executable, BENCHMARKS / name, *SMALLEST[name], "--json", result]
     subprocess.run(command, check=True, capture_output=True, timeout=120)

@@ -39,7 +39,8 @@ def test_python_runs_as_printed(code, tmp_path, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("text", all_blocks("yaml"))
-def test_missions_fly_as_printed(text, tmp_path):
+def test_missions_fly_as_printed(text, tmp_path, monkeypatch, lasting_cache, miniature):
+    monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(miniature))
     path = tmp_path / "mission.yaml"
     path.write_text(text)
     (tmp_path / "my_controller.c").write_text(blocks(ROOT / "docs/apps.md", "c")[0])

@@ -1,15 +1,12 @@
 """The module over each provider; the checkouts are miniatures, laid out and compiled once per session."""
 
 import os
-import sys
 from pathlib import Path
 
 import pytest
+from miniature import lay_out
 
 from crazychoir_fw import cffirmware
-
-sys.path.append(str(Path(__file__).resolve().parents[1] / "firmware"))
-from miniature import lay_out
 
 OLDEST = "2024.10"
 
