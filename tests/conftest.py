@@ -13,6 +13,8 @@ TESTS = Path(__file__).resolve().parent
 sys.path.append(str(TESTS / "firmware"))  # for the miniature checkout
 from miniature import lay_out  # noqa: E402
 
+from crazychoir_fw.firmware.build import build_provider  # noqa: E402
+
 # The gate tries the same cases every time, so that it fails for a change and never by luck; and no test may fail
 # because a machine is slow. `HYPOTHESIS_PROFILE=explore pytest` looks for new cases, ten times as many.
 settings.register_profile("gate", deadline=None, derandomize=True)
@@ -54,3 +56,9 @@ def miniature(lasting_folder):
             lay_out(root, git=True)
             (root / "laid out").touch()
     return root
+
+
+@pytest.fixture(scope="session")
+def bitcraze_library(miniature, lasting_cache):
+    """The library of the miniature checkout for cf2."""
+    return build_provider(miniature, "cf2")

@@ -15,8 +15,8 @@ from rich.text import Text
 from crazychoir_fw.cli.console import BAD_INPUT, complain, complaints, console, refuse
 
 if TYPE_CHECKING:
-    from crazychoir_fw.firmware.parity.functions import Comparison
-    from crazychoir_fw.firmware.parity.run import Parity
+    from crazychoir_fw.parity.functions import Comparison
+    from crazychoir_fw.parity.run import Parity
 
 DIFFERENT = 1
 _STYLES = {"identical": "green", "equal within tolerance": "blue", "different": "red", "missing": "yellow"}
@@ -62,7 +62,7 @@ def parity(
                 inputs,
                 show,
             )
-        from crazychoir_fw.firmware.parity.report import write_report
+        from crazychoir_fw.parity.report import write_report
 
         page, _ = write_report(result, out)
     except CrazychoirError as error:
@@ -91,10 +91,10 @@ def _compare(
     replay_from: Path | None,
     show: Callable[[str, float], None],
 ) -> "Parity":
-    from crazychoir_fw.firmware.parity.inputs import load as load_inputs
-    from crazychoir_fw.firmware.parity.inputs import record
-    from crazychoir_fw.firmware.parity.run import run_parity
-    from crazychoir_fw.firmware.parity.side import Side
+    from crazychoir_fw.parity.inputs import load as load_inputs
+    from crazychoir_fw.parity.inputs import record
+    from crazychoir_fw.parity.run import run_parity
+    from crazychoir_fw.parity.side import Side
 
     sides = [Side(_provider(word, platform, checkout, show), platform) for word in words]
     if replay_from is not None:
@@ -141,7 +141,7 @@ def _progress() -> Iterator[Callable[[str, float], None]]:
 
 
 def _print(result: "Parity", page: Path) -> None:
-    from crazychoir_fw.firmware.parity.report import headline
+    from crazychoir_fw.parity.report import headline
 
     console.print(_summary(result))
     rows = [comparison for comparison in result.comparisons if comparison.verdict.value not in ("identical", "missing")]
@@ -173,7 +173,7 @@ def _summary(result: "Parity") -> Table:
 
 
 def _worst(rows: list["Comparison"]) -> Table:
-    from crazychoir_fw.firmware.parity.report import figure, tick
+    from crazychoir_fw.parity.report import figure, tick
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, collapse_padding=True)
     for heading in ("where", "worst signal"):

@@ -1,10 +1,8 @@
-"""What tests of builds share: an empty cache, a library, and a tree that tells whether it was written to."""
+"""What tests of builds share: an empty cache, and a tree that tells whether it was written to."""
 
 import hashlib
 
 import pytest
-
-from crazychoir_fw.firmware.build import build_provider
 
 
 @pytest.fixture
@@ -13,12 +11,6 @@ def cache_folder(tmp_path, monkeypatch):
     folder = tmp_path / "the cache"
     monkeypatch.setenv("CRAZYCHOIR_CACHE", str(folder))
     return folder
-
-
-@pytest.fixture(scope="session")
-def bitcraze_library(miniature, lasting_cache):
-    """The library of the miniature checkout for cf2."""
-    return build_provider(miniature, "cf2")
 
 
 @pytest.fixture

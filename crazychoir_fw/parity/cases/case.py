@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.firmware.parity.inputs import Flight
-from crazychoir_fw.firmware.parity.side import Block, LogGatherer, Side
+from crazychoir_fw.parity.inputs import Flight
+from crazychoir_fw.parity.side import Block, LogGatherer, Side
 
 
 @dataclass(frozen=True)

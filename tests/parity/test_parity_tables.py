@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from crazychoir_fw.firmware.parity.deviation import Verdict
-from crazychoir_fw.firmware.parity.side import Side
-from crazychoir_fw.firmware.parity.tables import compare_tables
+from crazychoir_fw.parity.deviation import Verdict
+from crazychoir_fw.parity.side import Side
+from crazychoir_fw.parity.tables import compare_tables
 
 
 def differences(reference, candidate):

@@ -9,15 +9,15 @@ from typing import Any
 
 from crazychoir_fw import core
 from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.firmware.parity.cases import all_cases
-from crazychoir_fw.firmware.parity.deviation import Verdict, overall
-from crazychoir_fw.firmware.parity.fleet import FLEET, Member
-from crazychoir_fw.firmware.parity.flights import Disturb, compare_flights
-from crazychoir_fw.firmware.parity.functions import Comparison, compare_functions
-from crazychoir_fw.firmware.parity.inputs import Inputs, record
-from crazychoir_fw.firmware.parity.side import Side
-from crazychoir_fw.firmware.parity.tables import Tables, compare_tables
-from crazychoir_fw.firmware.parity.tolerances import FLIGHT, REPLAY, WHOLE, Tolerance
+from crazychoir_fw.parity.cases import all_cases
+from crazychoir_fw.parity.deviation import Verdict, overall
+from crazychoir_fw.parity.fleet import FLEET, Member
+from crazychoir_fw.parity.flights import Disturb, compare_flights
+from crazychoir_fw.parity.functions import Comparison, compare_functions
+from crazychoir_fw.parity.inputs import Inputs, record
+from crazychoir_fw.parity.side import Side
+from crazychoir_fw.parity.tables import Tables, compare_tables
+from crazychoir_fw.parity.tolerances import FLIGHT, REPLAY, WHOLE, Tolerance
 from crazychoir_fw.version import __version__
 
 Progress = Callable[[str, float], None]

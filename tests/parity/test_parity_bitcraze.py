@@ -3,9 +3,9 @@
 import pytest
 
 from crazychoir_fw.core import load_library
-from crazychoir_fw.firmware.parity.deviation import Verdict
-from crazychoir_fw.firmware.parity.run import run_parity
-from crazychoir_fw.firmware.parity.side import Side
+from crazychoir_fw.parity.deviation import Verdict
+from crazychoir_fw.parity.run import run_parity
+from crazychoir_fw.parity.side import Side
 
 
 @pytest.fixture(scope="module")

@@ -2,9 +2,9 @@
 
 import pytest
 
-from crazychoir_fw.firmware.parity.deviation import Verdict
-from crazychoir_fw.firmware.parity.flights import compare_flights
-from crazychoir_fw.firmware.parity.side import Side
+from crazychoir_fw.parity.deviation import Verdict
+from crazychoir_fw.parity.flights import compare_flights
+from crazychoir_fw.parity.side import Side
 
 TICK = 2501
 

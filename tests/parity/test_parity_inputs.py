@@ -5,13 +5,13 @@ import pytest
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.firmware.parity.cases import Request
-from crazychoir_fw.firmware.parity.cases.complementary import complementary_cases
-from crazychoir_fw.firmware.parity.cases.controllers import controller_cases
-from crazychoir_fw.firmware.parity.cases.kalman import kalman_cases, measurement_types
-from crazychoir_fw.firmware.parity.inputs import Inputs, load
-from crazychoir_fw.firmware.parity.side import Side
-from crazychoir_fw.firmware.parity.structs import columns
+from crazychoir_fw.parity.cases import Request
+from crazychoir_fw.parity.cases.complementary import complementary_cases
+from crazychoir_fw.parity.cases.controllers import controller_cases
+from crazychoir_fw.parity.cases.kalman import kalman_cases, measurement_types
+from crazychoir_fw.parity.inputs import Inputs, load
+from crazychoir_fw.parity.side import Side
+from crazychoir_fw.parity.structs import columns
 
 
 def test_every_type_of_measurement_occurs(short_inputs):

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.firmware.parity.deviation import Deviation, join, measure
-from crazychoir_fw.firmware.parity.fleet import FLEET, Formation, Member, Pilot
-from crazychoir_fw.firmware.parity.functions import TRACES, Comparison
-from crazychoir_fw.firmware.parity.side import Side
-from crazychoir_fw.firmware.parity.tolerances import FLIGHT, Tolerance, tolerance_of
-from crazychoir_fw.firmware.parity.trace import Trace, trace
+from crazychoir_fw.parity.deviation import Deviation, join, measure
+from crazychoir_fw.parity.fleet import FLEET, Formation, Member, Pilot
+from crazychoir_fw.parity.functions import TRACES, Comparison
+from crazychoir_fw.parity.side import Side
+from crazychoir_fw.parity.tolerances import FLIGHT, Tolerance, tolerance_of
+from crazychoir_fw.parity.trace import Trace, trace
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.recorder import roll_pitch_yaw_deg
 from crazychoir_fw.variables import log_table

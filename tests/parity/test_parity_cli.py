@@ -6,8 +6,8 @@ import pytest
 from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
-from crazychoir_fw.firmware.parity import run as parity
-from crazychoir_fw.firmware.parity.cases import all_cases
+from crazychoir_fw.parity import run as parity
+from crazychoir_fw.parity.cases import all_cases
 
 
 @pytest.fixture

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from crazychoir_fw._core import ffi
-from crazychoir_fw.firmware.parity.cases import all_cases
-from crazychoir_fw.firmware.parity.deviation import Verdict
-from crazychoir_fw.firmware.parity.functions import compare_case, compare_functions
-from crazychoir_fw.firmware.parity.side import Side
+from crazychoir_fw.parity.cases import all_cases
+from crazychoir_fw.parity.deviation import Verdict
+from crazychoir_fw.parity.functions import compare_case, compare_functions
+from crazychoir_fw.parity.side import Side
 
 NOT_REPLAYED = {
     "init", "begin", "end", "controller_name", "parameters", "logs", "parameter_written", "refresh_logs",
@@ -59,7 +59,7 @@ def test_made_up_inputs_move_what_they_are_to_move(cases, platform):
     ):
         result = compare_case(Side(), Side(platform=platform), find(cases, group, name))
         assert signal in {deviation.signal for deviation in result.deviations}
-    from crazychoir_fw.firmware.parity.cases import Request
+    from crazychoir_fw.parity.cases import Request
 
     for group, name, signal in (("kalman", "out of bounds", "is_within_bounds"), ("power", "cap", "was_capped")):
         values = find(cases, group, name).run(Request(Side(platform=platform))).signals[signal]

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.firmware.parity.cases.case import Case, Outcome, Request
-from crazychoir_fw.firmware.parity.inputs import Flight, Inputs
-from crazychoir_fw.firmware.parity.structs import columns, pointer, zeros
+from crazychoir_fw.parity.cases.case import Case, Outcome, Request
+from crazychoir_fw.parity.inputs import Flight, Inputs
+from crazychoir_fw.parity.structs import columns, pointer, zeros
 
 _OVERRIDES = (0, 1, 2, 3)
 

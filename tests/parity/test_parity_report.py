@@ -7,12 +7,12 @@ from html.parser import HTMLParser
 import pytest
 
 from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.firmware.parity import report, run
-from crazychoir_fw.firmware.parity.cases import all_cases
-from crazychoir_fw.firmware.parity.deviation import Verdict
-from crazychoir_fw.firmware.parity.report import figure, html_page, tick, write_report
-from crazychoir_fw.firmware.parity.run import run_parity
-from crazychoir_fw.firmware.parity.side import Side
+from crazychoir_fw.parity import report, run
+from crazychoir_fw.parity.cases import all_cases
+from crazychoir_fw.parity.deviation import Verdict
+from crazychoir_fw.parity.report import figure, html_page, tick, write_report
+from crazychoir_fw.parity.run import run_parity
+from crazychoir_fw.parity.side import Side
 
 VOID = {"meta", "br", "link", "img", "input", "hr"}
 

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.firmware.parity.tolerances import Tolerance
+from crazychoir_fw.parity.tolerances import Tolerance
 
 UNMATCHED_ULPS = 2**32
 """Distance of a number from what is none: more than any two numbers are apart."""

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.firmware.parity.tolerances import FLIGHT, REPLAY, WHOLE, tolerance_of
+from crazychoir_fw.parity.tolerances import FLIGHT, REPLAY, WHOLE, tolerance_of
 
 FLOAT = np.dtype(np.float32)
 

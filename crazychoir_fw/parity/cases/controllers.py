@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi
 from crazychoir_fw.core import check
-from crazychoir_fw.firmware.parity.cases.case import Case, Outcome, Request, control_signals, joined
-from crazychoir_fw.firmware.parity.inputs import Flight, Inputs
-from crazychoir_fw.firmware.parity.side import CONTROLLERS
-from crazychoir_fw.firmware.parity.structs import joined_rows, pointer, zeros
+from crazychoir_fw.parity.cases.case import Case, Outcome, Request, control_signals, joined
+from crazychoir_fw.parity.inputs import Flight, Inputs
+from crazychoir_fw.parity.side import CONTROLLERS
+from crazychoir_fw.parity.structs import joined_rows, pointer, zeros
 
 _NEEDS = ("controller_init", "controller", "controller_type")
 _LOGS = {

@@ -3,9 +3,9 @@
 import pytest
 from perturbed import PerturbedSide
 
-from crazychoir_fw.firmware.parity.fleet import FLEET
-from crazychoir_fw.firmware.parity.inputs import record
-from crazychoir_fw.firmware.parity.side import Side
+from crazychoir_fw.parity.fleet import FLEET
+from crazychoir_fw.parity.inputs import record
+from crazychoir_fw.parity.side import Side
 
 
 @pytest.fixture(scope="session")

@@ -10,11 +10,11 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from crazychoir_fw.firmware.parity.deviation import Deviation, Verdict
-from crazychoir_fw.firmware.parity.functions import Comparison
-from crazychoir_fw.firmware.parity.plots import plot_svg
-from crazychoir_fw.firmware.parity.run import Parity
-from crazychoir_fw.firmware.parity.tolerances import FLIGHT, REPLAY, WHOLE
+from crazychoir_fw.parity.deviation import Deviation, Verdict
+from crazychoir_fw.parity.functions import Comparison
+from crazychoir_fw.parity.plots import plot_svg
+from crazychoir_fw.parity.run import Parity
+from crazychoir_fw.parity.tolerances import FLIGHT, REPLAY, WHOLE
 from crazychoir_fw.replacing import replacing
 
 HTML, JSON = "parity.html", "parity.json"
@@ -57,7 +57,7 @@ def write_report(parity: Parity, folder: Path) -> tuple[Path, Path]:
 def html_page(parity: Parity) -> str:
     """Return the page."""
     environment = Environment(
-        loader=PackageLoader("crazychoir_fw.firmware.parity", "."),
+        loader=PackageLoader("crazychoir_fw.parity", "."),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,

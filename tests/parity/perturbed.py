@@ -2,7 +2,7 @@
 
 import itertools
 
-from crazychoir_fw.firmware.parity.side import Side
+from crazychoir_fw.parity.side import Side
 
 
 class PerturbedSide(Side):

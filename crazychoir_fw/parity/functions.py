@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.firmware.parity.cases import Case, Outcome, Request
-from crazychoir_fw.firmware.parity.deviation import Deviation, Verdict, measure, overall
-from crazychoir_fw.firmware.parity.side import Side
-from crazychoir_fw.firmware.parity.tolerances import tolerance_of
-from crazychoir_fw.firmware.parity.trace import Trace, trace
+from crazychoir_fw.parity.cases import Case, Outcome, Request
+from crazychoir_fw.parity.deviation import Deviation, Verdict, measure, overall
+from crazychoir_fw.parity.side import Side
+from crazychoir_fw.parity.tolerances import tolerance_of
+from crazychoir_fw.parity.trace import Trace, trace
 
 TRACES = 2
 """Of so many signals of a case a picture is kept, the worst ones."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from crazychoir_fw._core import ffi
-from crazychoir_fw.firmware.parity.structs import columns, dtype_of, joined_rows, pointer, zeros
+from crazychoir_fw.parity.structs import columns, dtype_of, joined_rows, pointer, zeros
 
 STRUCTS = (
     "setpoint_t",
