@@ -164,18 +164,14 @@ void cf_sense(cf_t *cf, const cf_motion_t *motion, cf_hardware_t *hardware) {
 
 void cf_think(cf_t *cf, const cf_hardware_t *hardware) {
   const cf_provider_t *provider = cf_provider_of(cf);
-  if (provider == NULL) {
-    // time goes on, and nothing else
-    cf_onboard_tick(&cf->onboard, provider, cf->provider_state, hardware);
-    cf->wants_peers = false;
-    return;
-  }
-  if (provider->begin != NULL) {
+  const bool           works    = provider != NULL;
+  if (works && provider->begin != NULL) {
     provider->begin(cf->provider_state);
   }
+  // for a drone that was stopped time goes on, and nothing else
   cf_onboard_tick(&cf->onboard, provider, cf->provider_state, hardware);
-  cf->wants_peers = provider->collision_avoidance_is_enabled(cf->provider_state);
-  if (provider->end != NULL) {
+  cf->wants_peers = works && provider->collision_avoidance_is_enabled(cf->provider_state);
+  if (works && provider->end != NULL) {
     provider->end(cf->provider_state);
   }
 }

@@ -136,16 +136,20 @@ def load_library(library: ProviderLibrary) -> int:
     return int(number)
 
 
+def _provider_name(number: int) -> str:
+    count = lib.cf_provider_count()
+    if not 0 <= number < count:
+        raise UnknownNameError(f"no provider number {number}, there are {count}, counted from 0")
+    return ffi.string(lib.cf_provider_name(number)).decode()
+
+
 def provider_identity(number: int) -> dict[str, Any]:
     """Return what a provider was built from: for a library what it says itself, for the built-in one the core's build.
 
     Raises:
         UnknownNameError: If there is no provider of this number.
     """
-    count = lib.cf_provider_count()
-    if not 0 <= number < count:
-        raise UnknownNameError(f"no provider number {number}, there are {count}, counted from 0")
-    name = ffi.string(lib.cf_provider_name(number)).decode()
+    name = _provider_name(number)
     if number == 0:
         build = identity()
         return {"provider": name, **{key: build[key] for key in ("version", "compiler", "flags")}}
@@ -160,10 +164,9 @@ def provider_functions(number: int) -> Any:
         UnknownNameError: If there is no provider of this number.
         StateError: If no copy of the library can be loaded for this thread.
     """
-    provider_identity(number)
+    name = _provider_name(number)
     functions = lib.cf_provider(number)
     if functions == ffi.NULL:
-        name = ffi.string(lib.cf_provider_name(number)).decode()
         raise StateError(f"no copy of provider '{name}' can be loaded for this thread: memory or files ran out")
     return functions
 

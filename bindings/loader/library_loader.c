@@ -137,7 +137,8 @@ static copy_t *take_copy(entry_t *entry) {
   return copy;
 }
 
-static const cf_provider_t *table_of_new_copy(int number) {
+// Once per thread and library: not where every call comes by.
+__attribute__((noinline, cold)) static const cf_provider_t *table_of_new_copy(int number) {
   thread_t *thread = this_thread();
   if (thread == NULL) {
     return NULL;  // no test runs out of memory

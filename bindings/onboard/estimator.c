@@ -87,10 +87,12 @@ static void keep(cf_latest_samples_t *latest, const measurement_t *measurement) 
   }
 }
 
-// Sweep angles refer to base stations by their number; the estimator gets them with pointers.
-static void run_out_of_tree(cf_estimator_t *estimator, const cf_provider_t *provider,
-                            void *provider_state, state_t *estimate, stabilizerStep_t step,
-                            uint32_t now_ms) {
+// Sweep angles refer to base stations by their number; the estimator gets them with pointers. Not
+// inlined, because the others have no need of that much stack.
+__attribute__((noinline)) static void run_out_of_tree(cf_estimator_t      *estimator,
+                                                      const cf_provider_t *provider,
+                                                      void *provider_state, state_t *estimate,
+                                                      stabilizerStep_t step, uint32_t now_ms) {
   measurement_t       queue[CF_ESTIMATOR_QUEUE_SIZE];
   cf_resolved_sweep_t sweeps[CF_ESTIMATOR_QUEUE_SIZE];
   const uint32_t      count = estimator->queue_count;

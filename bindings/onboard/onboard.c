@@ -97,7 +97,8 @@ const char *cf_fault_text(cf_fault_t fault) {
   return "unknown fault";
 }
 
-void cf_onboard_fail(cf_onboard_t *onboard, cf_fault_t fault) {
+// cold: the loop, which may end here, is laid out and inlined as if it never did
+__attribute__((cold)) void cf_onboard_fail(cf_onboard_t *onboard, cf_fault_t fault) {
   if (onboard->fault == CF_FAULT_NONE) {
     onboard->fault      = fault;
     onboard->fault_tick = onboard->tick;
@@ -111,7 +112,7 @@ void cf_onboard_fail(cf_onboard_t *onboard, cf_fault_t fault) {
   onboard->supervisor.info      = CF_SUPERVISOR_INFO_IS_LOCKED;
 }
 
-void cf_onboard_fail_because(cf_onboard_t *onboard, const char *reason) {
+__attribute__((cold)) void cf_onboard_fail_because(cf_onboard_t *onboard, const char *reason) {
   if (onboard->fault == CF_FAULT_NONE) {
     snprintf(onboard->failure, sizeof onboard->failure, "%s", reason);
     cf_onboard_fail(onboard, CF_FAULT_SOFTWARE);

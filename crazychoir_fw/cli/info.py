@@ -28,4 +28,9 @@ def info(as_json: Annotated[bool, typer.Option("--json", help="Print JSON for pr
 def _phrase(value: Any) -> str:
     if value is None or value is False:
         return "no"
-    return ", ".join(map(str, value)) if isinstance(value, list) else str(value)
+    if isinstance(value, list):
+        return ", ".join(_phrase(item) for item in value) or "none"
+    if isinstance(value, dict):
+        # what a provider library was built from
+        return " ".join(str(value[key]) for key in ("provider", "version", "platform") if value.get(key))
+    return str(value)

@@ -29,7 +29,8 @@ class DroneConfig:
     platform: str = "cf2"
     """Airframe: ``cf2`` (Crazyflie 2.1+) or ``cf21bl`` (2.1 Brushless)."""
     provider: str = "builtin"
-    """Implementation of the onboard algorithms."""
+    """Implementation of the onboard algorithms: ``builtin``, ``bitcraze`` for the checkout of the real firmware, or the
+    name of a library that was loaded (`crazychoir_fw.core.load_library`)."""
     app: str | Path | Sequence[str | Path] = ()
     """C files with a controller or an estimator of the user's. The world compiles them."""
     controller: str | None = None

@@ -54,7 +54,7 @@ def test_missing_mission_is_one_sentence_too(tmp_path):
         ("--seed", "one", "--seed"),
         ("--threads", "0", "--threads"),
         ("--provider", "bit kraze", "provider is 'bit kraze', but must be"),
-        ("--provider", "bitkraze", "(did you mean 'bitcraze'?)"),
+        ("--provider", "bitkraze", "no provider named 'bitkraze' for cf2, there are "),
     ],
 )
 def test_bad_option_exits_with_2(tmp_path, option, value, says):

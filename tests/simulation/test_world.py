@@ -67,7 +67,7 @@ def config(**changes):
         (config(platform="cf3"), {}, "cf1: platform is 'cf3', allowed: cf2, cf21bl"),
         (config(controller="fuzzy"), {}, r"crazyflie cf1: controller is 'fuzzy', allowed: auto \| pid"),
         (config(estimator="ukf"), {}, r"crazyflie cf1: estimator is 'ukf', allowed: auto \| complementary \| kalman"),
-        (config(provider="none"), {}, "no provider named 'none' for cf2, there are bitcraze, builtin"),
+        (config(provider="none"), {}, "no provider named 'none' for cf2, there are "),
         (config(positioning="gps"), {}, r"crazyflie cf1: positioning is 'gps', allowed: none \| mocap \| flow"),
         (config(battery=1.5), {}, "crazyflie cf1: battery is '1.5', allowed: 0 to 1"),
         (config(noise=-1.0), {}, "crazyflie cf1: noise is '-1.0', allowed: 0 to 100"),

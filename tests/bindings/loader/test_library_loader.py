@@ -345,6 +345,34 @@ print("alive")
     assert (done.returncode, done.stdout) == (0, "python 6\nalive\n"), done.stderr
 
 
+def test_a_model_that_asks_for_the_firmware_says_how_to_build_it():
+    """In a process that has not loaded it."""
+    done = run_script("""
+config, message = ffi.new("cf_config_t *"), ffi.new("char[]", lib.CF_ATTRIBUTE_MESSAGE_BYTES)
+lib.cf_config_default(config, lib.CF_PLATFORM_CF21BL)
+names = [ffi.string(lib.cf_attribute_name(i)).decode() for i in range(lib.cf_attribute_count())]
+load_toy(platform="cf2")
+load_toy(name="other")
+print(lib.cf_attribute_set(config, names.index("provider"), b"bitcraze", message) == lib.CF_ERR_VALUE)
+print(ffi.string(message).decode())
+""")
+    command = "run `crazychoir firmware build --platform cf21bl`"
+    assert done.stdout == f"True\nprovider is 'bitcraze', allowed: builtin | other; {command}\n", done.stderr
+
+
+def test_there_is_an_end_to_loading():
+    done = run_script("""
+try:
+    for i in range(2000):
+        load_toy(name=f"toy{i}")
+except Exception as error:
+    print(i, error)
+print(lib.cf_provider_count(), load_toy(name="toy5"))
+""")
+    sentence = "1023 libraries have been loaded, more are not possible: start again"
+    assert done.stdout == f"{lib.CF_MAX_LIBRARIES} {sentence}\n{lib.CF_MAX_LIBRARIES + 1} 6\n", done.stderr
+
+
 def test_a_forked_child_flies_on():
     done = run_script("""
 import os
