@@ -60,7 +60,8 @@ void cf_avoidance_run(void *state CF_UNUSED, api_setpoint_t *setpoint, const cf_
     }
   }
 
-  setpoint_t         bent     = cf_checkout_setpoint(setpoint);
+  setpoint_t bent;
+  cf_checkout_setpoint(&bent, setpoint);
   const sensorData_t measured = cf_checkout_sensors(sensors);
   const state_t      is       = cf_checkout_state(estimate);
   collisionAvoidanceUpdateSetpointCore(&params, &cf_avoidance.state, count, workspace, workspace,

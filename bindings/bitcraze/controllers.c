@@ -99,9 +99,10 @@ void cf_controllers_run(void *state CF_UNUSED, api_control_t *control,
                         const api_setpoint_t *setpoint, const api_sensorData_t *sensors,
                         const api_state_t *estimate, api_stabilizerStep_t step) {
   control_t          theirs   = cf_checkout_control(control);
-  const setpoint_t   wanted   = cf_checkout_setpoint(setpoint);
   const sensorData_t measured = cf_checkout_sensors(sensors);
   const state_t      is       = cf_checkout_state(estimate);
+  setpoint_t         wanted;
+  cf_checkout_setpoint(&wanted, setpoint);
   ROWS[active].update(&theirs, &wanted, &measured, &is, step);
   cf_api_control(control, &theirs);
 }

@@ -69,60 +69,65 @@ static api_stab_mode_t api_mode(stab_mode_t mode) {
   }
 }
 
-setpoint_t cf_checkout_setpoint(const api_setpoint_t *from) {
-  return (setpoint_t){
-      .timestamp          = from->timestamp,
-      .attitude           = TIMED_ANGLES(from->attitude),
-      .attitudeRate       = TIMED_ANGLES(from->attitudeRate),
-      .attitudeQuaternion = QUATERNION(from->attitudeQuaternion),
-      .thrust             = from->thrust,
-      .position           = TIMED_XYZ(from->position),
-      .velocity           = TIMED_XYZ(from->velocity),
-      .acceleration       = TIMED_XYZ(from->acceleration),
+static attitude_t checkout_angles(const api_attitude_t *from) {
+  return (attitude_t)TIMED_ANGLES(*from);
+}
+
+static api_attitude_t api_angles(const attitude_t *from) {
+  return (api_attitude_t)TIMED_ANGLES(*from);
+}
+
+static struct vec3_s checkout_xyz(const struct api_vec3_s *from) {
+  return (struct vec3_s)TIMED_XYZ(*from);
+}
+
+static struct api_vec3_s api_xyz(const struct vec3_s *from) {
+  return (struct api_vec3_s)TIMED_XYZ(*from);
+}
+
+void cf_checkout_setpoint(setpoint_t *to, const api_setpoint_t *from) {
+  memset(to, 0, sizeof *to);
+  to->timestamp          = from->timestamp;
+  to->attitude           = checkout_angles(&from->attitude);
+  to->attitudeRate       = checkout_angles(&from->attitudeRate);
+  to->attitudeQuaternion = (quaternion_t)QUATERNION(from->attitudeQuaternion);
+  to->thrust             = from->thrust;
+  to->position           = checkout_xyz(&from->position);
+  to->velocity           = checkout_xyz(&from->velocity);
+  to->acceleration       = checkout_xyz(&from->acceleration);
 #if HAVE_SETPOINT_JERK
-      .jerk = TIMED_XYZ(from->jerk),
+  to->jerk = checkout_xyz(&from->jerk);
 #endif
-      .velocity_body = from->velocity_body,
-      .mode =
-          {
-              .x     = checkout_mode(from->mode.x),
-              .y     = checkout_mode(from->mode.y),
-              .z     = checkout_mode(from->mode.z),
-              .roll  = checkout_mode(from->mode.roll),
-              .pitch = checkout_mode(from->mode.pitch),
-              .yaw   = checkout_mode(from->mode.yaw),
-              .quat  = checkout_mode(from->mode.quat),
-          },
-  };
+  to->velocity_body = from->velocity_body;
+  to->mode.x        = checkout_mode(from->mode.x);
+  to->mode.y        = checkout_mode(from->mode.y);
+  to->mode.z        = checkout_mode(from->mode.z);
+  to->mode.roll     = checkout_mode(from->mode.roll);
+  to->mode.pitch    = checkout_mode(from->mode.pitch);
+  to->mode.yaw      = checkout_mode(from->mode.yaw);
+  to->mode.quat     = checkout_mode(from->mode.quat);
 }
 
 void cf_api_setpoint(api_setpoint_t *to, const setpoint_t *from) {
-  *to = (api_setpoint_t){
-      .timestamp          = from->timestamp,
-      .attitude           = TIMED_ANGLES(from->attitude),
-      .attitudeRate       = TIMED_ANGLES(from->attitudeRate),
-      .attitudeQuaternion = QUATERNION(from->attitudeQuaternion),
-      .thrust             = from->thrust,
-      .position           = TIMED_XYZ(from->position),
-      .velocity           = TIMED_XYZ(from->velocity),
-      .acceleration       = TIMED_XYZ(from->acceleration),
+  to->timestamp          = from->timestamp;
+  to->attitude           = api_angles(&from->attitude);
+  to->attitudeRate       = api_angles(&from->attitudeRate);
+  to->attitudeQuaternion = (api_quaternion_t)QUATERNION(from->attitudeQuaternion);
+  to->thrust             = from->thrust;
+  to->position           = api_xyz(&from->position);
+  to->velocity           = api_xyz(&from->velocity);
+  to->acceleration       = api_xyz(&from->acceleration);
 #if HAVE_SETPOINT_JERK
-      .jerk = TIMED_XYZ(from->jerk),
-#else
-      .jerk = to->jerk,
+  to->jerk = api_xyz(&from->jerk);
 #endif
-      .velocity_body = from->velocity_body,
-      .mode =
-          {
-              .x     = api_mode(from->mode.x),
-              .y     = api_mode(from->mode.y),
-              .z     = api_mode(from->mode.z),
-              .roll  = api_mode(from->mode.roll),
-              .pitch = api_mode(from->mode.pitch),
-              .yaw   = api_mode(from->mode.yaw),
-              .quat  = api_mode(from->mode.quat),
-          },
-  };
+  to->velocity_body = from->velocity_body;
+  to->mode.x        = api_mode(from->mode.x);
+  to->mode.y        = api_mode(from->mode.y);
+  to->mode.z        = api_mode(from->mode.z);
+  to->mode.roll     = api_mode(from->mode.roll);
+  to->mode.pitch    = api_mode(from->mode.pitch);
+  to->mode.yaw      = api_mode(from->mode.yaw);
+  to->mode.quat     = api_mode(from->mode.quat);
 }
 
 state_t cf_checkout_state(const api_state_t *from) {

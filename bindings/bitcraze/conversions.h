@@ -5,7 +5,6 @@
 
 #include "bitcraze/checkout.h"
 
-setpoint_t       cf_checkout_setpoint(const api_setpoint_t *from);
 state_t          cf_checkout_state(const api_state_t *from);
 sensorData_t     cf_checkout_sensors(const api_sensorData_t *from);
 control_t        cf_checkout_control(const api_control_t *from);
@@ -14,8 +13,11 @@ baro_t           cf_checkout_baro(const api_baro_t *from);
 struct vec       cf_checkout_vec(struct api_vec from);
 struct traj_eval cf_checkout_start(const cf_plan_start_t *from);
 
-// For state and setpoint: what the checkout's lack stays as it is in `to`.
+// Padding included, since the checkout may keep a copy: what a drone is shall not hold what stood
+// on the stack. On the way back padding, and what the checkout lacks, stay as they are.
+void cf_checkout_setpoint(setpoint_t *to, const api_setpoint_t *from);
 void cf_api_setpoint(api_setpoint_t *to, const setpoint_t *from);
+
 void cf_api_state(api_state_t *to, const state_t *from);
 void cf_api_control(api_control_t *to, const control_t *from);
 

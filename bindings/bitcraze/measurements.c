@@ -48,7 +48,7 @@ static OutlierFilterTdoaState_t tdoa_filter;
 static OutlierFilterLhState_t sweep_filter;
 #endif
 
-static kalmanCoreData_t *const CORE = &cf_kalman_task.core;
+static kalmanCoreData_t *const CORE CF_UNUSED = &cf_kalman_task.core;
 
 #define MISSED(what_) \
   CF_SAY_ONCE("ESTKALMAN: no model of " what_ " in this build, measurements ignored\n")

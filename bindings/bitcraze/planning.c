@@ -85,12 +85,12 @@ static int start_pieces(const cf_uploaded_trajectory_t *uploaded, const cf_plan_
   if (!is_within_memory(uploaded->offset, uploaded->n_pieces * (uint32_t)sizeof(struct poly4d))) {
     return 1;
   }
-  trajectory = (struct piecewise_traj){
-      .t_begin   = t,
-      .timescale = uploaded->timescale,
-      .n_pieces  = uploaded->n_pieces,
-      .pieces    = (struct poly4d *)(void *)&memory_copy[uploaded->offset],
-  };
+  // padding included: see cf_checkout_setpoint
+  memset(&trajectory, 0, sizeof trajectory);
+  trajectory.t_begin   = t;
+  trajectory.timescale = uploaded->timescale;
+  trajectory.n_pieces  = uploaded->n_pieces;
+  trajectory.pieces    = (struct poly4d *)(void *)&memory_copy[uploaded->offset];
 #if HAVE_PLAN_START_TRAJECTORY_YAW
   return plan_start_trajectory(&planner, &trajectory, uploaded->reversed,
                                uploaded->relative_position, uploaded->relative_yaw,

@@ -28,6 +28,7 @@ class Drone:
         assert lib.cf_config_default(config, platform) == lib.CF_OK
         config.provider = provider
         self.provider = provider
+        self.known = {}
         self.memory = ffi.new("double[]", lib.cf_state_bytes(provider) // 8)
         self.cf = ffi.cast("cf_t *", self.memory)
         assert lib.cf_init(self.cf, config) == lib.CF_OK
@@ -44,10 +45,12 @@ class Drone:
 
     def variables(self, which: str) -> dict[str, tuple[int, int, int]]:
         """Return type, flags and offset of every parameter (`parameters`) or log variable (`logs`) by its name."""
+        if which in self.known:
+            return self.known[which]
         tables = ffi.new("cf_variables_t[]", 2 * lib.CF_PROVIDER_MAX_TABLES)
         count = getattr(lib, f"cf_{which}")(self.provider, tables, len(tables))
         rows = [(table.base, table.rows[i]) for table in tables[0:count] for i in range(table.count)]
-        return {
+        self.known[which] = {
             f"{ffi.string(row.group).decode()}.{ffi.string(row.name).decode()}": (
                 row.type,
                 row.flags,
@@ -55,6 +58,7 @@ class Drone:
             )
             for base, row in rows
         }
+        return self.known[which]
 
     def variable(self, which: str, name: str) -> Any:
         """Return a pointer to a variable."""

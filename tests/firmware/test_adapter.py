@@ -12,6 +12,7 @@ from side_by_side import Drone, same
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.core import load_library
 from crazychoir_fw.firmware.build import build_provider
+from crazychoir_fw.simulation import DroneConfig, World
 
 BRUSHLESS = lib.CF_PLATFORM_CF21BL
 DISABLE, ABS, VELOCITY = lib.modeDisable, lib.modeAbs, lib.modeVelocity
@@ -627,6 +628,22 @@ def test_collision_avoidance_bends_setpoints_alike(pair, rng):
 # --------------------------------------------------------------------------------- several drones, older releases
 
 
+def test_a_flight_in_the_world_is_the_same_to_the_last_bit(newest):
+    load_library(newest)  # the newest of its name, whatever other tests have loaded
+    flights = []
+    for provider in ("builtin", "bitcraze"):
+        world = World([DroneConfig(f"cf{i}", (i, 0.0), provider=provider) for i in range(2)])
+        world.wait_until_ready()
+        for drone in world.drones:
+            drone.high_level_commander.takeoff(0.5, 1.0)
+        world.run(1.2)
+        world.drones[1].high_level_commander.go_to(1.0, 0.5, 0.6, 1.0, 1.0)
+        world.run(1.0)
+        flights.append(world.positions())
+    assert flights[0][1] == pytest.approx([1.0, 0.5, 0.6], abs=0.3)
+    assert np.array_equal(*flights)
+
+
 def test_drones_share_code_and_nothing_else(newest):
     number = load_library(newest)
     alone, *others = (Drone(number) for _ in range(3))
@@ -641,6 +658,9 @@ def test_drones_share_code_and_nothing_else(newest):
             drone.controller(control, *inputs, step)
         assert control_of(controls[1]) == expected[step - 1]
     assert control_of(controls[2]) != expected[-1]
+    blocks = [ffi.buffer(drone.memory)[ffi.offsetof("cf_t", "provider_state") :] for drone in (alone, *others)]
+    assert blocks[0] == blocks[1], "what a drone is does not depend on when it was asked"
+    assert blocks[1] != blocks[2]
 
 
 @pytest.mark.parametrize("fixture", ["older", "oldest"])

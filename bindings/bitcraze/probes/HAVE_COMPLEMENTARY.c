@@ -2,11 +2,13 @@
 #include "position_estimator.h"
 #include "sensfusion6.h"
 
-void (*const init)(void)                                              = sensfusion6Init;
-void (*const update)(float, float, float, float, float, float, float) = sensfusion6UpdateQ;
-void (*const quaternion)(float *, float *, float *, float *)          = sensfusion6GetQuaternion;
-void (*const angles)(float *, float *, float *)                       = sensfusion6GetEulerRPY;
-float (*const climb)(const float, const float, const float) = sensfusion6GetAccZWithoutGravity;
-void (*const velocity)(float, float)                        = positionUpdateVelocity;
-void (*const height)(state_t *, const baro_t *, const tofMeasurement_t *, float,
-                     stabilizerStep_t)                      = positionEstimate;
+float probe(state_t *state, baro_t *baro, tofMeasurement_t *tof, float *q);
+float probe(state_t *state, baro_t *baro, tofMeasurement_t *tof, float *q) {
+  sensfusion6Init();
+  sensfusion6UpdateQ(1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 0.004f);
+  sensfusion6GetQuaternion(q, q, q, q);
+  sensfusion6GetEulerRPY(q, q, q);
+  positionUpdateVelocity(1.0f, 0.004f);
+  positionEstimate(state, baro, tof, 0.01f, 10u);
+  return sensfusion6GetAccZWithoutGravity(1.0f, 1.0f, 1.0f);
+}

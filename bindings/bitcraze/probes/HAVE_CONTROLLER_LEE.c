@@ -5,7 +5,11 @@
 #include "controller_lee.h"
 // clang-format on
 
-void (*const init)(controllerLee_t *)              = controllerLeeInit;
-void (*const reset)(controllerLee_t *)             = controllerLeeReset;
-void (*const run)(controllerLee_t *, control_t *, const setpoint_t *, const sensorData_t *,
-                  const state_t *, const uint32_t) = controllerLee;
+void probe(controllerLee_t *self, control_t *control, setpoint_t *setpoint, sensorData_t *sensors,
+           state_t *state);
+void probe(controllerLee_t *self, control_t *control, setpoint_t *setpoint, sensorData_t *sensors,
+           state_t *state) {
+  controllerLeeInit(self);
+  controllerLeeReset(self);
+  controllerLee(self, control, setpoint, sensors, state, 2u);
+}

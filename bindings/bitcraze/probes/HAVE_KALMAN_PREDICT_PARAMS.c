@@ -1,5 +1,7 @@
 // Prediction takes the parameters.
 #include "kalman_core.h"
 
-void (*const predict)(kalmanCoreData_t *, const kalmanCoreParams_t *, Axis3f *, Axis3f *,
-                      const uint32_t, bool) = kalmanCorePredict;
+void probe(kalmanCoreData_t *core, kalmanCoreParams_t *params, Axis3f *acc, Axis3f *gyro);
+void probe(kalmanCoreData_t *core, kalmanCoreParams_t *params, Axis3f *acc, Axis3f *gyro) {
+  kalmanCorePredict(core, params, acc, gyro, 1u, true);
+}

@@ -4,4 +4,4 @@
 #include "lighthouse_calibration.h"
 // clang-format on
 
-const lighthouseCalibrationMeasurementModel_t model = lighthouseCalibrationMeasurementModelLh2;
+const lighthouseCalibrationMeasurementModel_t probe = lighthouseCalibrationMeasurementModelLh2;

@@ -1,4 +1,5 @@
 // The position loops are reset at a position.
 #include "position_controller.h"
 
-void (*const reset)(float, float, float) = positionControllerResetAllPID;
+// by its type: a call would compile where the header leaves the arguments open
+void (*const probe)(float, float, float) = positionControllerResetAllPID;

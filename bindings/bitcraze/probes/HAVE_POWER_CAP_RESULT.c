@@ -1,4 +1,7 @@
 // The cap tells whether it reduced.
 #include "power_distribution.h"
 
-bool (*const cap)(const motors_thrust_uncapped_t *, motors_thrust_pwm_t *) = powerDistributionCap;
+bool probe(motors_thrust_uncapped_t *uncapped, motors_thrust_pwm_t *capped);
+bool probe(motors_thrust_uncapped_t *uncapped, motors_thrust_pwm_t *capped) {
+  return powerDistributionCap(uncapped, capped);
+}

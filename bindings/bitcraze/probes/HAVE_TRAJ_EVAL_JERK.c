@@ -4,7 +4,7 @@
 #include "pptraj.h"
 // clang-format on
 
-struct vec jerk_of(struct traj_eval ev);
-struct vec jerk_of(struct traj_eval ev) {
+struct vec probe(struct traj_eval ev);
+struct vec probe(struct traj_eval ev) {
   return ev.jerk;
 }

@@ -1,0 +1,72 @@
+"""The miniature checkout: whole in every release and form, and read like the real one."""
+
+import subprocess
+
+import pytest
+from miniature import RELEASES, SETUP_PY, lay_out
+
+from crazychoir_fw.errors import CheckoutError
+from crazychoir_fw.firmware.checkout import SETUP, describe, open_checkout
+from crazychoir_fw.firmware.configuration import settings
+from crazychoir_fw.firmware.setup_lists import read_setup_lists
+
+# what a function or member came with, as it is written, and where
+CAME_WITH = {
+    ("src/modules/interface/planner.h", "bool linear"): "2025.02",
+    ("src/modules/interface/planner.h", "plan_spiral"): "2025.02",
+    ("src/modules/interface/planner.h", "float start_yaw"): "2026.08",
+    ("src/modules/interface/pptraj.h", "shift_yaw"): "2026.08",
+    ("src/modules/interface/stabilizer_types.h", "jerk_t"): "2026.08",
+    ("src/modules/interface/stabilizer_types.h", "setpoint_mode_t"): "2026.08",
+    ("src/modules/interface/power_distribution.h", "bool powerDistributionCap"): "2025.02",
+    ("bindings/setup.py", "controller_lee.c"): "2026.08",
+    ("bindings/cffirmware.i", "controller_lee.h"): "2026.08",
+}
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_a_release_has_what_came_with_it_and_before(tmp_path, release):
+    checkout = lay_out(tmp_path / "firmware", release=release)
+    for (name, text), since in CAME_WITH.items():
+        assert (text in (checkout / name).read_text()) == (release >= since), (name, text)
+    assert not [path for path in checkout.rglob("*.[ch]") if "MINIATURE" in path.read_text()]
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_all_forms_of_the_list_name_the_same_files_and_these_exist(tmp_path, release):
+    found = set()
+    for form in SETUP_PY:
+        checkout = lay_out(tmp_path / form, release=release, setup_py=form)
+        lists = read_setup_lists(checkout / SETUP)
+        sources = sorted(str((checkout / name).resolve().relative_to(checkout.resolve())) for name in lists.sources)
+        assert lists.notes == ()
+        assert all((checkout / name).is_file() for name in sources)
+        found.add((tuple(sources), len(lists.include_dirs), tuple(lists.flags)))
+    assert len(found) == 1
+    assert len(sources) == (29 if release >= "2026" else 28)
+
+
+@pytest.mark.parametrize("form", SETUP_PY)
+def test_the_list_is_one_that_python_could_run(tmp_path, form):
+    compile((lay_out(tmp_path, setup_py=form) / SETUP).read_text(), "setup.py", "exec")
+
+
+def test_without_the_nested_submodule_its_folder_is_empty(tmp_path):
+    checkout = lay_out(tmp_path, cmsis=False)
+    assert list((checkout / "vendor" / "CMSIS").iterdir()) == []
+    with pytest.raises(CheckoutError, match=r"submodule update --init.* vendor/CMSIS"):
+        open_checkout(checkout)
+
+
+def test_as_a_repository_it_has_a_version(tmp_path):
+    checkout = lay_out(tmp_path, release="2025.02", git=True)
+    assert describe(checkout) == "2025.02"
+    status = subprocess.run(["git", "-C", checkout, "status", "--porcelain"], check=True, capture_output=True)
+    assert status.stdout == b""
+    (checkout / "src" / "modules" / "src" / "planner.c").write_text("")
+    assert describe(checkout) == "2025.02-dirty"
+
+
+@pytest.mark.parametrize("platform", ["cf2", "cf21bl", "bolt"])
+def test_it_has_platforms(tmp_path, platform):
+    assert settings(lay_out(tmp_path), platform)[f"CONFIG_PLATFORM_{platform.upper()}"] == "1"
