@@ -8,7 +8,6 @@ from __future__ import annotations
 import ctypes
 import functools
 import platform as host
-import subprocess
 import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -233,17 +232,6 @@ def _version_text(number: int) -> str:
     return f"{number // 1_000_000}.{number // 1000 % 1000}.{number % 1000}"
 
 
-def _firmware_checkout() -> str:
-    """Return what lies in the submodule firmware/, in words."""
-    folder = Path(__file__).resolve().parents[1] / "firmware"
-    if not (folder / "src").is_dir():
-        return "none (builtin provider only; `git submodule update --init --recursive` fetches it)"
-    described = subprocess.run(
-        ["git", "-C", str(folder), "describe", "--always", "--dirty"], capture_output=True, text=True, check=False
-    )
-    return described.stdout.strip() or "unversioned checkout"
-
-
 def _ros_distribution() -> str | None:
     import importlib.util
     import os
@@ -270,7 +258,6 @@ def info() -> dict[str, Any]:
         "provider": providers()[0],
         "providers": providers(),
         "libraries": [provider_identity(number) for number in range(1, lib.cf_provider_count())],
-        "firmware": _firmware_checkout(),
         "platform": f"{host.system()} {host.machine()}",
         "controllers": choices("controller"),
         "estimators": choices("estimator"),

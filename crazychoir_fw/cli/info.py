@@ -14,7 +14,7 @@ def info(as_json: Annotated[bool, typer.Option("--json", help="Print JSON for pr
     """Show what is installed: versions, providers, controllers, sizes."""
     from crazychoir_fw.core import info as facts_of_core
 
-    facts = facts_of_core()
+    facts = {**facts_of_core(), "firmware": _firmware()}
     if as_json:
         # not through rich, which would wrap and color it
         typer.echo(json.dumps(facts, indent=2))
@@ -23,6 +23,18 @@ def info(as_json: Annotated[bool, typer.Option("--json", help="Print JSON for pr
     for key, value in facts.items():
         table.add_row(Text(key, style="bold"), Text(_phrase(value)))
     console.print(table)
+
+
+def _firmware() -> str:
+    """Return which checkout of the real firmware would fly, or why none."""
+    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.firmware.checkout import open_checkout
+
+    try:
+        checkout = open_checkout()
+    except CrazychoirError as error:
+        return f"none ({error})"
+    return f"{checkout.version() or 'no repository of its own'} in {checkout.root}"
 
 
 def _phrase(value: Any) -> str:

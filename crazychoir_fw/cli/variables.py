@@ -18,15 +18,18 @@ def variables(
     pattern: Annotated[str, typer.Argument(help="Names to show, e.g. 'kalman.*' or '*vbat*'.")] = "*",
     logs: Annotated[bool, typer.Option("--logs", help="Log variables instead of parameters.")] = False,
     platform: Annotated[str, typer.Option(help="Airframe whose factory values are shown.")] = "cf2",
+    provider: Annotated[str, typer.Option(help="Provider: builtin, or bitcraze for the real firmware.")] = "builtin",
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs.")] = False,
 ) -> None:
     """List parameters (or log variables) by name: type, factory value, flags."""
     from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.firmware.providers import load
     from crazychoir_fw.variables import factory_values, log_table, parameter_table
 
-    table = log_table() if logs else parameter_table()
     try:
-        values = factory_values(platform, table)
+        number = load(provider, platform)
+        table = log_table(number) if logs else parameter_table(number)
+        values = factory_values(platform, table, number)
     except CrazychoirError as error:
         refuse(str(error))
     rows = [_row(variable, values[name], logs) for name, variable in table.items() if fnmatchcase(name, pattern)]
