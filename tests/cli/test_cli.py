@@ -81,10 +81,19 @@ def test_no_command_shows_the_help():
 
 
 @pytest.mark.usefixtures("core_with_facts")
-def test_info_as_json_is_what_core_says():
+def test_info_as_json_is_what_core_says_and_which_firmware_would_fly(monkeypatch, miniature):
+    monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(miniature))
     result = run("info", "--json")
     assert result.exit_code == 0
-    assert json.loads(result.stdout) == FACTS
+    assert json.loads(result.stdout) == {**FACTS, "firmware": f"2026.08 in {miniature}"}
+
+
+@pytest.mark.usefixtures("core_with_facts")
+def test_info_says_why_there_is_no_firmware(monkeypatch, tmp_path):
+    monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(tmp_path))
+    facts = json.loads(run("info", "--json").stdout)
+    assert facts["firmware"].startswith("none (")
+    assert str(tmp_path) in facts["firmware"]
 
 
 @pytest.mark.usefixtures("core_with_facts")
@@ -162,6 +171,12 @@ def test_variables_lists_logs_as_a_table():
     assert result.exit_code == 0
     assert "pm.vbat " in result.stdout
     assert "float32" in result.stdout
+
+
+def test_variables_of_the_firmware_are_those_that_its_sources_declare(monkeypatch, lasting_cache, miniature):
+    monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(miniature))
+    rows = json.loads(run("variables", "pid_rate.roll_kp", "--provider", "bitcraze", "--json").stdout)
+    assert [row["value"] for row in rows] == [250.0]
 
 
 def test_variables_of_an_unknown_platform_are_refused():
