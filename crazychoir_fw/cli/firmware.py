@@ -10,7 +10,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
 from rich.text import Text
 
-from crazychoir_fw.cli.console import complain, console, refuse
+from crazychoir_fw.cli.console import complain_of, console, refuse
 from crazychoir_fw.cli.parity import parity
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def build(
 
             library = build_provider(checkout, platform, configured=config, force=force, progress=show_progress)
     except BuildError as error:
-        complain(str(error))
+        complain_of(error)
         raise typer.Exit(BUILD_FAILED) from None
     except CrazychoirError as error:
         refuse(str(error))

@@ -12,7 +12,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 from rich.table import Table
 from rich.text import Text
 
-from crazychoir_fw.cli.console import BAD_INPUT, complain, complaints, console, refuse
+from crazychoir_fw.cli.console import BAD_INPUT, complain_of, complaints, console, refuse
 
 if TYPE_CHECKING:
     from crazychoir_fw.parity.functions import Comparison
@@ -66,8 +66,7 @@ def parity(
 
         page, _ = write_report(result, out)
     except CrazychoirError as error:
-        # BuildError shows what the compiler printed, line by line
-        complain(str(error))
+        complain_of(error)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:
         refuse(f"{error.filename or out} cannot be written: {error.strerror}")
