@@ -47,7 +47,7 @@ static int n_dropped      CF_LIBRARY_KEEP                        = 0;
 
 // ---------------------------------------------------------------------------------------- reading
 
-static size_t size_of(cf_type_t type) {
+size_t cf_captured_size(int type) {
   switch (type) {
     case CF_TYPE_UINT8:
     case CF_TYPE_INT8:
@@ -88,7 +88,7 @@ static bool has_any(const cf_variables_t *tables, int n_tables, const char *grou
 
 // The offset in a block of what this row describes, or -1.
 static ptrdiff_t place(const cf_captured_t *row) {
-  const size_t bytes = size_of((cf_type_t)row->type);
+  const size_t bytes = cf_captured_size(row->type);
   if (bytes == 0) {
     return -1;
   }

@@ -3,6 +3,7 @@
 #define CF_LIBRARY_CAPTURED_VARIABLES_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 #include "library/library.h"
 
@@ -16,6 +17,9 @@ cf_variables_t cf_captured_logs(void);
 
 // How many rows were left out because they lie outside of the image or are of no known type.
 int cf_captured_dropped(void);
+
+// Size of a cf_type_t [bytes], 0 for a type that no client knows.
+size_t cf_captured_size(int type);
 
 // For the drone at work: runs the callback of a parameter, if it has one; the parameter is known by
 // its name, or by where it is.

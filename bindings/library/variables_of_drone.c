@@ -70,19 +70,6 @@ typedef union {
   float    number;
 } value_t;
 
-static size_t size_of(int type) {
-  switch (type) {
-    case CF_TYPE_UINT8:
-    case CF_TYPE_INT8:
-      return 1;
-    case CF_TYPE_UINT16:
-    case CF_TYPE_INT16:
-      return 2;
-    default:
-      return 4;
-  }
-}
-
 static void *address_of(const known_t *variable) {
   void *address = cf_work_variable(variable->distance);
   if (variable->is_log) {
@@ -97,7 +84,7 @@ static int get_int(const known_t *variable) {
     return 0;
   }
   value_t value;
-  memcpy(&value, address_of(variable), size_of(variable->type));
+  memcpy(&value, address_of(variable), cf_captured_size(variable->type));
   switch (variable->type) {
     case CF_TYPE_UINT8:
       return value.u8;
@@ -136,7 +123,7 @@ static void set(const known_t *variable, int integer, float number) {
     value.i32 = integer;  // the low bytes are those of the smaller types
   }
   void *address = address_of(variable);
-  memcpy(address, &value, size_of(variable->type));
+  memcpy(address, &value, cf_captured_size(variable->type));
   cf_captured_parameter_set(address);
 }
 
@@ -152,7 +139,7 @@ WEAK int logGetType(logVarId_t varid) {
 }
 
 WEAK uint8_t logVarSize(int type) {
-  return type == LOG_FP16 ? 2 : (uint8_t)size_of(type - LOG_UINT8);
+  return type == LOG_FP16 ? 2 : (uint8_t)cf_captured_size(type - LOG_UINT8);
 }
 
 WEAK void *logGetAddress(logVarId_t varid) {

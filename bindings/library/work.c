@@ -104,8 +104,7 @@ void cf_work_tell_time(uint32_t now_ms) {
   latest_ms = now_ms;
 }
 
-// ------------------------------------------------------------------------------------------
-// failure
+// ---------------------------------------------------------------------------------------- failure
 
 static const char *signal_text(int signal) {
   switch (signal) {
@@ -162,8 +161,7 @@ void cf_library_fail(const char *why) {
   siglongjmp(cf_work_rescue, ASSERTION);
 }
 
-// ------------------------------------------------------------------------------- for the inner
-// side
+// ----------------------------------------------------------------------------- for the code inside
 
 void cf_library_print(const char *text) {
   if (drone != NULL) {

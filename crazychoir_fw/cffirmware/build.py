@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import io
-import os
 import re
 import secrets
-import subprocess
 import sysconfig
 import tempfile
 from collections.abc import Sequence
@@ -15,9 +13,9 @@ from pathlib import Path
 from crazychoir_fw.cffirmware.declarations import declarations_of, features
 from crazychoir_fw.errors import BuildError, CompileError, LinkError
 from crazychoir_fw.firmware import linking
-from crazychoir_fw.firmware.cache import Cache, Fingerprints, digest_of, used, write_text
+from crazychoir_fw.firmware.cache import Cache, Fingerprints, digest_of, digest_of_code, used
 from crazychoir_fw.firmware.checkout import open_checkout
-from crazychoir_fw.firmware.objects import ENVIRONMENT, Compiled, Objects, Unit, demand_all
+from crazychoir_fw.firmware.objects import Compiled, Objects, Unit, demand_all
 from crazychoir_fw.firmware.own_sources import bindings_folder
 from crazychoir_fw.firmware.probes import source_flag
 from crazychoir_fw.firmware.recipe import FORCED, Recipe, bitcraze_recipe, header_names
@@ -69,38 +67,41 @@ class _ModuleBuild:
     def __init__(self, recipe: Recipe) -> None:
         self.recipe = recipe
         self.cache = Cache()
-        self.modules = self.cache.root / "modules"
         self.compiler: Compiler = find_compiler()
         self.fingerprints = Fingerprints()
         self.inputs: dict[str, str | None] = {}
 
     def run(self) -> Path:
         suffix = sysconfig.get_config_var("EXT_SUFFIX")
-        plain = [__version__, suffix, self.compiler.command, self.compiler.version, self.recipe.key()]
+        code = digest_of_code(Path(__file__).parent, Path(linking.__file__).parent)
+        plain = [__version__, code, suffix, self.compiler.command, self.compiler.version, self.recipe.key()]
         key = f"module-{digest_of(plain)}"
         if (path := self._recall(key)) is not None:
             return path
         with self.cache.alone(key):
+            generated = self.cache.write_generated(self.recipe.generated)
+            # another process may have built it meanwhile
             self.fingerprints = Fingerprints()
             if (path := self._recall(key)) is not None:
                 return path
-            path = self._build(suffix)
-            self.cache.remember(key, self.inputs, {"module": f"{path.parent.name}/{path.name}"})
+            path = self._build(generated, suffix)
+            if not self.fingerprints.changed_meanwhile(self.inputs):
+                self.cache.remember(key, self.inputs, {"module": f"{path.parent.name}/{path.name}"})
+        self.cache.prune()
         return path
 
     def _recall(self, key: str) -> Path | None:
         value = self.cache.recall(key, self.fingerprints)
         if value is None:
             return None
-        path = self.modules / value["module"]
+        path = self.cache.modules / value["module"]
         if not path.is_file():
             return None
         used(path.parent)
         return path
 
-    def _build(self, suffix: str) -> Path:
+    def _build(self, generated: Path, suffix: str) -> Path:
         recipe = self.recipe
-        generated = self._generate(dict(recipe.generated))
         bindings = bindings_folder()
         scenery = digest_of(header_names([*recipe.include_dirs, *recipe.own_include_dirs]))
         self.objects = Objects(self.compiler, self.cache, self.fingerprints, scenery)
@@ -119,19 +120,12 @@ class _ModuleBuild:
         declared = declarations_of(listed.read_text(encoding="utf-8"), self._ask)
         compiled += self._compile_module(declared)
 
-        folder = self.modules / f"{recipe.platform}-{secrets.token_hex(8)}"
-        folder.mkdir(parents=True)
-        self._link(compiled, folder / f"{MODULE}{suffix}")
+        folder = self.cache.modules / f"{recipe.platform}-{secrets.token_hex(8)}"
+        with self.cache.workspace(self.cache.modules) as workspace:
+            # what Python defines is found when the module is loaded
+            linking.link(self.compiler, _sources(compiled), workspace / f"{MODULE}{suffix}", is_completed_later=True)
+            workspace.replace(folder)
         return folder / f"{MODULE}{suffix}"
-
-    def _generate(self, texts: dict[str, str]) -> Path:
-        """Write files of this build, and return their folder."""
-        folder = self.cache.generated / digest_of(texts)
-        for name, text in texts.items():
-            if not (folder / name).is_file():
-                write_text(folder / name, text)
-        used(folder)
-        return folder
 
     def _compile(self, units: Sequence[Unit], must: bool = True) -> list[Compiled]:
         results = self.objects.compile_all(units)
@@ -151,7 +145,7 @@ class _ModuleBuild:
             LinkError: If one that cannot be left out does.
         """
         while True:
-            objects = {one.path: one.unit.source for one in (*needed, *optional) if one.path is not None}
+            objects = _sources([*needed, *optional])
             with tempfile.TemporaryDirectory() as folder:
                 undefined = linking.link(self.compiler, objects, Path(folder) / "trial.so")
             if not undefined:
@@ -166,7 +160,7 @@ class _ModuleBuild:
         """Return the numbers of the lines of C that do not compile."""
         first = includes.count("\n") + 1
         text = includes + "\n".join(lines) + "\n"
-        source = self._generate({"asked.c": text}) / "asked.c"
+        source = self.cache.write_generated({"asked.c": text}) / "asked.c"
         unlimited = "-ferror-limit=0" if "clang" in self.compiler.version else "-fmax-errors=0"
         unit = Unit(source, (*self._flags, *_STRICT, unlimited), syntax_only=True)
         (answer,) = self._compile([unit], must=False)
@@ -190,7 +184,7 @@ class _ModuleBuild:
         written = io.StringIO()
         make_c_source(builder, MODULE, '#include "cffi/cffirmware_bitcraze.h"', written)
         text = written.getvalue()
-        source = self._generate({f"{MODULE}.c": text}) / f"{MODULE}.c"
+        source = self.cache.write_generated({f"{MODULE}.c": text}) / f"{MODULE}.c"
         # calls and conversions only: nothing to gain by more, and it takes half of the build
         quick = ("-O1", "-g0")
         unit = Unit(source, (*self._flags, f"-I{sysconfig.get_path('include')}", *_TOLERANT, *quick))
@@ -201,12 +195,7 @@ class _ModuleBuild:
                 raise BuildError("Python.h is missing: run `apt install python3-dev` (Debian, Ubuntu)") from None
             raise
 
-    def _link(self, compiled: Sequence[Compiled], path: Path) -> None:
-        # what Python defines is found when the module is loaded
-        flags = [flag for flag in linking.FLAGS if flag != "-Wl,--no-undefined"]
-        command = [*self.compiler.command, *flags, "-o", str(path), *(str(one.path) for one in compiled), "-lm"]
-        ran = subprocess.run(
-            command, capture_output=True, text=True, errors="replace", check=False, env={**os.environ, **ENVIRONMENT}
-        )
-        if ran.returncode != 0:
-            raise LinkError(f"the objects do not link:\n{ran.stderr.rstrip()}")
+
+def _sources(compiled: Sequence[Compiled]) -> dict[Path, Path]:
+    """Return object to source."""
+    return {one.path: one.unit.source for one in compiled if one.path is not None}

@@ -4,10 +4,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.table import Table
-from rich.text import Text
 
 from crazychoir_fw.cli.console import BAD_INPUT, complain_of, console
+from crazychoir_fw.cli.tables import facts_table
 
 if TYPE_CHECKING:
     from crazychoir_fw.firmware.apps import App
@@ -45,10 +44,7 @@ def build(
         raise typer.Exit(BAD_INPUT) from None
     if built.warnings:
         typer.echo(built.warnings.rstrip(), err=True)
-    table = Table(show_header=False, box=None)
-    for key, value in rows.items():
-        table.add_row(Text(key, style="bold"), Text(value, overflow="fold"))
-    console.print(table)
+    console.print(facts_table(rows))
     words = " --provider bitcraze" if built.library.identity["checkout"] else ""
     named = f"{VARIABLE}={shlex.quote(str(path.absolute()))} " if path is not None else ""
     options = " ".join(f"--app {shlex.quote(str(file))}" for file in files)

@@ -1,6 +1,7 @@
 """Where the commands write: results to stdout, complaints to stderr."""
 
-from typing import NoReturn
+import json
+from typing import Any, NoReturn
 
 import typer
 from rich.console import Console
@@ -34,3 +35,9 @@ def complain(sentence: str) -> None:
     """Print one red sentence."""
     # as Text, so that brackets in a key path are not read as markup
     complaints.print(Text(sentence, style="red"), soft_wrap=True)
+
+
+def echo_json(value: Any) -> None:
+    """Print JSON for programs."""
+    # not through rich, which would wrap and color it
+    typer.echo(json.dumps(value, indent=2))

@@ -1,6 +1,5 @@
 """`crazychoir firmware`: compile a checkout of the real firmware, see what there is, forget it."""
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -10,8 +9,9 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 from rich.table import Table
 from rich.text import Text
 
-from crazychoir_fw.cli.console import complain, console, refuse
+from crazychoir_fw.cli.console import complain_of, console, echo_json, refuse
 from crazychoir_fw.cli.parity import parity
+from crazychoir_fw.cli.tables import facts_table
 
 if TYPE_CHECKING:
     from crazychoir_fw.firmware.library import Library
@@ -63,7 +63,7 @@ def build(
 
             library = build_provider(checkout, platform, configured=config, force=force, progress=show_progress)
     except BuildError as error:
-        complain(str(error))
+        complain_of(error)
         raise typer.Exit(BUILD_FAILED) from None
     except CrazychoirError as error:
         refuse(str(error))
@@ -82,13 +82,10 @@ def show(
     """Show the checkout and the libraries that are ready."""
     facts = _facts(path)
     if as_json:
-        # not through rich, which would wrap and color it
-        typer.echo(json.dumps(facts, indent=2))
+        echo_json(facts)
         return
-    table = Table(show_header=False, box=None)
-    for key in ("checkout", "version", "compiler", "cache"):
-        table.add_row(Text(key, style="bold"), Text(str(facts[key] or "none"), overflow="fold"))
-    console.print(table)
+    shown = ("checkout", "version", "compiler", "cache")
+    console.print(facts_table({key: str(facts[key] or "none") for key in shown}))
     if facts["state"] != COMPLETE:
         # in one line, because it has a command to copy
         console.print(Text(facts["state"], style="yellow"), soft_wrap=True)
@@ -142,10 +139,9 @@ def _print_library(library: "Library") -> None:
 
 
 def _identity_table(identity: dict[str, Any]) -> Table:
-    table = Table(show_header=False, box=None, title_justify="left")
     name = " ".join(filter(None, [identity["provider"], identity["version"], identity["platform"]]))
-    table.add_row(Text("library", style="bold"), Text(name, style="green"))
     rows = {
+        "library": name,
         "checkout": identity["checkout"],
         "sources": identity["sources"],
         "features": ", ".join(identity["features"]),
@@ -155,7 +151,4 @@ def _identity_table(identity: dict[str, Any]) -> Table:
         "compiler": identity["compiler"],
         "file": identity["path"],
     }
-    for key, value in rows.items():
-        if value:
-            table.add_row(Text(key, style="bold"), Text(str(value), overflow="fold"))
-    return table
+    return facts_table({key: str(value) for key, value in rows.items() if value})

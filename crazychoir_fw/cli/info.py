@@ -1,13 +1,11 @@
 """`crazychoir info`: which versions, providers and sizes this installation has."""
 
-import json
 from typing import Annotated, Any
 
 import typer
-from rich.table import Table
-from rich.text import Text
 
-from crazychoir_fw.cli.console import console
+from crazychoir_fw.cli.console import console, echo_json
+from crazychoir_fw.cli.tables import facts_table
 
 
 def info(as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs.")] = False) -> None:
@@ -16,13 +14,9 @@ def info(as_json: Annotated[bool, typer.Option("--json", help="Print JSON for pr
 
     facts = {**facts_of_core(), "firmware": _firmware()}
     if as_json:
-        # not through rich, which would wrap and color it
-        typer.echo(json.dumps(facts, indent=2))
+        echo_json(facts)
         return
-    table = Table(show_header=False, box=None)
-    for key, value in facts.items():
-        table.add_row(Text(key, style="bold"), Text(_phrase(value)))
-    console.print(table)
+    console.print(facts_table({key: _phrase(value) for key, value in facts.items()}))
 
 
 def _firmware() -> str:

@@ -1,6 +1,5 @@
 """`crazychoir firmware parity`: two providers on the same inputs, and how far they differ."""
 
-import json
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,7 +11,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 from rich.table import Table
 from rich.text import Text
 
-from crazychoir_fw.cli.console import BAD_INPUT, complain, complaints, console, refuse
+from crazychoir_fw.cli.console import BAD_INPUT, complain_of, complaints, console, echo_json, refuse
 
 if TYPE_CHECKING:
     from crazychoir_fw.parity.functions import Comparison
@@ -66,14 +65,12 @@ def parity(
 
         page, _ = write_report(result, out)
     except CrazychoirError as error:
-        # BuildError shows what the compiler printed, line by line
-        complain(str(error))
+        complain_of(error)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:
         refuse(f"{error.filename or out} cannot be written: {error.strerror}")
     if as_json:
-        # not through rich, which would wrap and color it
-        typer.echo(json.dumps(result.as_json(), indent=1, allow_nan=False))
+        echo_json(result.as_json())
     else:
         _print(result, page)
     raise typer.Exit(result.exit_code)

@@ -1,5 +1,6 @@
 """Summaries as tables for people."""
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,14 @@ from rich.text import Text
 
 MANY = 32
 """Swarms up to this size are listed whole; of a larger one, the worst."""
+
+
+def facts_table(facts: Mapping[str, str]) -> Table:
+    """Return one row per fact: its name and what is to be said."""
+    table = Table(show_header=False, box=None)
+    for name, value in facts.items():
+        table.add_row(Text(name, style="bold"), Text(value, overflow="fold"))
+    return table
 
 
 def flight_table(summary: dict[str, Any]) -> Table:

@@ -1,6 +1,5 @@
 """`crazychoir variables`: the parameters and log variables of a drone, with their values after boot."""
 
-import json
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -8,7 +7,7 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from crazychoir_fw.cli.console import console, refuse
+from crazychoir_fw.cli.console import console, echo_json, refuse
 
 if TYPE_CHECKING:
     from crazychoir_fw.variables import Variable
@@ -34,8 +33,7 @@ def variables(
         refuse(str(error))
     rows = [_row(variable, values[name], logs) for name, variable in table.items() if fnmatchcase(name, pattern)]
     if as_json:
-        # not through rich, which would wrap and color it
-        typer.echo(json.dumps(rows, indent=2))
+        echo_json(rows)
         return
     _print(rows, logs)
 

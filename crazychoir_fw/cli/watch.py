@@ -27,8 +27,9 @@ def repeat_on_save(
     wake = _changes if wake is None else wake
     changed: Collection[Path] = ()
     while True:
-        before = stamps(files())
+        began, before = time.time_ns(), stamps(files())
         attempt(changed)
+        before = _with_untouched(before, stamps(files()), began)
         for _ in wake({path.parent for path in files()}):
             after = stamps(files())
             if after != before:
@@ -49,6 +50,11 @@ def stamps(files: Iterable[Path]) -> Stamps:
         return status.st_mtime_ns, status.st_size
 
     return {path: stamp(path) for path in files}
+
+
+def _with_untouched(before: Stamps, now: Stamps, began: int) -> Stamps:
+    """Return the stamps from before an attempt, with those of files that the attempt made count but nobody wrote."""
+    return {path: stamp for path, stamp in now.items() if stamp is None or stamp[0] < began} | before
 
 
 def seconds_since_save(files: Iterable[Path]) -> float | None:

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-import functools
 import re
 import secrets
 import shlex
-import shutil
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from crazychoir_fw.errors import BuildError, LinkError
 from crazychoir_fw.firmware import configuration, linking
-from crazychoir_fw.firmware.cache import Cache, Fingerprints, digest_of, used, write_text
+from crazychoir_fw.firmware.cache import Cache, Fingerprints, digest_of, digest_of_code, used, write_text
 from crazychoir_fw.firmware.checkout import open_checkout
 from crazychoir_fw.firmware.library import BUILD_LOG, Library
 from crazychoir_fw.firmware.objects import Compiled, Objects, Unit, demand_all
@@ -98,12 +95,18 @@ class _Build:
         self._lock = threading.Lock()
 
     def run(self) -> Library:
-        plain = [__version__, _machinery(), self.compiler.command, self.compiler.version, self.recipe.key()]
+        plain = [
+            __version__,
+            digest_of_code(Path(__file__).parent),
+            self.compiler.command,
+            self.compiler.version,
+            self.recipe.key(),
+        ]
         key = f"library-{digest_of(plain)}"
         if (library := self._recall(key)) is not None:
             return library
         with self.cache.alone(key):
-            generated = self._write_generated()
+            generated = self.cache.write_generated(self.recipe.generated)
             # another process may have built it meanwhile
             self.fingerprints = Fingerprints()
             if (library := self._recall(key)) is not None:
@@ -151,7 +154,7 @@ class _Build:
             known = [*feature_flags(found), *self._source_flags(choice)]
             adapter = self._compile("compiling", [Unit(path, (*adapting, *known)) for path in recipe.adapter])
             objects = [*fixed, *apps, *adapter, *compiled.values()]
-            with self._workspace() as folder:
+            with self.cache.workspace(self.cache.libraries) as folder:
                 path = folder / f"{recipe.name}.so"
                 self._tell("linking", 0, 1)
                 undefined = linking.link(self.compiler, {kept.path: kept.unit.source for kept in objects}, path)
@@ -159,25 +162,6 @@ class _Build:
                     return self._finish(path, found, choice, objects)
             compiled = self._retreat(undefined, choice, compiled, theirs)
         raise LinkError(linking.explain(undefined))
-
-    @contextmanager
-    def _workspace(self) -> Iterator[Path]:
-        """Give a folder on the file system of the cache, which is gone afterwards unless it was moved."""
-        folder = self.cache.libraries / f".{secrets.token_hex(6)}"
-        folder.mkdir()
-        try:
-            yield folder
-        finally:
-            shutil.rmtree(folder, ignore_errors=True)
-
-    def _write_generated(self) -> Path:
-        """Write the headers of this build, and return their folder."""
-        folder = self.cache.generated / digest_of(dict(self.recipe.generated))
-        for name, text in self.recipe.generated.items():
-            if not (folder / name).is_file():
-                write_text(folder / name, text)
-        used(folder)
-        return folder
 
     def _compile_checkout(self, flags: tuple[str, ...]) -> tuple[_Choice, dict[Path, Compiled]]:
         """Compile the sources of the checkout, each in the best way that works."""
@@ -324,12 +308,6 @@ class _Build:
         notes = [f"  {note}" for note in self.notes]
         commands = ["commands:", *(f"  {line}" for line in self.objects.commands)]
         return "\n".join([*facts, "configuration:", *used_values, "notes:", *notes, *commands, *self.printed]) + "\n"
-
-
-@functools.cache
-def _machinery() -> str:
-    """Return a digest of the Python code that builds: another way to build gives another library."""
-    return digest_of(Fingerprints().all_of(str(path) for path in Path(__file__).parent.glob("*.py")))
 
 
 def _words(names: Iterable[str]) -> list[str]:

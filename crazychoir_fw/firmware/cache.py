@@ -1,4 +1,4 @@
-"""What is kept between builds: objects, answers of probes, libraries; found again by content, never by time.
+"""What is kept between builds: objects, answers of probes, libraries, modules; found again by content, never by time.
 
 The folder is that of the user's caches, or the one that CRAZYCHOIR_CACHE names. Everything lies in one folder of our
 own in it, marked as a cache, and only a marked folder is ever cleaned.
@@ -6,9 +6,11 @@ own in it, marked as a cache, and only a marked folder is ever cleaned.
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import os
+import secrets
 import shutil
 import time
 from collections.abc import Iterable, Iterator, Mapping
@@ -30,6 +32,7 @@ _SIGNATURE = "Signature: 8a477f597d28d172789f06886806bc55\n# Built by crazychoir
 
 _KEPT_ENTRIES = 8  # of one record: so many versions of a file can be edited back and forth
 _KEPT_LIBRARIES = 32
+_KEPT_GENERATED = 256  # a library has one, a module a dozen
 _KEPT_OBJECTS = 2000
 
 
@@ -53,6 +56,12 @@ def digest(*parts: bytes | str) -> str:
 def digest_of(value: Any) -> str:
     """Return a name for plain data."""
     return digest(json.dumps(value, sort_keys=True, default=str))
+
+
+@functools.cache
+def digest_of_code(*folders: Path) -> str:
+    """Return a name for the Python code in folders: another way to build gives another result."""
+    return digest_of(Fingerprints().all_of(str(path) for folder in folders for path in folder.glob("*.py")))
 
 
 class Fingerprints:
@@ -98,10 +107,11 @@ class Cache:
         self.root = root if root is not None else cache_root()
         self.objects = self.root / "objects"
         self.libraries = self.root / "libraries"
-        self.generated = self.root / "generated"
+        self.modules = self.root / "modules"
+        self._generated = self.root / "generated"
         self._records = self.root / "records"
         try:
-            for folder in (self.objects, self.libraries, self.generated, self._records):
+            for folder in (self.objects, self.libraries, self.modules, self._generated, self._records):
                 folder.mkdir(parents=True, exist_ok=True)
             if not (self.root / _MARK).is_file():
                 write_text(self.root / _MARK, _SIGNATURE)
@@ -133,6 +143,15 @@ class Cache:
         except (OSError, ValueError, TypeError, KeyError):
             return []
 
+    def write_generated(self, texts: Mapping[str, str]) -> Path:
+        """Write files by name, unless they are there already, and return their folder, which is named by content."""
+        folder = self._generated / digest_of(dict(texts))
+        for name, text in texts.items():
+            if not (folder / name).is_file():
+                write_text(folder / name, text)
+        used(folder)
+        return folder
+
     @contextmanager
     def alone(self, key: str) -> Iterator[None]:
         """Hold the lock of a key: a second process waits, and then finds what the first one built."""
@@ -144,10 +163,21 @@ class Cache:
                 fcntl.flock(lock, fcntl.LOCK_EX)
             yield
 
+    @contextmanager
+    def workspace(self, beside: Path) -> Iterator[Path]:
+        """Give a folder within `beside`, which is gone afterwards unless it was renamed."""
+        folder = beside / f".{secrets.token_hex(6)}"
+        folder.mkdir()
+        try:
+            yield folder
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+
     def prune(self) -> None:
-        """Forget the libraries, objects and records that have not been used for longest."""
+        """Forget what has not been used for longest."""
         _keep_newest(self.libraries, _KEPT_LIBRARIES)
-        _keep_newest(self.generated, _KEPT_LIBRARIES)
+        _keep_newest(self.modules, _KEPT_LIBRARIES)
+        _keep_newest(self._generated, _KEPT_GENERATED)
         _keep_newest(self.objects, _KEPT_OBJECTS)
         _keep_newest(self._records, 2 * _KEPT_OBJECTS)
 

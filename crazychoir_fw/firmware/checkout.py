@@ -111,22 +111,54 @@ def describe(folder: Path) -> str | None:
         ("describe", "--tags", "--always"),
         ("status", "--porcelain", "--untracked-files=no", "--ignore-submodules=all"),
     )
+    asked: list[subprocess.Popen[str]] = []
     try:
+        environment = _git_environment(folder)
         # both at once: the second one looks at every file
-        asked = [_ask_git(folder, *question) for question in questions]
+        for question in questions:
+            asked.append(_ask_git(folder, environment, *question))
         told = [(process.communicate(timeout=30)[0].strip(), process.returncode) for process in asked]
-    except (OSError, subprocess.TimeoutExpired):
+    except (OSError, ValueError, subprocess.TimeoutExpired):
         return None
+    finally:
+        for process in asked:
+            _end(process)
     (version, described), (changes, compared) = told
     if described != 0 or compared != 0 or not version:
         return None
     return f"{version}-dirty" if changes else version
 
 
-def _ask_git(folder: Path, *question: str) -> subprocess.Popen[str]:
-    environment = {**os.environ, "GIT_CEILING_DIRECTORIES": str(folder.parent), "LC_ALL": "C"}
+def _git_environment(folder: Path) -> dict[str, str]:
+    """Return an environment in which git looks at this folder alone, and runs no filter that a repository names."""
+    environment = {
+        **os.environ,
+        "GIT_CEILING_DIRECTORIES": str(folder.parent),
+        "GIT_ALLOW_PROTOCOL": "",  # an object that is missing stays missing
+        "LC_ALL": "C",
+    }
     for inherited in ("GIT_DIR", "GIT_WORK_TREE", "GIT_INDEX_FILE"):
         environment.pop(inherited, None)
+    process = _ask_git(folder, environment, "config", "--null", "--name-only", "--get-regexp", r"^filter\.")
+    try:
+        names = process.communicate(timeout=30)[0].split("\0")
+    finally:
+        _end(process)
+    drivers = sorted({name.rpartition(".")[0] for name in names if name})
+    settings = [
+        (f"{driver}.{key}", value)
+        for driver in drivers
+        for key, value in (("clean", ""), ("process", ""), ("required", "false"))
+    ]
+    # behind what the user has there already
+    first = int(environment.get("GIT_CONFIG_COUNT") or 0)
+    environment["GIT_CONFIG_COUNT"] = str(first + len(settings))
+    for i, (name, value) in enumerate(settings, first):
+        environment |= {f"GIT_CONFIG_KEY_{i}": name, f"GIT_CONFIG_VALUE_{i}": value}
+    return environment
+
+
+def _ask_git(folder: Path, environment: dict[str, str], *question: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
         ["git", "--no-optional-locks", "-c", "core.fsmonitor=false", "-C", str(folder), *question],
         stdout=subprocess.PIPE,
@@ -135,3 +167,12 @@ def _ask_git(folder: Path, *question: str) -> subprocess.Popen[str]:
         errors="replace",
         env=environment,
     )
+
+
+def _end(process: subprocess.Popen[str]) -> None:
+    """Leave neither a process nor a pipe behind, whatever happened."""
+    if process.poll() is None:
+        process.kill()
+    process.wait()
+    if process.stdout is not None:
+        process.stdout.close()

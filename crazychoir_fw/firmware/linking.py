@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import os
 import re
-import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from crazychoir_fw.errors import LinkError
-from crazychoir_fw.firmware.objects import ENVIRONMENT
-from crazychoir_fw.firmware.toolchain import Compiler
+from crazychoir_fw.firmware.toolchain import Compiler, run
 
-FLAGS = ("-shared", "-Wl,-Bsymbolic", "-Wl,--no-undefined", "-Wl,-z,noexecstack", "-Wl,--build-id=none")
+_FLAGS = ("-shared", "-Wl,-Bsymbolic", "-Wl,-z,noexecstack", "-Wl,--build-id=none")
+_COMPLETE = "-Wl,--no-undefined"
 
 # bfd and gold; lld; mold
 _UNDEFINED = re.compile(r"undefined (?:reference to [`'\"]|(?:hidden )?symbol: )([A-Za-z_]\w*)")
@@ -28,25 +26,27 @@ class Undefined:
     """Sources of the objects that use it."""
 
 
-def link(compiler: Compiler, objects: Mapping[Path, Path], library: Path) -> list[Undefined]:
+def link(
+    compiler: Compiler, objects: Mapping[Path, Path], library: Path, *, is_completed_later: bool = False
+) -> list[Undefined]:
     """Link objects to a library. Returns the undefined symbols, which is no library, or an empty list.
 
     Args:
         compiler: The C compiler, which knows its linker.
         objects: Object to source.
         library: File to write.
+        is_completed_later: Whether symbols may stay undefined, for whoever loads the library to define.
 
     Raises:
         LinkError: If the linker fails for other reasons; the text is what it printed.
     """
-    command = [*compiler.command, *FLAGS, "-o", str(library), *map(str, objects), "-lm"]
-    ran = subprocess.run(
-        command, capture_output=True, text=True, errors="replace", check=False, env={**os.environ, **ENVIRONMENT}
-    )
+    flags = _FLAGS if is_completed_later else (*_FLAGS, _COMPLETE)
+    command = [*compiler.command, *flags, "-o", str(library), *map(str, objects), "-lm"]
+    ran = run(command)
     if ran.returncode == 0:
         return []
     names = sorted(set(_UNDEFINED.findall(ran.stderr)))
-    if not names:
+    if not names or is_completed_later:
         raise LinkError(f"the objects do not link:\n{_with_sources(ran.stderr, objects).rstrip()}")
     return [Undefined(name, _needing(name, objects)) for name in names]
 

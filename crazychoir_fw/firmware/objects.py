@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import secrets
-import subprocess
+import shlex
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -13,10 +13,7 @@ from pathlib import Path
 
 from crazychoir_fw.errors import CompileError
 from crazychoir_fw.firmware.cache import Cache, Fingerprints, digest, digest_of, used
-from crazychoir_fw.firmware.toolchain import Compiler
-
-# texts of compilers are shown to people in their own words, but read by us as well
-ENVIRONMENT = {"LC_ALL": "C.UTF-8", "LANGUAGE": "C"}
+from crazychoir_fw.firmware.toolchain import Compiler, run
 
 
 @dataclass(frozen=True)
@@ -110,9 +107,9 @@ class Objects:
         listing = temporary.with_suffix(".d")
         what = ["-fsyntax-only"] if unit.syntax_only else ["-c", "-o", str(temporary)]
         command = [*self._compiler.command, *unit.flags, *what, str(unit.source)]
-        self.commands.append(" ".join(command))
+        self.commands.append(shlex.join(command))
         try:
-            ran = _run([*command, "-MD", "-MF", str(listing), "-MT", "x"])
+            ran = run([*command, "-MD", "-MF", str(listing), "-MT", "x"])
             ok = ran.returncode == 0
             inputs = self._fingerprints.all_of(self._inputs(unit, listing))
             path = None
@@ -135,7 +132,7 @@ class Objects:
         if listing.is_file():
             return [str(unit.source), *read_dependencies(listing.read_text(encoding="utf-8"))]
         # a header is missing: ask for those that there are
-        asked = _run([*self._compiler.command, *unit.flags, "-M", "-MG", "-MT", "x", str(unit.source)])
+        asked = run([*self._compiler.command, *unit.flags, "-M", "-MG", "-MT", "x", str(unit.source)])
         return [str(unit.source), *(path for path in read_dependencies(asked.stdout) if Path(path).is_file())]
 
 
@@ -162,12 +159,6 @@ def demand_all(results: Sequence[Compiled]) -> None:
     # a compiler that was killed prints nothing
     texts = [result.output.rstrip() or f"{result.unit.source}: the compiler gave up silently" for result in failed]
     raise CompileError("\n".join([f"{count} not compile:", *texts]))
-
-
-def _run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        command, capture_output=True, text=True, errors="replace", check=False, env={**os.environ, **ENVIRONMENT}
-    )
 
 
 def _processors() -> int:

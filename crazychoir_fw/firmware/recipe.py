@@ -111,10 +111,8 @@ def bitcraze_recipe(
     switched_on = [symbol for symbol, pattern in _OUT_OF_TREE.items() if _mention(pattern, apps)]
     if configured is None:
         settings = configuration.settings(root, platform, switched_on)
-        generated = {configuration.FILE_NAME: configuration.header_text(settings)}
     else:
         settings = configuration.read_header(configured, platform, switched_on)
-        generated = {configuration.FILE_NAME: configuration.header_text(settings)}
         notes.append(f"configuration header {configured} is used")
     folder = bindings / "bitcraze"
     sources = _sources(root, lists, notes)
@@ -125,7 +123,6 @@ def bitcraze_recipe(
         *(root / name for name in lists.include_dirs if not _is_generated(name)),
         *(path for path in [folder / "include"] if path.is_dir()),
     ]
-    generated[FORCED] = _forced_header(include_dirs[1:])
     return Recipe(
         name=_library_name("bitcraze", apps),
         platform=platform,
@@ -141,7 +138,10 @@ def bitcraze_recipe(
         flags=tuple(_flags(lists, root, notes)),
         app_flags=(*APP_WARNINGS, *(f"-I{root / name}" for name in _APP_INCLUDES if (root / name).is_dir())),
         own_include_dirs=(bindings,),
-        generated=generated,
+        generated={
+            configuration.FILE_NAME: configuration.header_text(settings),
+            FORCED: _forced_header(include_dirs[1:]),
+        },
         settings=settings,
         notes=tuple(notes),
     )

@@ -7,9 +7,13 @@ import os
 import shlex
 import shutil
 import subprocess
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from crazychoir_fw.errors import BuildError
+
+# texts of compilers are shown to people in their own words, but read by us as well
+ENVIRONMENT = {"LC_ALL": "C.UTF-8", "LANGUAGE": "C"}
 
 
 @dataclass(frozen=True)
@@ -36,6 +40,13 @@ def find_compiler() -> Compiler:
     if chosen:
         raise BuildError(f"the C compiler that CC names, {chosen!r}, is not there: correct or unset CC")
     raise BuildError("no C compiler found: run `apt install build-essential` (Debian, Ubuntu), or name one with CC")
+
+
+def run(command: Sequence[str]) -> subprocess.CompletedProcess[str]:
+    """Run a compiler or a linker, and return how it ended and what it printed."""
+    return subprocess.run(
+        command, capture_output=True, text=True, errors="replace", check=False, env={**os.environ, **ENVIRONMENT}
+    )
 
 
 @functools.cache

@@ -49,9 +49,10 @@ class Difference:
 
 
 def _json(value: Any) -> Any:
-    return (finite_or_none(value) if finite_or_none(value) is not None else str(value)) if isinstance(
-        value, float
-    ) else value  # fmt: skip
+    """Return a value for JSON; a number that it does not know is a word."""
+    if isinstance(value, float) and finite_or_none(value) is None:
+        return str(value)
+    return value
 
 
 @dataclass

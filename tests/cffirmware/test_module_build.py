@@ -34,6 +34,25 @@ def test_second_build_compiles_nothing(over_miniature, checkout, shared_cache, m
     assert path.is_file()
 
 
+def test_what_changed_during_the_build_is_built_again(own_checkout, monkeypatch, tmp_path):
+    source = own_checkout / KALMAN
+    made = []
+
+    def build_slowly(self, generated, suffix):
+        made.append(self.cache.modules / f"built-{len(made)}" / f"a{suffix}")
+        made[-1].parent.mkdir()
+        made[-1].touch()
+        self.inputs = self.fingerprints.all_of([str(source)])
+        if len(made) == 1:
+            source.write_text(f"{source.read_text()}\n")
+        return made[-1]
+
+    monkeypatch.setenv("CRAZYCHOIR_CACHE", str(tmp_path / "cache"))
+    monkeypatch.setattr(build._ModuleBuild, "_build", build_slowly)
+    paths = [build.build_module(own_checkout) for _ in range(3)]
+    assert [made.index(path) for path in paths] == [0, 1, 1]
+
+
 def test_every_load_is_another_copy(over_miniature, checkout, shared_cache):
     over_miniature("2026.08")
     path = build.build_module(checkout("2026.08"))

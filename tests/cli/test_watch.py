@@ -50,6 +50,25 @@ def test_change_during_an_attempt_is_not_lost(tmp_path):
     assert attempts == [(), [path]]
 
 
+@pytest.mark.parametrize("is_written", [False, True])
+def test_a_file_that_an_attempt_makes_count_has_not_changed_by_that(tmp_path, is_written):
+    mission, app = tmp_path / "m.yaml", tmp_path / "a.c"
+    for path in (mission, app):
+        path.write_text("")
+        os.utime(path, ns=(10**18,) * 2)
+    files, attempts = {mission}, []
+
+    def attempt(changed):
+        attempts.append(changed)
+        files.add(app)
+        if is_written and len(attempts) == 1:
+            app.write_text("new")
+            os.utime(app, ns=(4 * 10**18,) * 2)
+
+    repeat_on_save(attempt, lambda: files, lambda folders: [None])
+    assert attempts == ([(), [app]] if is_written else [()])
+
+
 def test_files_may_change_with_an_attempt(tmp_path):
     mission, app = tmp_path / "m.yaml", tmp_path / "app" / "a.c"
     app.parent.mkdir()

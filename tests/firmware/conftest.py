@@ -1,8 +1,14 @@
-"""What tests of builds share: an empty cache, and a tree that tells whether it was written to."""
+"""What tests of builds share: an empty cache, a tree that tells whether it was written to, libraries of releases."""
 
 import hashlib
 
+import numpy as np
 import pytest
+from miniature import lay_out
+from side_by_side import Drone
+
+from crazychoir_fw.core import load_library
+from crazychoir_fw.firmware.build import build_provider
 
 
 @pytest.fixture
@@ -28,3 +34,98 @@ def photograph():
         }
 
     return take
+
+
+@pytest.fixture(scope="session")
+def releases_folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("firmware")
+
+
+@pytest.fixture(scope="session")
+def build_quickly(releases_folder):
+    """Build a library from a checkout, as fast as the compiler can, in a cache of their own."""
+
+    def run(checkout, platform="cf2", apps=()):
+        script = checkout / "bindings" / "setup.py"
+        script.write_text(script.read_text().replace('"-O3"', '"-O0"'))
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("CRAZYCHOIR_CACHE", str(releases_folder / "cache"))
+            return build_provider(checkout, platform, apps)
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def newest(releases_folder, build_quickly):
+    return build_quickly(lay_out(releases_folder / "2026.08", release="2026.08", setup_py="2026"))
+
+
+@pytest.fixture(scope="session")
+def older(releases_folder, build_quickly):
+    return build_quickly(lay_out(releases_folder / "2025.02", release="2025.02", setup_py="2025"))
+
+
+@pytest.fixture(scope="session")
+def oldest(releases_folder, build_quickly):
+    return build_quickly(lay_out(releases_folder / "2024.10", release="2024.10", setup_py="2023"))
+
+
+APP = """
+#include "controller.h"
+#include "estimator/estimator.h"
+#include "stabilizer_types.h"
+
+static int count;
+
+void controllerOutOfTreeInit(void) { count = 0; }
+bool controllerOutOfTreeTest(void) { return true; }
+void controllerOutOfTree(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors,
+                         const state_t *state, const stabilizerStep_t stabilizerStep) {
+  count++;
+  control->controlMode = controlModeForceTorque;
+  control->thrustSi = setpoint->jerk.z + state->position.z + sensors->gyro.x;
+  control->torqueX = count;
+}
+
+void estimatorOutOfTreeInit(void) {}
+bool estimatorOutOfTreeTest(void) { return true; }
+void estimatorOutOfTree(state_t *state, const stabilizerStep_t stabilizerStep) {
+  measurement_t m;
+  state->position.x = 0;
+  while (estimatorDequeue(&m)) {
+    state->position.x += 1;
+    if (m.type == MeasurementTypeSweepAngle) {
+      state->position.y = m.data.sweepAngle.calib->tilt;
+    } else if (m.type == MeasurementTypeTOF) {
+      state->position.z = m.data.tof.coneHalfAngle;
+    }
+  }
+}
+"""
+
+BROKEN = '#error "needs a driver"\n'
+
+
+@pytest.fixture(scope="session")
+def poor(releases_folder, build_quickly):
+    """For the other platform, with an app; the pose model and the complementary estimator do not compile, and there
+    are neither INDI nor the supervisor of the filter."""
+    checkout = lay_out(releases_folder / "poor", release="2026.08", setup_py="2025")
+    modules = checkout / "src/modules/src"
+    (modules / "kalman_core/mm_pose.c").write_text(BROKEN)
+    (modules / "estimator/position_estimator_altitude.c").write_text(BROKEN)
+    (modules / "kalman_supervisor.c").unlink()
+    (modules / "controller/controller_indi.c").unlink()
+    (releases_folder / "mine.c").write_text(APP)
+    return build_quickly(checkout, "cf21bl", [releases_folder / "mine.c"])
+
+
+@pytest.fixture
+def pair(newest):
+    """A builtin drone and one of the newest release."""
+    return Drone(0), Drone(load_library(newest))
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(4)

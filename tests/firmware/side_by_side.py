@@ -3,8 +3,11 @@
 from typing import Any
 
 import numpy as np
+from flight_inputs import UP
 
 from crazychoir_fw._core import ffi, lib
+
+STEPS = 600  # of the loop, for what is compared step by step
 
 C_TYPES = {
     lib.CF_TYPE_UINT8: "uint8_t *",
@@ -82,3 +85,63 @@ def as_floats(value: Any) -> np.ndarray:
 def same(one: Any, other: Any) -> bool:
     """Return whether two such values are equal bit by bit, but for the sign of zero and the bits of NaN."""
     return np.array_equal(as_floats(one), as_floats(other), equal_nan=True)
+
+
+def all_of(pair, name, *arguments):
+    """Ask all drones; they must agree."""
+    answers = [getattr(drone, name)(*arguments) for drone in pair]
+    assert len(set(answers)) == 1, name
+    return answers[0]
+
+
+def control_of(control):
+    if control.controlMode == lib.controlModeLegacy:
+        return [control.roll, control.pitch, control.yaw, control.thrust]
+    return list(control.normalizedForces)
+
+
+def motors_of(drone, control):
+    """Return counts, compensated counts, duties and whether they were reduced."""
+    uncapped = ffi.new("motors_thrust_uncapped_t *")
+    compensated = ffi.new("motors_thrust_uncapped_t *")
+    pwm = ffi.new("motors_thrust_pwm_t *")
+    drone.power_distribution(control, uncapped)
+    drone.battery_compensate(uncapped, 3.7, compensated)
+    reduced = drone.power_cap(compensated, pwm)
+    drone.motor_override(3.7, pwm)
+    return [list(uncapped.list), list(compensated.list), list(pwm.list), reduced]
+
+
+def filter_step(drone, now, inputs, acc, gyro):
+    """Run one millisecond of the estimator's task; return the estimate."""
+    average, turning = (
+        ffi.new("Axis3f *", {"axis": (acc * 9.81).tolist()}),
+        ffi.new("Axis3f *", {"axis": gyro.tolist()}),
+    )
+    felt, latest = ffi.new("Axis3f *", {"axis": acc.tolist()}), ffi.new("Axis3f *", {"axis": np.degrees(gyro).tolist()})
+    if now % 10 == 0:
+        drone.kalman_predict(average, turning, now, now > 300)
+    drone.kalman_add_process_noise(now)
+    for measurement in inputs:
+        drone.kalman_update(measurement, latest, now)
+    finished = drone.kalman_finalize()
+    estimate = ffi.new("state_t *")
+    drone.kalman_externalize(estimate, felt)
+    return estimate, finished, drone.kalman_is_within_bounds()
+
+
+def complementary_flight(drones, rng, steps=STEPS):
+    """Fly the complementary estimator of several drones; yield their estimates after each step."""
+    latest = ffi.new("cf_latest_samples_t *")
+    estimates = [ffi.new("state_t *") for _ in drones]
+    for drone in drones:
+        drone.complementary_init()
+    for step in range(1, steps):
+        latest.gyro.axis = rng.normal(0, 20, 3).tolist()
+        latest.acc.axis = (UP + rng.normal(0, 0.1, 3)).tolist()
+        latest.baro.asl = 50 + rng.normal(0, 0.1)
+        if step > steps / 2 and step % 25 == 0:
+            latest.tof.timestamp, latest.tof.distance = step, 0.5
+        for drone, estimate in zip(drones, estimates, strict=True):
+            drone.complementary(latest, estimate, step, 1000 + step if step < steps / 2 else step)
+        yield estimates

@@ -38,7 +38,9 @@ def test_identity(bitcraze_library, miniature):
     json.dumps(identity)
 
 
-def test_it_flies_beside_the_builtin_provider(bitcraze_library):
+def test_it_flies_beside_the_builtin_provider(bitcraze_library, miniature, monkeypatch):
+    # where the word has been said before, it means the checkout and not what is loaded
+    monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(miniature))
     number = core.load_library(bitcraze_library)
     assert core.provider_identity(number)["version"] == "2026.08"
     drones = [DroneConfig("a", (0.0, 0.0), provider="bitcraze"), DroneConfig("b", (0.5, 0.0))]

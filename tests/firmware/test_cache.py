@@ -109,6 +109,30 @@ def test_prune_keeps_what_was_used_last(cache_folder, monkeypatch):
     assert {path.name for path in cache.objects.iterdir()} == {"new.o", "fresh.o"}
 
 
+@pytest.mark.parametrize("folder", ["libraries", "modules"])
+def test_prune_deletes_whole_folders(cache_folder, monkeypatch, folder):
+    monkeypatch.setattr("crazychoir_fw.firmware.cache._KEPT_LIBRARIES", 1)
+    cache = Cache()
+    for i, name in enumerate(["old", "new"]):
+        made = cache.root / folder / name
+        made.mkdir()
+        (made / "a.so").write_text("")
+        os.utime(made, (1000 + i,) * 2)
+    cache.prune()
+    assert [path.name for path in (cache.root / folder).iterdir()] == ["new"]
+
+
+def test_a_workspace_is_gone_unless_it_was_renamed(cache_folder):
+    cache = Cache()
+    with pytest.raises(ValueError), cache.workspace(cache.libraries) as folder:
+        (folder / "half").write_text("")
+        raise ValueError
+    assert list(cache.libraries.iterdir()) == []
+    with cache.workspace(cache.libraries) as folder:
+        folder.replace(cache.libraries / "whole")
+    assert [path.name for path in cache.libraries.iterdir()] == ["whole"]
+
+
 @given(st.lists(st.binary(max_size=4), max_size=4), st.lists(st.binary(max_size=4), max_size=4))
 def test_a_digest_tells_parts_apart(first, second):
     assert (digest(*first) == digest(*second)) == (first == second)

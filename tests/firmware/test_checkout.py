@@ -1,3 +1,4 @@
+import os
 import shlex
 import subprocess
 
@@ -122,3 +123,40 @@ def test_asking_for_the_version_runs_no_program_of_the_repository(repository, tm
     git(repository, "config", "core.fsmonitor", str(hook))
     assert describe(repository) == "2026.08"
     assert not (tmp_path / "ran").exists()
+
+
+@pytest.mark.parametrize("driver", ["clean", "process"])
+def test_asking_for_the_version_runs_no_filter_of_the_repository(repository, tmp_path, driver):
+    source = repository / COMPLETE[1]
+    (repository / ".git" / "info").mkdir(exist_ok=True)
+    (repository / ".git" / "info" / "attributes").write_text("* filter=a=b.c\n")
+    git(repository, "config", f"filter.a=b.c.{driver}", f"touch '{tmp_path}/ran'; cat")
+    git(repository, "config", "filter.a=b.c.required", "true")
+    # a file that looks changed is read, and filters come before that
+    source.write_text(source.read_text())
+    os.utime(source, ns=(10**18, 10**18))
+    assert describe(repository) == "2026.08"
+    assert not (tmp_path / "ran").exists()
+
+
+def test_git_that_takes_too_long_is_ended(repository, tmp_path, monkeypatch):
+    slow = tmp_path / "bin" / "git"
+    slow.parent.mkdir()
+    slow.write_text('#!/bin/sh\n[ "$6" = config ] && exit 1\nexec sleep 600\n')
+    slow.chmod(0o755)
+    monkeypatch.setenv("PATH", str(slow.parent), prepend=os.pathsep)
+    asked = []
+    real = subprocess.Popen
+
+    class Impatient(real):
+        def __init__(self, *args, **options):
+            super().__init__(*args, **options)
+            asked.append(self)
+
+        def communicate(self, *args, timeout=None):
+            return super().communicate(*args, timeout=0.05 if len(asked) > 1 else timeout)
+
+    monkeypatch.setattr(module.subprocess, "Popen", Impatient)
+    assert describe(repository) is None
+    assert len(asked) == 3
+    assert all(process.returncode is not None and process.stdout.closed for process in asked)

@@ -44,6 +44,13 @@ def test_undefined_symbols_and_who_needs_them(objects, tmp_path):
     )
 
 
+def test_whoever_loads_it_may_define_the_rest(objects, tmp_path):
+    made = objects(a="int usecTimestamp(void); int a(void) { return usecTimestamp(); }")
+    library = tmp_path / "a.so"
+    assert link(find_compiler(), made, library, is_completed_later=True) == []
+    assert library.is_file()
+
+
 def test_other_failures_are_told_with_names_of_sources(objects, tmp_path):
     made = objects(a="int twice(void) { return 1; }", b="int twice(void) { return 2; }")
     with pytest.raises(LinkError, match="multiple definition") as raised:

@@ -1,6 +1,8 @@
 """The miniature checkout: whole in every release and form, and read like the real one."""
 
 import subprocess
+import sys
+from types import SimpleNamespace
 
 import pytest
 from miniature import RELEASES, SETUP_PY, lay_out
@@ -47,8 +49,25 @@ def test_all_forms_of_the_list_name_the_same_files_and_these_exist(tmp_path, rel
 
 
 @pytest.mark.parametrize("form", SETUP_PY)
-def test_the_list_is_one_that_python_could_run(tmp_path, form):
-    compile((lay_out(tmp_path, setup_py=form) / SETUP).read_text(), "setup.py", "exec")
+def test_the_list_is_read_as_python_would_run_it(tmp_path, monkeypatch, form):
+    """Ours may be run, which is never done with that of a checkout."""
+    handed = {}
+    commands = SimpleNamespace(build=type("build", (), {}))
+    tools = SimpleNamespace(
+        Extension=lambda name, **words: handed.update(words),
+        setup=lambda **words: None,
+        command=SimpleNamespace(build=commands),
+    )
+    tools.core = tools
+    for name in ("distutils", "setuptools"):
+        for module in (name, f"{name}.core", f"{name}.command", f"{name}.command.build"):
+            monkeypatch.setitem(sys.modules, module, commands if module.endswith("build") else tools)
+    script = lay_out(tmp_path, setup_py=form) / SETUP
+    exec(compile(script.read_text(), "setup.py", "exec"), {})
+    lists = read_setup_lists(script)
+    assert [*lists.sources, "build/cffirmware_wrap.c"] == handed["sources"]
+    assert list(lists.include_dirs) == handed["include_dirs"]
+    assert list(lists.flags) == handed["extra_compile_args"]
 
 
 def test_without_the_nested_submodule_its_folder_is_empty(tmp_path):

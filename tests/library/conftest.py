@@ -195,7 +195,7 @@ def once(folder, name, make):
 
 @pytest.fixture(scope="session")
 def parts(library_folder):
-    """Objects that every library of these tests has, in one relocatable file."""
+    """Objects that every library of these tests has."""
 
     def make(target):
         listed = (ROOT / "bindings/sources.txt").read_text().split()
@@ -283,3 +283,16 @@ def open_library(host, tmp_path):
 @pytest.fixture
 def app(open_library, app_library):
     return open_library(app_library)
+
+
+@pytest.fixture
+def fly(host):
+    """Call the controller of a drone once; what the app answers."""
+    control = host.ffi.new("control_t *")
+    setpoint, sensors, state = (host.ffi.new(f"{kind} *") for kind in ("setpoint_t", "sensorData_t", "state_t"))
+
+    def call(copy, drone, step=0):
+        copy.controller(drone.block, control, setpoint, sensors, state, step)
+        return tuple(control.normalizedForces)
+
+    return call

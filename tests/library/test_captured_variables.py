@@ -9,18 +9,6 @@ READ_VARIABLES, PRINT = 11, 12
 
 
 @pytest.fixture
-def fly(host):
-    control = host.ffi.new("control_t *")
-    setpoint, sensors, state = (host.ffi.new(f"{kind} *") for kind in ("setpoint_t", "sensorData_t", "state_t"))
-
-    def call(copy, drone, step=0):
-        copy.controller(drone.block, control, setpoint, sensors, state, step)
-        return tuple(control.normalizedForces)
-
-    return call
-
-
-@pytest.fixture
 def drone(app):
     drone = app.drone()
     assert app.controller_init(drone.block, OOT) == lib.CF_OK

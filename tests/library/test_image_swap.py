@@ -9,19 +9,6 @@ from crazychoir_fw._core import lib
 OOT = lib.ControllerTypeOot
 
 
-@pytest.fixture
-def fly(host):
-    """Call the controller of a drone once; what the counting app answers."""
-    control = host.ffi.new("control_t *")
-    setpoint, sensors, state = (host.ffi.new(f"{kind} *") for kind in ("setpoint_t", "sensorData_t", "state_t"))
-
-    def call(copy, drone, step=0):
-        copy.controller(drone.block, control, setpoint, sensors, state, step)
-        return tuple(control.normalizedForces)
-
-    return call
-
-
 def flying(copy):
     drone = copy.drone()
     assert copy.controller_init(drone.block, OOT) == lib.CF_OK
