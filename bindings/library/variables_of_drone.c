@@ -3,6 +3,7 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "convert.h"
 #include "library/captured_variables.h"
 #include "library/include/log.h"
 #include "library/include/param.h"
@@ -99,7 +100,7 @@ static int get_int(const known_t *variable) {
     case CF_TYPE_INT32:
       return value.i32;
     default:
-      return (int)value.number;
+      return cf_to_int32(value.number);
   }
 }
 
@@ -196,5 +197,5 @@ WEAK void paramSetInt(paramVarId_t varid, int value) {
 }
 
 WEAK void paramSetFloat(paramVarId_t varid, float value) {
-  set(known_as(false, varid.id), (int)value, value);
+  set(known_as(false, varid.id), cf_to_int32(value), value);
 }
