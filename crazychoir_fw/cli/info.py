@@ -14,27 +14,43 @@ def info(as_json: Annotated[bool, typer.Option("--json", help="Print JSON for pr
     """Show what is installed: versions, providers, controllers, sizes."""
     from crazychoir_fw.core import info as facts_of_core
 
-    facts = {**facts_of_core(), "firmware": _firmware()}
+    facts = {**facts_of_core(), **_firmware()}
     if as_json:
         # not through rich, which would wrap and color it
         typer.echo(json.dumps(facts, indent=2))
         return
     table = Table(show_header=False, box=None)
+    ready = facts.pop("firmware_libraries")
+    # this process has not loaded any
+    facts.pop("libraries", None)
     for key, value in facts.items():
         table.add_row(Text(key, style="bold"), Text(_phrase(value)))
+    for identity in ready:
+        table.add_row()
+        table.add_row(Text("library", style="bold"), Text(_name(identity), style="green"))
+        for key in ("features", "compiler", "flags"):
+            table.add_row(Text(key, style="bold"), Text(_phrase(identity[key])))
     console.print(table)
 
 
-def _firmware() -> str:
-    """Return which checkout of the real firmware would fly, or why none."""
+def _firmware() -> dict[str, Any]:
+    """Return which checkout of the real firmware would fly, or why none, and what was compiled of it last."""
+    from crazychoir_fw.cli.firmware import latest_libraries
     from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.firmware.cache import cache_root
     from crazychoir_fw.firmware.checkout import open_checkout
+    from crazychoir_fw.firmware.library import kept_libraries
 
     try:
         checkout = open_checkout()
     except CrazychoirError as error:
-        return f"none ({error})"
-    return f"{checkout.version() or 'no repository of its own'} in {checkout.root}"
+        return {"firmware": f"none ({error})", "firmware_libraries": []}
+    version = checkout.version() or "no repository of its own"
+    libraries = [library.identity for library in kept_libraries(cache_root())]
+    return {
+        "firmware": f"{version} in {checkout.root}",
+        "firmware_libraries": latest_libraries(libraries, str(checkout.root)),
+    }
 
 
 def _phrase(value: Any) -> str:
@@ -44,5 +60,9 @@ def _phrase(value: Any) -> str:
         return ", ".join(_phrase(item) for item in value) or "none"
     if isinstance(value, dict):
         # what a provider library was built from
-        return " ".join(str(value[key]) for key in ("provider", "version", "platform") if value.get(key))
+        return _name(value)
     return str(value)
+
+
+def _name(identity: dict[str, Any]) -> str:
+    return " ".join(str(identity[key]) for key in ("provider", "version", "platform") if identity.get(key))

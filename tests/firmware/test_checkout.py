@@ -56,7 +56,9 @@ def test_an_installed_package_finds_the_submodule_from_within_the_repository(tmp
     monkeypatch.chdir(repository / "docs")
     assert locate() == repository / "firmware"
     (repository / "firmware").mkdir()
-    with pytest.raises(CheckoutError, match=r"submodule firmware/ is empty: run `git submodule update --init firmware`"):
+    with pytest.raises(
+        CheckoutError, match=r"submodule firmware/ is empty: run `git submodule update --init firmware`"
+    ):
         open_checkout()
 
 
