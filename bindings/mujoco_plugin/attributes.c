@@ -170,9 +170,11 @@ static void explain(const cf_config_t *config, int i, const char *text,
     return;
   }
   const char *platform = cf_platform_facts(config->platform)->name;
-  char        hint[64] = "";
+  char        hint[96] = "";
   if (strcmp(text, "bitcraze") == 0) {
-    snprintf(hint, sizeof hint, "; run `crazychoir firmware build --platform %s`", platform);
+    // who reads this has a model of their own, and a process that has not loaded the library
+    snprintf(hint, sizeof hint,
+             "; call crazychoir_fw.firmware.providers.load('bitcraze', '%s') first", platform);
   }
   list_providers((int)config->platform, range, (int)sizeof range);
   snprintf(message, CF_ATTRIBUTE_MESSAGE_BYTES, "provider is '%.40s', allowed: %s%s", text, range,

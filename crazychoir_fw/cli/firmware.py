@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
-from rich.table import Table
 from rich.text import Text
 
 from crazychoir_fw.cli.console import complain_of, console, echo_json, refuse
@@ -27,9 +26,7 @@ firmware.command()(parity)
 
 PathOption = Annotated[
     Path | None,
-    typer.Option(
-        help="Folder of the checkout.  [default: environment variable CRAZYFLIE_FIRMWARE, else the submodule firmware/]"
-    ),
+    typer.Option(help="Folder of the checkout; otherwise that of CRAZYFLIE_FIRMWARE, else the submodule firmware/."),
 ]
 
 
@@ -89,9 +86,12 @@ def show(
     if facts["state"] != COMPLETE:
         # in one line, because it has a command to copy
         console.print(Text(facts["state"], style="yellow"), soft_wrap=True)
-    for identity in facts["libraries"]:
+    latest = latest_libraries(facts["libraries"], facts["checkout"])
+    for identity in latest:
         console.print()
-        console.print(_identity_table(identity))
+        _print_identity(identity)
+    if more := len(facts["libraries"]) - len(latest):
+        console.print(f"\nand {more} more, older ones or of other checkouts and apps: see --json", style="dim")
 
 
 @firmware.command()
@@ -132,13 +132,28 @@ def _facts(path: Path | None) -> dict[str, Any]:
     return facts
 
 
+def latest_libraries(identities: list[dict[str, Any]], checkout: str | None) -> list[dict[str, Any]]:
+    """Return the libraries of a checkout without apps, per platform the one that was used last.
+
+    Args:
+        identities: What the libraries were built from, the one used last first.
+        checkout: Folder of the checkout.
+    """
+    latest: dict[str, dict[str, Any]] = {}
+    for identity in identities:
+        if identity["checkout"] == checkout and checkout is not None and not identity["apps"]:
+            latest.setdefault(identity["platform"], identity)
+    return [latest[platform] for platform in sorted(latest)]
+
+
 def _print_library(library: "Library") -> None:
-    console.print(_identity_table({**library.identity, "path": str(library.path)}))
+    _print_identity({**library.identity, "path": str(library.path)})
     for note in library.identity["notes"]:
         console.print(Text(note, style="yellow"), soft_wrap=True)
 
 
-def _identity_table(identity: dict[str, Any]) -> Table:
+def _print_identity(identity: dict[str, Any]) -> None:
+    """Print what a library was built from."""
     name = " ".join(filter(None, [identity["provider"], identity["version"], identity["platform"]]))
     rows = {
         "library": name,
@@ -149,6 +164,8 @@ def _identity_table(identity: dict[str, Any]) -> Table:
         "added": ", ".join(Path(name).stem for name in identity["extra_sources"]),
         "apps": ", ".join(identity["apps"]),
         "compiler": identity["compiler"],
-        "file": identity["path"],
+        "flags": identity["flags"],
     }
-    return facts_table({key: str(value) for key, value in rows.items() if value})
+    console.print(facts_table({key: str(value) for key, value in rows.items() if value}))
+    # in one line, because it is there to be copied
+    console.print(Text.assemble((f" {'file':<8}", "bold"), f"  {identity['path']}"), soft_wrap=True)

@@ -38,10 +38,10 @@ class Request:
 def fly(
     mission: Annotated[Path, typer.Argument(help="Mission file (YAML).", metavar="MISSION.yaml")],
     video: Annotated[
-        bool | None, typer.Option("--video/--no-video", help="Render flight.mp4.  [default: video, without --watch]")
+        bool | None, typer.Option("--video/--no-video", help="Render flight.mp4 (by default, except with --watch).")
     ] = None,
     view: Annotated[bool, typer.Option("--view", help="Watch the flight in a window, in real time.")] = False,
-    out: Annotated[Path | None, typer.Option(help="Output folder.  [default: out/<mission name>]")] = None,
+    out: Annotated[Path | None, typer.Option(help="Output folder; otherwise out/ and the mission's name.")] = None,
     seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
     provider: Annotated[str | None, typer.Option(help="Provider of the onboard software.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,

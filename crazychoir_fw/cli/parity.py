@@ -25,7 +25,11 @@ _MOST_ROWS = 24
 def parity(
     checkout: Annotated[
         Path | None,
-        typer.Option(help="Folder of the checkout.  [default: variable CRAZYFLIE_FIRMWARE, else firmware/]"),
+        typer.Option(
+            "--checkout",
+            "--path",
+            help="Folder of the checkout; otherwise that of CRAZYFLIE_FIRMWARE, else the submodule firmware/.",
+        ),
     ] = None,
     platform: Annotated[str, typer.Option(help="Airframe: cf2 or cf21bl.")] = "cf2",
     reference: Annotated[str, typer.Option(help="Provider that is right by definition.")] = "builtin",

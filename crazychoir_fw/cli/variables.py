@@ -57,4 +57,5 @@ def _print(rows: list[dict[str, Any]], is_log: bool) -> None:
         value = [] if is_log else [f"{row['value']:.7g}"]
         table.add_row(Text(row["name"], style="bold"), row["type"], *value, Text(" ".join(words), style="dim"))
     console.print(table)
-    console.print(f"{len(rows)} {'log variables' if is_log else 'parameters'}", style="dim")
+    kind = "log variable" if is_log else "parameter"
+    console.print(f"{len(rows)} {kind}{'' if len(rows) == 1 else 's'}", style="dim")

@@ -55,7 +55,8 @@ def build_provider(
         UnknownNameError: If there is no such platform, or no such app file.
         CompileError: If sources do not compile; with what the compiler printed.
         LinkError: If symbols are undefined; with their names and who needs them.
-        BuildError: If there is no compiler, the cache cannot be written, or nothing is to be built.
+        BuildError: If there is no compiler, the cache cannot be written, nothing is to be built, or the variables are
+            too large for a drone.
     """
     if checkout is None and not apps:
         raise BuildError("there is nothing to build: the builtin provider without apps is part of the package")

@@ -38,9 +38,17 @@ class Checkout:
 
 
 def project_root() -> Path | None:
-    """Return the source checkout of this project that runs, or None for an installed package."""
-    root = Path(crazychoir_fw.__file__).resolve().parents[1]
-    return root if (root / "bindings" / "provider.h").is_file() and (root / "pyproject.toml").is_file() else None
+    """Return the source checkout of this project: the one that runs, else the one that the work directory is in.
+
+    An installed package runs from elsewhere, while its user stands in the repository that it was installed from.
+    """
+    runs = Path(crazychoir_fw.__file__).resolve().parents[1]
+    here = Path.cwd()
+    return next((root for root in (runs, here, *here.parents) if _is_project(root)), None)
+
+
+def _is_project(root: Path) -> bool:
+    return (root / "bindings" / "provider.h").is_file() and (root / "pyproject.toml").is_file()
 
 
 def locate(path: Path | str | None = None) -> Path:
@@ -50,15 +58,20 @@ def locate(path: Path | str | None = None) -> Path:
         CheckoutError: If none of them says where a checkout is.
     """
     if path is not None:
-        return Path(path).expanduser().absolute()
+        return _folder(path)
     if named := os.environ.get(VARIABLE):
-        return Path(named).expanduser().absolute()
+        return _folder(named)
     if project := project_root():
         return project / SUBMODULE
     raise CheckoutError(
         f"no firmware checkout is known: run `git clone --recurse-submodules {UPSTREAM}` and name the folder "
         f"with --path or {VARIABLE}"
     )
+
+
+def _folder(path: Path | str) -> Path:
+    """Return the one name of a folder, so that a build finds what it made under another one."""
+    return Path(path).expanduser().resolve()
 
 
 def open_checkout(path: Path | str | None = None) -> Checkout:

@@ -15,11 +15,16 @@ from elftools.elf.constants import SH_FLAGS
 from elftools.elf.elffile import ELFFile
 from elftools.elf.relocation import RelocationSection, RelrRelocationSection
 
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.errors import BuildError, CrazychoirError
 
 Range = tuple[int, int]  # offset from the begin of the library, size [bytes]
 
 WORD = 8  # [bytes]
+
+MOST_BYTES = 262144
+"""What the variables of a drone may take, as CF_LIBRARY_MAX_STATE_BYTES of the loader [bytes]."""
+
+_NAMED = 3  # variables that a refusal names
 
 # operations of DWARF: an address follows, or the number of an address in a table
 ADDRESS, ADDRESS_BY_NUMBER = 0x03, 0xA1
@@ -60,6 +65,7 @@ def image_map(path: Path | str) -> tuple[list[Range], list[int]]:
     Raises:
         CrazychoirError: If the file is no such library, has no debug information, or has variables that each thread has
             for itself.
+        BuildError: If the variables take more than MOST_BYTES.
     """
     with Path(path).open("rb") as file:
         try:
@@ -69,6 +75,7 @@ def image_map(path: Path | str) -> tuple[list[Range], list[int]]:
         _check(elf, path)
         begin = min(segment["p_vaddr"] for segment in elf.iter_segments("PT_LOAD"))
         ranges = [(start - begin, stop - start) for start, stop in _merged(list(_variable_sections(elf)), elf)]
+        _check_size(elf, path, ranges, begin)
         places = [(begin + offset, begin + offset + size) for offset, size in ranges]
         words = {address - begin for address in _pointer_variables(elf, places)}
         words.update(address - begin for address in _relative_relocations(elf))
@@ -89,6 +96,36 @@ def _check(elf: ELFFile, path: Path | str) -> None:
                 f"{path} has variables that each thread has for itself (section {section.name}); "
                 "such variables cannot belong to a drone, remove _Thread_local or __thread from them"
             )
+
+
+def _check_size(elf: ELFFile, path: Path | str, ranges: list[Range], begin: int) -> None:
+    """Refuse what no drone could carry, before looking for pointers in it takes minutes."""
+    total = sum(size for _, size in ranges)
+    if total <= MOST_BYTES:
+        return
+    largest = sorted(_variables(elf, ranges, begin), key=lambda one: (-one[1], one[0]))[:_NAMED]
+    names = ", ".join(f"{name} {size}" for name, size in largest)
+    raise BuildError(
+        f"the file-scope variables of {Path(path).stem} take {total} bytes per drone, allowed: {MOST_BYTES}; "
+        f"the largest: {names}"
+    )
+
+
+def _variables(elf: ELFFile, ranges: list[Range], begin: int) -> Iterator[tuple[str, int]]:
+    """Yield name and size of the variables in the ranges; of those that only one source knows, with the source."""
+    table = elf.get_section_by_name(".symtab")
+    source = ""
+    for symbol in table.iter_symbols() if table is not None else ():
+        kind, binding = symbol["st_info"]["type"], symbol["st_info"]["bind"]
+        if kind == "STT_FILE":
+            source = symbol.name
+        elif kind == "STT_OBJECT":
+            word = symbol["st_value"] - begin
+            if any(offset <= word < offset + size for offset, size in ranges):
+                # compilers number the static variables of functions
+                name = re.sub(r"\.\d+$", "", symbol.name)
+                where = f" in {source}" if binding == "STB_LOCAL" and source else ""
+                yield f"{name}{where}", symbol["st_size"]
 
 
 # --------------------------------------------------------------------------------------------------------------- ranges

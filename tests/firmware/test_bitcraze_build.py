@@ -167,7 +167,18 @@ def test_commands(bitcraze_library, miniature, monkeypatch):
     facts = json.loads(run("show", "--path", miniature, "--json").stdout)
     assert facts["version"] == "2026.08"
     assert str(bitcraze_library.path) in [one["path"] for one in facts["libraries"]]
-    assert "bitcraze 2026.08 cf2" in run("show", "--path", miniature).stdout
+    shown = run("show", "--path", miniature).stdout
+    assert shown.count("bitcraze 2026.08 cf2 ") == 1, "the latest one of each platform"
+    # in one piece, to be copied
+    assert str(bitcraze_library.path) in shown
+
+    monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(miniature))
+    told = CliRunner().invoke(app, ["info", "--json"]).stdout
+    assert bitcraze_library.identity in json.loads(told)["firmware_libraries"]
+    told = CliRunner().invoke(app, ["info"]).stdout
+    assert "bitcraze 2026.08 cf2" in told
+    assert "kalman_predict_params" in told
+    assert "-ffp-contract=off" in told
 
     def fail(*_, **__):
         raise CompileError("1 file does not compile:\na.c:1:1: error: [x]")

@@ -50,6 +50,30 @@ def test_the_given_path_comes_before_the_environment(tmp_path, monkeypatch):
     assert locate() == tmp_path / "firmware"
 
 
+def test_an_installed_package_finds_the_submodule_from_within_the_repository(tmp_path, monkeypatch):
+    repository = fill(tmp_path / "repository", "bindings/provider.h", "pyproject.toml", "docs/firmware.md")
+    monkeypatch.delenv("CRAZYFLIE_FIRMWARE", raising=False)
+    monkeypatch.setattr(module.crazychoir_fw, "__file__", str(tmp_path / "site-packages/crazychoir_fw/__init__.py"))
+    monkeypatch.chdir(repository / "docs")
+    assert locate() == repository / "firmware"
+    (repository / "firmware").mkdir()
+    with pytest.raises(
+        CheckoutError, match=r"submodule firmware/ is empty: run `git submodule update --init firmware`"
+    ):
+        open_checkout()
+
+
+def test_a_checkout_has_one_name(tmp_path, monkeypatch):
+    (tmp_path / "a").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "a")
+    monkeypatch.chdir(tmp_path / "a")
+    monkeypatch.setenv("HOME", str(tmp_path))
+    for name in ("../a", ".", "../link", "~/a", tmp_path / "b" / ".." / "a"):
+        assert locate(name) == tmp_path / "a"
+        monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(name))
+        assert locate() == tmp_path / "a"
+
+
 def test_an_installed_package_says_what_to_clone(monkeypatch):
     monkeypatch.delenv("CRAZYFLIE_FIRMWARE", raising=False)
     monkeypatch.setattr(module, "project_root", lambda: None)

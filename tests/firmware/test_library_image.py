@@ -8,8 +8,9 @@ import sysconfig
 
 import pytest
 
-from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.firmware.image import image_map
+from crazychoir_fw._core import lib
+from crazychoir_fw.errors import BuildError, CrazychoirError
+from crazychoir_fw.firmware.image import MOST_BYTES, image_map
 
 COMPILER = (sysconfig.get_config_var("CC") or "cc").split()[0]
 
@@ -149,6 +150,25 @@ def test_a_library_without_debug_information_is_refused(tmp_path):
     path = build(tmp_path, VARIABLES)
     with pytest.raises(CrazychoirError, match=r"library\.so has no debug information.*compile with -g"):
         image_map(path)
+
+
+def test_more_than_a_drone_can_carry_is_refused_and_the_largest_named(tmp_path):
+    # so large that looking for pointers in it would not end
+    text = (
+        "volatile char map[300000]; static volatile int small[9];"
+        "int use(int i); int use(int i) { static volatile float much[1 << 26]; much[i] = 1; return small[i] + map[i]; }"
+    )
+    with pytest.raises(BuildError) as raised:
+        image_map(build(tmp_path, text, "-g"))
+    told = str(raised.value)
+    assert told.startswith("the file-scope variables of library take 2687")
+    assert told.endswith(
+        f"bytes per drone, allowed: {MOST_BYTES}; the largest: much in code.c 268435456, map 300000, small in code.c 36"
+    )
+
+
+def test_the_limit_is_that_of_the_loader():
+    assert MOST_BYTES == lib.CF_LIBRARY_MAX_STATE_BYTES
 
 
 def test_variables_of_threads_are_refused(tmp_path):
