@@ -12,7 +12,7 @@ from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.core import address_of, check, receive_packet, struct_view
 from crazychoir_fw.errors import RangeError, StateError
 from crazychoir_fw.simulation.builder import body_addresses
-from crazychoir_fw.simulation.clients import Commander, HighLevelCommander, Localization, Log, Param
+from crazychoir_fw.simulation.clients import Commander, HighLevelCommander, Localization, Log, Param, Uplink
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.variables import log_table, parameter_table
 
@@ -46,12 +46,15 @@ class Drone:
         self.provider_number = int(self._cf.config.provider)
         """Number of its provider in the core (`crazychoir_fw.core.provider_identity`)."""
         provider = self.provider_number
-        self.commander = Commander(self.id, self._cf)
-        self.high_level_commander = HighLevelCommander(self.id, self._cf)
-        self.loc = Localization(self.id, self._cf)
-        self.param = Param(
-            self.id, self.memory, parameter_table(provider), self._cf, {} if watched is None else watched
-        )
+        self.uplink = Uplink(self._cf)
+        """The way of all requests: who listens to commands, or disturbs them, hooks in here."""
+        self.uplink.handle("packet", self._receive_packet)
+        self.uplink.handle("place", self._place)
+        self.commander = Commander(self.id, self.uplink)
+        self.high_level_commander = HighLevelCommander(self.id, self._cf, self.uplink)
+        self.loc = Localization(self.id, self._cf, self.uplink)
+        watched = {} if watched is None else watched
+        self.param = Param(self.id, self.memory, parameter_table(provider), self._cf, watched, self.uplink)
         self.log = Log(self.id, self.memory, log_table(provider), self._cf)
 
     def __repr__(self) -> str:
@@ -168,29 +171,30 @@ class Drone:
         Raises:
             StateError: If the drone cannot be armed in its present state.
         """
-        if lib.cf_arm(self._cf, do_arm) != lib.CF_OK:
+        if self.uplink.request("cf_arm", do_arm) != lib.CF_OK:
             raise StateError(f"{self.id}: cannot be armed in state '{self.supervisor_state}'")
 
     def recover_from_crash(self) -> None:
         """Clear a crash; refused while the drone still lies tumbled."""
-        if lib.cf_recover_from_crash(self._cf) != lib.CF_OK:
+        if self.uplink.request("cf_recover_from_crash") != lib.CF_OK:
             raise StateError(f"{self.id}: cannot recover while it lies tumbled")
 
     def emergency_stop(self) -> None:
         """Stop the motors and lock the drone until it is rebooted."""
-        lib.cf_emergency_stop(self._cf)
+        self.uplink.request("cf_emergency_stop")
 
     def reboot(self) -> None:
         """Boot the onboard software again; battery, rotors and motion go on."""
-        lib.cf_reboot(self._cf)
+        self.uplink.deliver("cf_reboot")
 
     def send_extpos(self, x: float, y: float, z: float) -> None:
         """Tell the drone its position (m, world), as cflib's `extpos.send_extpos`."""
-        check(lib.cf_send_external_position(self._cf, x, y, z), f"{self.id}: send_extpos({x}, {y}, {z})")
+        status = self.uplink.request("cf_send_external_position", x, y, z)
+        check(status, f"{self.id}: send_extpos({x}, {y}, {z})")
 
     def send_extpose(self, x: float, y: float, z: float, qx: float, qy: float, qz: float, qw: float) -> None:
         """Tell the drone its pose (m, quaternion xyzw), as cflib's `extpos.send_extpose`."""
-        status = lib.cf_send_external_pose(self._cf, x, y, z, [qx, qy, qz, qw])
+        status = self.uplink.request("cf_send_external_pose", x, y, z, [qx, qy, qz, qw])
         check(status, f"{self.id}: send_extpose({x}, {y}, {z}, …)")
 
     def receive_packet(self, port: int, channel: int, data: bytes) -> bytes | None:
@@ -203,8 +207,11 @@ class Drone:
             UnknownNameError: If there is no such port, channel or type.
             StateError: If the drone refuses it in its present state.
         """
-        who = f"{self.id}: packet '{data.hex(' ')}' on port {port} channel {channel}"
-        return receive_packet(self._cf, port, channel, data, who)
+        return self.uplink.request("packet", port, channel, data) or None
+
+    def _receive_packet(self, port: int, channel: int, data: bytes, call: str | None = None) -> bytes | None:
+        call = call or f"packet '{data.hex(' ')}' on port {port} channel {channel}"
+        return receive_packet(self._cf, port, channel, data, f"{self.id}: {call}")
 
     # ---------------------------------------------------------------- snapshots
 
@@ -212,6 +219,9 @@ class Drone:
         """Put the body somewhere else (m, world; deg), at rest and level."""
         if not np.all(np.isfinite([*position, yaw_deg])):
             raise RangeError(f"{self.id}: place({position}, {yaw_deg}): allowed: finite numbers")
+        self.uplink.deliver("place", [float(number) for number in position], float(yaw_deg))
+
+    def _place(self, position: list[float], yaw_deg: float) -> None:
         half_yaw = np.radians(yaw_deg) / 2
         self._qpos[:] = [*position, np.cos(half_yaw), 0.0, 0.0, np.sin(half_yaw)]
         self._qvel[:] = 0.0

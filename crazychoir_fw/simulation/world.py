@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -12,10 +13,12 @@ from numpy.typing import NDArray
 from crazychoir_fw._core import lib
 from crazychoir_fw.core import register_plugin
 from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.simulation.agenda import Agenda
 from crazychoir_fw.simulation.builder import build_model
 from crazychoir_fw.simulation.clients import Param
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
+from crazychoir_fw.simulation.events import Event
 from crazychoir_fw.simulation.provider_words import load_apps, load_providers
 
 TICKS_PER_SECOND = 1000
@@ -62,6 +65,10 @@ class World:
         self.drones = tuple(Drone(self.model, self.data, config, self._watched) for config in drones)
         self._by_id = {drone.id: drone for drone in self.drones}
         self._set_parameters()
+        self.agenda = Agenda()
+        """What happens at simulated times: faults, plugins, replays."""
+        self.events: list[Event] = []
+        """What has happened so far."""
         self._steps_per_tick = max(1, round(0.001 / self.model.opt.timestep))
         self._ticks_per_step = max(1, round(self.model.opt.timestep / 0.001))
 
@@ -78,6 +85,15 @@ class World:
         """Simulated time (s)."""
         return float(self.data.time)
 
+    @property
+    def tick(self) -> int:
+        """Whole milliseconds since the start."""
+        return round(self.data.time * TICKS_PER_SECOND)
+
+    def note(self, kind: str, drone: str | None = None, **details: Any) -> None:
+        """Remember that something happened at the present instant; `details` are what JSON can hold."""
+        self.events.append(Event(self.time, kind, drone, details))
+
     def step(self, n_ticks: int = 1) -> None:
         """Advance by whole milliseconds.
 
@@ -86,14 +102,24 @@ class World:
         """
         if n_ticks < 0 or n_ticks % self._ticks_per_step:
             raise RangeError(f"step({n_ticks}): allowed: 0 or more ticks, a multiple of {self._ticks_per_step}")
+        self.agenda.keep(self.tick)
+        end = self.tick + n_ticks
+        while self.tick < end:
+            # appointments between two steps of the scene are kept after the later one
+            ticks = self.agenda.next_stop(end) - self.tick
+            self._advance(-(-ticks // self._ticks_per_step) * self._ticks_per_step)
+            self.agenda.keep(self.tick)
+        for param in list(self._watched.values()):
+            param.report_changes()
+
+    def _advance(self, n_ticks: int) -> None:
+        """Let MuJoCo and all drones go on for whole milliseconds."""
         model, data = self.model._address, self.data._address
         lib.cf_plugin_overlap(model, data, True)
         try:
             mujoco.mj_step(self.model, self.data, nstep=n_ticks * self._steps_per_tick // self._ticks_per_step)
         finally:
             lib.cf_plugin_overlap(model, data, False)
-        for param in list(self._watched.values()):
-            param.report_changes()
 
     def run(self, seconds: float) -> None:
         """Advance by seconds, rounded to whole milliseconds."""
@@ -132,6 +158,12 @@ class World:
         mujoco.mj_resetData(self.model, self.data)
         mujoco.mj_forward(self.model, self.data)
         self._set_parameters()
+        self._time_has_changed()
+
+    def _time_has_changed(self) -> None:
+        """Forget what will happen again, and expect it."""
+        self.agenda.seek(self.tick)
+        self.events = [event for event in self.events if event.time <= self.time]
 
     def _set_parameters(self) -> None:
         """Set the onboard parameters that the drones were configured with."""
@@ -152,6 +184,7 @@ class World:
         if snapshot.shape != (mujoco.mj_stateSize(self.model, spec),):
             raise RangeError(f"snapshot of shape {snapshot.shape} belongs to another world")
         mujoco.mj_setState(self.model, self.data, snapshot, spec)
+        self._time_has_changed()
 
     def render(self, width: int = 960, height: int = 540, camera: str = "follow") -> NDArray[np.uint8]:
         """Return a picture of the present instant, shape (height, width, 3).

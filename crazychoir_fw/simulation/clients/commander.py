@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import struct
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.core import check, receive_packet
+from crazychoir_fw.core import check
 from crazychoir_fw.errors import RangeError
+from crazychoir_fw.simulation.clients.uplink import Uplink
 
 _X_MODE = 0.707  # cflib's sine of 45 deg
 _FULL_STATE = struct.Struct("<B9hI3h")  # type; position, velocity, acceleration; attitude; rates
@@ -20,9 +20,9 @@ _PORT_GENERIC = 7
 class Commander:
     """Low-level setpoints, flown as long as they keep coming (500 ms, then the drone levels out)."""
 
-    def __init__(self, name: str, cf: Any) -> None:
+    def __init__(self, name: str, uplink: Uplink) -> None:
         self._name = name
-        self._cf = cf
+        self._uplink = uplink
         self._is_x_mode = False
 
     def _check(self, status: int, call: str) -> None:
@@ -43,27 +43,29 @@ class Commander:
             raise RangeError(f"{self._name}: thrust {thrust} is outside [0, 65535]")
         if self._is_x_mode:
             roll, pitch = _X_MODE * (roll - pitch), _X_MODE * (roll + pitch)
-        self._check(lib.cf_send_rpyt(self._cf, roll, -pitch, yawrate, int(thrust)), "send_setpoint")
+        self._check(self._uplink.request("cf_send_rpyt", roll, -pitch, yawrate, int(thrust)), "send_setpoint")
 
     def send_stop_setpoint(self) -> None:
         """Stop the motors."""
-        self._check(lib.cf_send_stop(self._cf), "send_stop_setpoint")
+        self._check(self._uplink.request("cf_send_stop"), "send_stop_setpoint")
 
     def send_velocity_world_setpoint(self, vx: float, vy: float, vz: float, yawrate: float) -> None:
         """Velocity (m/s, world) and yaw rate (deg/s, positive to the left)."""
-        self._check(lib.cf_send_velocity_world(self._cf, vx, vy, vz, yawrate), "send_velocity_world_setpoint")
+        self._check(self._uplink.request("cf_send_velocity_world", vx, vy, vz, yawrate), "send_velocity_world_setpoint")
 
     def send_zdistance_setpoint(self, roll: float, pitch: float, yawrate: float, zdistance: float) -> None:
         """Attitude (deg), yaw rate (deg/s) and height (m)."""
-        self._check(lib.cf_send_zdistance(self._cf, roll, pitch, yawrate, zdistance), "send_zdistance_setpoint")
+        self._check(
+            self._uplink.request("cf_send_zdistance", roll, pitch, yawrate, zdistance), "send_zdistance_setpoint"
+        )
 
     def send_hover_setpoint(self, vx: float, vy: float, yawrate: float, zdistance: float) -> None:
         """Velocity (m/s, forward and left), yaw rate (deg/s) and height (m)."""
-        self._check(lib.cf_send_hover(self._cf, vx, vy, yawrate, zdistance), "send_hover_setpoint")
+        self._check(self._uplink.request("cf_send_hover", vx, vy, yawrate, zdistance), "send_hover_setpoint")
 
     def send_position_setpoint(self, x: float, y: float, z: float, yaw: float) -> None:
         """Position (m, world) and yaw (deg)."""
-        self._check(lib.cf_send_position(self._cf, x, y, z, yaw), "send_position_setpoint")
+        self._check(self._uplink.request("cf_send_position", x, y, z, yaw), "send_position_setpoint")
 
     def send_setpoint_manual(
         self, roll: float, pitch: float, yawrate: float, thrust_percentage: float, rate: bool
@@ -75,7 +77,7 @@ class Commander:
         if not 0 <= thrust_percentage <= 100:
             raise RangeError(f"{self._name}: thrust_percentage {thrust_percentage} is outside [0, 100]")
         thrust = int(10001 + 0.01 * thrust_percentage * 49999)
-        self._check(lib.cf_send_manual(self._cf, roll, -pitch, yawrate, thrust, rate), "send_setpoint_manual")
+        self._check(self._uplink.request("cf_send_manual", roll, -pitch, yawrate, thrust, rate), "send_setpoint_manual")
 
     def send_full_state_setpoint(
         self,
@@ -101,7 +103,7 @@ class Commander:
         numbers = [self._thousandths(value, call) for value in moving]
         attitude = lib.quatcompress(list(quat / norm))
         packet = _FULL_STATE.pack(lib.CF_GENERIC_FULL_STATE, *numbers[:9], attitude, *numbers[9:])
-        receive_packet(self._cf, _PORT_GENERIC, 0, packet, f"{self._name}: {call}")
+        self._uplink.request("packet", _PORT_GENERIC, 0, packet, call)
 
     def _thousandths(self, value: float, call: str) -> int:
         thousandths = value * 1000
@@ -112,4 +114,4 @@ class Commander:
     def send_notify_setpoint_stop(self, remain_valid_milliseconds: int = 0) -> None:
         """Give way to the high-level commander; command it right after, or the motors stop."""
         del remain_valid_milliseconds  # the firmware ignores it as well
-        lib.cf_notify_setpoint_stop(self._cf)
+        self._uplink.request("cf_notify_setpoint_stop")

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.core import check
 from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.simulation.clients.uplink import Uplink
 from crazychoir_fw.simulation.trajectories import CompressedSegment, CompressedStart, Poly4D, pack_compressed
 
 _PIECE_FLOATS = 33  # 8 coefficients of x, y, z and yaw, then the duration
@@ -23,9 +24,10 @@ class HighLevelCommander:
     TRAJECTORY_TYPE_POLY4D = int(lib.CF_TRAJECTORY_TYPE_POLY4D)
     TRAJECTORY_TYPE_POLY4D_COMPRESSED = int(lib.CF_TRAJECTORY_TYPE_POLY4D_COMPRESSED)
 
-    def __init__(self, name: str, cf: Any) -> None:
+    def __init__(self, name: str, cf: Any, uplink: Uplink) -> None:
         self._name = name
         self._cf = cf
+        self._uplink = uplink
 
     def _check(self, status: int, call: str) -> None:
         if status == lib.CF_ERR_STATE:
@@ -37,7 +39,7 @@ class HighLevelCommander:
         """Choose the groups of this drone, one per bit; commands for one of them, or for 0 = all, are obeyed."""
         if not 0 <= group_mask <= 255:
             raise RangeError(f"{self._name}: group_mask {group_mask} is outside [0, 255]")
-        lib.cf_set_group_mask(self._cf, int(group_mask))
+        self._uplink.request("cf_set_group_mask", int(group_mask))
 
     def takeoff(
         self, absolute_height_m: float, duration_s: float, group_mask: int = 0, yaw: float | None = 0.0
@@ -45,20 +47,20 @@ class HighLevelCommander:
         """Rise straight up to a height (m, world), turning to yaw (rad; None keeps the present one)."""
         if not self._is_meant(group_mask):
             return
-        status = lib.cf_takeoff(self._cf, absolute_height_m, duration_s, yaw or 0.0, yaw is None)
+        status = self._uplink.request("cf_takeoff", absolute_height_m, duration_s, yaw or 0.0, yaw is None)
         self._check(status, f"takeoff(absolute_height_m={absolute_height_m}, duration_s={duration_s})")
 
     def land(self, absolute_height_m: float, duration_s: float, group_mask: int = 0, yaw: float | None = 0.0) -> None:
         """Sink straight down to a height (m, world); then the motors stop."""
         if not self._is_meant(group_mask):
             return
-        status = lib.cf_land(self._cf, absolute_height_m, duration_s, yaw or 0.0, yaw is None)
+        status = self._uplink.request("cf_land", absolute_height_m, duration_s, yaw or 0.0, yaw is None)
         self._check(status, f"land(absolute_height_m={absolute_height_m}, duration_s={duration_s})")
 
     def stop(self, group_mask: int = 0) -> None:
         """Stop the motors at once."""
         if self._is_meant(group_mask):
-            self._check(lib.cf_stop(self._cf), "stop()")
+            self._check(self._uplink.request("cf_stop"), "stop()")
 
     def go_to(
         self,
@@ -74,7 +76,7 @@ class HighLevelCommander:
         """Fly to a position (m) and yaw (rad); relative ones count from the present setpoint."""
         if not self._is_meant(group_mask):
             return
-        status = lib.cf_go_to(self._cf, x, y, z, yaw, duration_s, relative, linear)
+        status = self._uplink.request("cf_go_to", x, y, z, yaw, duration_s, relative, linear)
         self._check(status, f"go_to({x}, {y}, {z}, yaw={yaw}, duration_s={duration_s})")
 
     def spiral(
@@ -102,8 +104,8 @@ class HighLevelCommander:
         """
         if not self._is_meant(group_mask):
             return
-        spiral = ffi.new("cf_spiral_t *", [sideways, clockwise, angle, r0, rF, ascent, duration_s])
-        self._check(lib.cf_spiral(self._cf, spiral), f"spiral({angle}, {r0}, {rF}, {ascent}, {duration_s})")
+        spiral = [[sideways, clockwise, angle, r0, rF, ascent, duration_s]]
+        self._check(self._uplink.request("cf_spiral", spiral), f"spiral({angle}, {r0}, {rF}, {ascent}, {duration_s})")
 
     def upload_trajectory(self, trajectory_id: int, pieces: ArrayLike | Sequence[Poly4D], offset: int = 0) -> float:
         """Write polynomial pieces into trajectory memory and define them as one trajectory.
@@ -152,7 +154,7 @@ class HighLevelCommander:
     def _write_trajectory(self, trajectory_id: int, offset: int, data: bytes, what: str) -> None:
         if not 0 <= trajectory_id <= 30 or not 0 <= offset <= lib.CF_TRAJECTORY_MEMORY_BYTES:
             raise RangeError(f"{what}: allowed: trajectory 0 to 30, offset 0 to 4096")
-        check(lib.cf_write_trajectory(self._cf, offset, len(data), data), what)
+        check(self._uplink.request("cf_write_trajectory", offset, len(data), data), what)
 
     def define_trajectory(
         self, trajectory_id: int, offset: int, n_pieces: int, type: int = TRAJECTORY_TYPE_POLY4D
@@ -163,7 +165,7 @@ class HighLevelCommander:
             raise RangeError(f"{what}: allowed: trajectory 0 to 30, offset 0 to 4096, type 0 or 1")
         # means nothing to a compressed one, which may have 1000
         n_pieces = min(max(n_pieces, 0), 255)
-        check(lib.cf_define_trajectory(self._cf, trajectory_id, type, offset, n_pieces), what)
+        check(self._uplink.request("cf_define_trajectory", trajectory_id, type, offset, n_pieces), what)
 
     def start_trajectory(
         self,
@@ -177,7 +179,9 @@ class HighLevelCommander:
         """Follow an uploaded trajectory; a time scale above 1 slows it down."""
         if not self._is_meant(group_mask):
             return
-        status = lib.cf_start_trajectory(self._cf, trajectory_id, time_scale, relative_position, relative_yaw, reversed)
+        status = self._uplink.request(
+            "cf_start_trajectory", trajectory_id, time_scale, relative_position, relative_yaw, reversed
+        )
         check(status, f"{self._name}: start_trajectory({trajectory_id}, time_scale={time_scale})")
 
     @property

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.core import provider_functions
 from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.simulation.clients.uplink import Uplink
 from crazychoir_fw.variables import Variable, find
 
 UpdateCallback = Callable[[str, str], None]
@@ -71,10 +72,18 @@ class Param(_Variables):
     _kind = "parameter"
 
     def __init__(
-        self, name: str, memory: NDArray[np.uint8], table: Mapping[str, Variable], cf: Any, watched: dict[str, Param]
+        self,
+        name: str,
+        memory: NDArray[np.uint8],
+        table: Mapping[str, Variable],
+        cf: Any,
+        watched: dict[str, Param],
+        uplink: Uplink,
     ) -> None:
         super().__init__(name, memory, table)
         self._cf = cf
+        self._uplink = uplink
+        uplink.handle("param", self._write)
         # what runs when a client writes is rare: drones without it are not asked
         self._is_heard = provider_functions(cf.config.provider).parameter_written != ffi.NULL
         self._watched = watched  # of the world: the parameters that somebody listens to
@@ -82,10 +91,13 @@ class Param(_Variables):
         self._reported: dict[str, float | int] = {}
 
     def __setitem__(self, name: str, value: float | int | str) -> None:
-        variable, cell = self._cell(name)
+        variable = find(self._table, name, self._kind, self._name)
         if variable.is_read_only:
             raise StateError(f"{self._name}: parameter {name} is read-only")
-        cell[0] = self._converted(variable, value)
+        self._uplink.request("param", name, self._converted(variable, value))
+
+    def _write(self, name: str, number: float | int) -> None:
+        self._cell(name)[1][0] = number
         if self._is_heard:
             group, _, member = name.partition(".")
             lib.cf_parameter_written(self._cf, group.encode(), member.encode())

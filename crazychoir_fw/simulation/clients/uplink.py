@@ -1,0 +1,50 @@
+"""The one way by which requests of clients reach their drone.
+
+Whatever listens to commands (a journal for replay) or disturbs them (a radio that loses packets) hooks in here; the
+clients beside this file only turn cflib's vocabulary into requests.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from crazychoir_fw._core import lib
+
+Listener = Callable[[str, tuple[Any, ...]], None]
+"""Called with verb and arguments of every request that reaches the drone, just before it takes effect."""
+
+Gate = Callable[[str, tuple[Any, ...]], bool]
+"""Asked before a request leaves the client: False swallows it. Who delivers it later calls `Uplink.deliver`."""
+
+
+class Uplink:
+    """Requests to one drone: a verb, which is the name of a C function over ``cf_t`` or has a handler, and plain data.
+
+    Arguments are numbers, booleans, text, bytes and lists of them, so that a request can be written to a file.
+    """
+
+    def __init__(self, cf: Any) -> None:
+        self._cf = cf
+        self._handlers: dict[str, Callable[..., Any]] = {}
+        self.listeners: list[Listener] = []
+        self.gate: Gate | None = None
+
+    def handle(self, verb: str, handler: Callable[..., Any]) -> None:
+        """Let a function carry out a verb that is no plain C function."""
+        self._handlers[verb] = handler
+
+    def request(self, verb: str, *arguments: Any) -> Any:
+        """Send a request, as a client does by radio. Returns what it returns; ``CF_OK`` when it is lost."""
+        if self.gate is not None and not self.gate(verb, arguments):
+            return lib.CF_OK
+        return self.deliver(verb, *arguments)
+
+    def deliver(self, verb: str, *arguments: Any) -> Any:
+        """Carry out a request on the drone, past the radio."""
+        for listener in self.listeners:
+            listener(verb, arguments)
+        handler = self._handlers.get(verb)
+        if handler is not None:
+            return handler(*arguments)
+        return getattr(lib, verb)(self._cf, *arguments)
