@@ -159,6 +159,7 @@ void cf_sense(cf_t *cf, const cf_motion_t *motion, cf_hardware_t *hardware) {
                  &hardware->acc);
   hardware->has_pressure = cf_vehicle_barometer(&cf->vehicle, motion->position[2],
                                                 &hardware->pressure, &hardware->temperature);
+  cf_vehicle_feel_air(&cf->vehicle, motion->position, motion->rotation, motion->velocity);
   cf_position_sense(cf, motion);
 }
 

@@ -45,6 +45,10 @@ static const attribute_t ATTRIBUTES[] = {
      .offset  = CONFIG(platform),
      .words   = {"cf2", "cf21bl"},
      .numbers = {CF_PLATFORM_CF2, CF_PLATFORM_CF21BL}},
+    {.name   = "vehicle",
+     .doc    = "parameters of the vehicle that differ from the platform's, such as trim.torque",
+     .kind   = KIND_PARAMETERS,
+     .offset = CONFIG(vehicle)},
     {.name   = "provider",
      .doc    = "implementation of the onboard algorithms",
      .kind   = KIND_PROVIDER,
@@ -151,8 +155,13 @@ static const attribute_t ATTRIBUTES[] = {
      .numbers = {0, 1}},
     NUMBER("body_drag", vehicle.airframe.aerodynamics.body_drag, 0, 1,
            "quadratic drag of the body [N s^2/m^2]"),
-    NUMBER("motor_time_constant", vehicle.airframe.rotors.time_constant, 0.001, 1,
-           "first-order lag of the rotor speed [s]"),
+    {.name   = "motor_time_constant",
+     .doc    = "first-order lag of the rotor speed, up and down [s]",
+     .kind   = KIND_NUMBER,
+     .offset = CONFIG(vehicle.airframe.rotors.time_constant_up),
+     .low    = 0.001,
+     .high   = 1,
+     .count  = 2},
 };
 
 #define COUNT_OF_ATTRIBUTES (int)(sizeof ATTRIBUTES / sizeof ATTRIBUTES[0])

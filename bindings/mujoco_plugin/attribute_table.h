@@ -9,12 +9,13 @@
 #define CF_MAX_VECTOR 6
 
 typedef enum {
-  KIND_CHOICE,    // one of a list of words; the number of the word is stored in an int
-  KIND_PROVIDER,  // the name of a provider for the platform; its number is stored in an int
-  KIND_SWITCH,    // the same for off and on, stored in a bool
-  KIND_COUNT,     // a whole number in [low, high], stored in a uint32_t
-  KIND_NUMBER,    // a number in [low, high], stored in a float
-  KIND_VECTOR,    // `count` such numbers with spaces between them, stored in floats
+  KIND_CHOICE,      // one of a list of words; the number of the word is stored in an int
+  KIND_PROVIDER,    // the name of a provider for the platform; its number is stored in an int
+  KIND_SWITCH,      // the same for off and on, stored in a bool
+  KIND_COUNT,       // a whole number in [low, high], stored in a uint32_t
+  KIND_NUMBER,      // a number in [low, high], stored in a float
+  KIND_PARAMETERS,  // `name=value` of vehicle/parameters.h
+  KIND_VECTOR,      // `count` such numbers with spaces between them, stored in floats
 } kind_t;
 
 typedef struct {
@@ -24,7 +25,7 @@ typedef struct {
   size_t      offset;  // in cf_config_t
   double      low;
   double      high;
-  int         count;  // of a vector
+  int         count;  // of a vector, or of equal numbers side by side
   const char *words[CF_MAX_CHOICES];
   int         numbers[CF_MAX_CHOICES];
 } attribute_t;

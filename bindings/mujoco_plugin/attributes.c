@@ -8,6 +8,7 @@
 
 #include "mujoco_plugin/attribute_table.h"
 #include "providers.h"
+#include "vehicle/parameters.h"
 
 #define EVERY_PLATFORM (-1)
 
@@ -55,6 +56,10 @@ void cf_attribute_range(int i, char *text, int capacity) {
   }
   if (a->kind == KIND_PROVIDER) {
     list_providers(EVERY_PLATFORM, text, capacity);
+    return;
+  }
+  if (a->kind == KIND_PARAMETERS) {
+    snprintf(text, (size_t)capacity, "name=value name=a,b,c, see `crazychoir vehicle`");
     return;
   }
   if (a->kind == KIND_VECTOR) {
@@ -118,7 +123,9 @@ static cf_status_t set_number(cf_config_t *config, const attribute_t *a, const c
     memcpy(member, &whole, sizeof whole);
   } else {
     const float number = (float)value;
-    memcpy(member, &number, sizeof number);
+    for (int i = 0; i < (a->count > 1 ? a->count : 1); i++) {
+      memcpy(member + (size_t)i * sizeof number, &number, sizeof number);
+    }
   }
   return CF_OK;
 }
@@ -192,6 +199,9 @@ cf_status_t cf_attribute_set(cf_config_t *config, int i, const char *text,
     return CF_OK;
   }
 
+  if (a->kind == KIND_PARAMETERS) {
+    return cf_parameters_set(&config->vehicle, text, message);
+  }
   const cf_status_t status = set(config, a, text);
   if (status != CF_OK) {
     explain(config, i, text, message);

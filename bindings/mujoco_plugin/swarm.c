@@ -73,6 +73,22 @@ static void read_attributes(const cf_mujoco_api_t *mj, drone_t *drone, const mjM
   }
 }
 
+// What the model says itself: the mass of the body, and the wind of <option>.
+static void take_from_model(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model) {
+  cf_config_t stock;
+  cf_config_default(&stock, drone->config.platform);
+  cf_airframe_t *airframe = &drone->config.vehicle.airframe;
+  if (airframe->mass != stock.vehicle.airframe.mass ||
+      memcmp(airframe->inertia, stock.vehicle.airframe.inertia, sizeof airframe->inertia) != 0) {
+    mj->error("crazyflie %s: vehicle sets mass or inertia, which belong to <inertial> of the body",
+              body_name(mj, model, drone->body));
+  }
+  airframe->mass = (float)model->body_mass[drone->body];
+  for (int i = 0; i < 3; i++) {
+    airframe->wind.velocity[i] += (float)model->opt.wind[i];
+  }
+}
+
 int cf_swarm_provider(const cf_mujoco_api_t *mj, const mjModel *model, int instance) {
   cf_config_t config;
   cf_config_default(&config, CF_PLATFORM_CF2);
@@ -153,6 +169,7 @@ static void bind(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model
   drone->state_address = model->plugin_stateadr[drone->instance];
   read_inertia(drone, model);
   read_attributes(mj, drone, model, index);
+  take_from_model(mj, drone, model);
   read_start_pose(drone, model);
   check_size(mj, drone, model);
   check_config(mj, drone, model);

@@ -75,14 +75,24 @@ static bool is_valid(const cf_rotors_config_t *config) {
       cf_is_within(config->thrust_per_rpm, -1.0f, 1.0f) &&
       cf_is_positive(config->thrust_per_rpm2) && cf_is_not_negative(curve->thrust_to_torque);
   const bool has_body = cf_is_positive(config->linear_voltage) &&
-                        cf_is_positive(config->hover_rpm) &&
-                        cf_is_positive(config->time_constant) &&
+                        cf_is_positive(config->hover_rpm) && cf_is_positive(config->radius) &&
                         cf_is_not_negative(config->inertia) && cf_is_positive(config->arm_x) &&
                         cf_is_positive(config->arm_y) && cf_is_within(config->height, -1.0f, 1.0f);
+  const bool has_law  = config->law >= CF_ROTOR_FIRST_ORDER && config->law <= CF_ROTOR_QUADRATIC &&
+                        cf_is_positive(config->time_constant_up) &&
+                        cf_is_positive(config->time_constant_down) &&
+                        cf_is_within(config->rate_up, 0.0f, 200.0f) &&
+                        cf_is_within(config->square_rate_up, 0.0f, 0.01f) &&
+                        cf_is_within(config->rate_down, 0.0f, 200.0f) &&
+                        cf_is_within(config->square_rate_down, 0.0f, 0.01f);
+  bool       has_efficiency = cf_is_within(config->thrust_scale, 0.0f, 2.0f);
+  for (int i = 0; i < CF_ROTOR_COUNT; i++) {
+    has_efficiency = has_efficiency && cf_is_within(config->efficiency[i], 0.0f, 2.0f);
+  }
   const bool has_duty = config->duty_bits >= 1 && config->duty_bits <= 16 &&
                         config->duty_lowest_level >= 0 && config->duty_lowest_level <= 65535;
   // the square root of the steady speed exists from the linear voltage on
-  return has_curve && has_body && has_duty &&
+  return has_curve && has_body && has_law && has_efficiency && has_duty &&
          thrust_curve(curve, every(config->linear_voltage))[0] >= 0.0f;
 }
 
@@ -95,12 +105,14 @@ cf_status_t cf_rotors_init(cf_rotors_t *rotors, const cf_rotors_config_t *config
 
   *rotors = (cf_rotors_t){
       .config             = *config,
-      .efficiency         = {1.0f, 1.0f, 1.0f, 1.0f},
-      .driven             = {1.0f, 1.0f, 1.0f, 1.0f},
       .duty_per_level     = 1.0f / (float)((1 << config->duty_bits) - 1),
-      .speed_decay        = expf(-TICK / config->time_constant),
+      .decay_up           = expf(-TICK / config->time_constant_up),
+      .decay_down         = expf(-TICK / config->time_constant_down),
       .vibration_per_rpm2 = 1.0f / ((float)CF_ROTOR_COUNT * hover_rpm * hover_rpm),
   };
+  for (int i = 0; i < CF_ROTOR_COUNT; i++) {
+    cf_rotors_set_efficiency(rotors, i, config->efficiency[i]);
+  }
   return CF_OK;
 }
 
@@ -112,6 +124,7 @@ cf_status_t cf_rotors_set_efficiency(cf_rotors_t *rotors, int motor, float effic
     return CF_ERR_VALUE;
   }
   rotors->efficiency[motor] = efficiency;
+  rotors->gain[motor]       = rotors->config.thrust_scale * efficiency;
   rotors->driven[motor]     = efficiency > 0.0f ? 1.0f : 0.0f;
   return CF_OK;
 }
@@ -126,19 +139,39 @@ static inline lanes_t motor_voltage(const cf_rotors_t *rotors,
   return __builtin_convertvector(kept, lanes_t) * (rotors->duty_per_level * pack_voltage);
 }
 
+static inline lanes_t choose(masks_t mask, lanes_t yes, lanes_t no) {
+  return (lanes_t)((mask & (masks_t)yes) | (~mask & (masks_t)no));
+}
+
+// n = n_c + (n - n_c) exp(-h / tau), exact
+static inline lanes_t first_order(const cf_rotors_t *rotors, lanes_t before, lanes_t target) {
+  const lanes_t decay = choose(target > before, every(rotors->decay_up), every(rotors->decay_down));
+  return target + (before - target) * decay;
+}
+
+// dn/dt = a (n_c - n) + b (n_c^2 - n^2), explicit: its fastest rates are far below 1 kHz
+static inline lanes_t quadratic(const cf_rotors_config_t *config, lanes_t before, lanes_t target) {
+  const masks_t is_up = target > before;
+  const lanes_t a     = choose(is_up, every(config->rate_up), every(config->rate_down));
+  const lanes_t b = choose(is_up, every(config->square_rate_up), every(config->square_rate_down));
+  const lanes_t share = TICK * (a + b * (target + before));
+  return before + (target - before) * choose(share > every(1.0f), every(1.0f), share);
+}
+
 void cf_rotors_step(cf_rotors_t *rotors, const uint16_t ratios[CF_ROTOR_COUNT],
                     float pack_voltage) {
   const cf_rotors_config_t *config = &rotors->config;
 
-  // speed: n = n_c + (n - n_c) exp(-h / tau)
+  // speed
   const lanes_t voltage = motor_voltage(rotors, ratios, pack_voltage);
   const lanes_t target  = load(rotors->driven) * steady_rpm(config, voltage);
   const lanes_t before  = load(rotors->rpm);
-  const lanes_t moved   = target + (before - target) * rotors->speed_decay;
+  const lanes_t moved   = config->law == CF_ROTOR_FIRST_ORDER ? first_order(rotors, before, target)
+                                                              : quadratic(config, before, target);
   const lanes_t rpm     = if_above(moved, every(STOPPED_RPM), every(0.0f));
 
   // what it does to the body
-  const lanes_t thrust  = load(rotors->efficiency) * thrust_of(config, rpm);
+  const lanes_t thrust  = load(rotors->gain) * thrust_of(config, rpm);
   const lanes_t torque  = config->curve.thrust_to_torque * thrust;
   const lanes_t spin_up = (config->inertia * (RAD_PER_RPM / TICK)) * (rpm - before);
   const lanes_t squares = rpm * rpm;

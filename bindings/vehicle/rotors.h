@@ -5,8 +5,9 @@
  *   duty  = level / top level, level = ratio >> (16 - duty_bits)
  *   V     = duty * V_pack
  *   n_c   = (-f1 + sqrt(f1^2 + 4 f2 F(V))) / (2 f2),  F the thrust curve of the platform
- *   n     = n_c + (n - n_c) exp(-h / tau)
- *   f     = efficiency * (f1 n + f2 n^2),  Q = thrust_to_torque * f
+ *   n     = n_c + (n - n_c) exp(-h / tau), with one tau for speeding up and one for slowing down,
+ * or dn/dt = a (n_c - n) + b (n_c^2 - n^2), the same with a and b f     = thrust_scale * efficiency
+ * * (f1 n + f2 n^2),  Q = thrust_to_torque * f
  *
  * so that a steady motor gives exactly the thrust curve that the onboard battery compensation
  * inverts. Below `linear_voltage` the curve bends through zero; there n_c falls linearly to 0.
@@ -23,20 +24,39 @@
 
 #define CF_ROTOR_COUNT 4
 
+typedef enum {
+  CF_ROTOR_FIRST_ORDER = 0,
+  CF_ROTOR_QUADRATIC   = 1,
+} cf_rotor_law_t;
+
 typedef struct {
   cf_thrust_curve_t curve;  // thrust against voltage, and torque per thrust
 
-  float linear_voltage;     // [V] > 0, below it the speed is proportional to the voltage
-  float thrust_per_rpm;     // [N/rpm], f1
-  float thrust_per_rpm2;    // [N/rpm^2] > 0, f2
-  float hover_rpm;          // [rpm] > 0, speed at which vibration is 1
-  float time_constant;      // [s] > 0, of the speed
+  float linear_voltage;   // [V] > 0, below it the speed is proportional to the voltage
+  float thrust_per_rpm;   // [N/rpm], f1
+  float thrust_per_rpm2;  // [N/rpm^2] > 0, f2
+  float hover_rpm;        // [rpm] > 0, speed at which vibration is 1
+  float radius;           // [m] > 0, of a propeller
+
+  // dynamics of the speed
+  cf_rotor_law_t law;
+  float          time_constant_up;    // [s] > 0, first order, speeding up
+  float          time_constant_down;  // [s] > 0
+  float          rate_up;             // [1/s] >= 0, a of the quadratic law
+  float          square_rate_up;      // [1/(rpm s)] >= 0, b
+  float          rate_down;           // [1/s] >= 0
+  float          square_rate_down;    // [1/(rpm s)] >= 0
+
   float inertia;            // [kg m^2] >= 0, of one rotor about its axis
   float arm_x;              // [m] > 0, motors stand at x = +-arm_x
   float arm_y;              // [m] > 0, and y = +-arm_y
   float height;             // [m], rotor plane above the center of mass
   int   duty_bits;          // 8 brushed PWM, 11 DSHOT, 16 no quantization; 1 to 16
   int   duty_lowest_level;  // levels below this one stop the motor; 0 when all count
+
+  // what this very vehicle delivers, in [0, 2]: thrust and torque at a given speed
+  float thrust_scale;                // of all four
+  float efficiency[CF_ROTOR_COUNT];  // of each; 0 stops the rotor
 } cf_rotors_config_t;
 
 typedef struct {
@@ -46,9 +66,11 @@ typedef struct {
   float
       efficiency[CF_ROTOR_COUNT];  // [0, 2], thrust and torque at a given speed; 0 stops the rotor
   float driven[CF_ROTOR_COUNT];    // 1, or 0 where the efficiency is 0
-  float duty_per_level;            // derived from the config, as the next two
-  float speed_decay;               // exp(-h / tau)
-  float vibration_per_rpm2;        // [1/rpm^2]
+  float duty_per_level;            // derived from the config, as those that follow
+  float gain[CF_ROTOR_COUNT];      // efficiency times thrust scale
+  float decay_up;                  // exp(-h / tau)
+  float decay_down;
+  float vibration_per_rpm2;  // [1/rpm^2]
 
   // state
   float rpm[CF_ROTOR_COUNT];  // [rpm] >= 0

@@ -1,9 +1,13 @@
 #include "vehicle/vehicle.h"
 
 #include "variable_row.h"
+#include "vehicle/parameters.h"
 
 #define WORLD_ID UINT64_MAX  // drones have ids of 32 bits
 #define POSITIONING_DICE 4   // mocap, flow deck, lighthouse, loco
+
+static const float TICK    = 0.001f;  // [s]
+static const float GRAVITY = 9.81f;   // [m/s^2]
 
 // ------------------------------------------------------------------------------------ positioning
 
@@ -100,14 +104,13 @@ static cf_status_t fit(cf_vehicle_t *vehicle, const cf_vehicle_config_t *config,
 // ---------------------------------------------------------------------------------------- vehicle
 
 cf_status_t cf_vehicle_default_config(cf_vehicle_config_t *config, cf_platform_t platform) {
-  cf_airframe_t     airframe;
-  const cf_status_t status = cf_airframe(&airframe, platform);
-  if (status != CF_OK) {
-    return status;
+  const cf_platform_facts_t *facts = cf_platform_facts(platform);
+  if (facts == NULL) {
+    return CF_ERR_UNKNOWN;
   }
 
   *config = (cf_vehicle_config_t){
-      .airframe  = airframe,
+      .airframe  = {.rotors = {.curve = facts->thrust}},
       .mocap     = {.rate           = 100,
                     .latency_ms     = 8,
                     .position_noise = 0.001f,
@@ -115,8 +118,8 @@ cf_status_t cf_vehicle_default_config(cf_vehicle_config_t *config, cf_platform_t
                     .position_std   = 0.01f,
                     .attitude_std   = 4.5e-3f},
       .flow_deck = {.range_noise_scale = 1.0f, .flow_noise = 1.0f},
-      .barometer = {.noise = 0.15f, .drift = 0.3f, .noise_scale = 1.0f},
   };
+  cf_parameters_of_platform(config, platform);
   default_positioning(config);
   return CF_OK;
 }
@@ -124,7 +127,10 @@ cf_status_t cf_vehicle_default_config(cf_vehicle_config_t *config, cf_platform_t
 cf_status_t cf_vehicle_init(cf_vehicle_t *vehicle, const cf_vehicle_config_t *config, uint64_t seed,
                             uint64_t id) {
   const cf_airframe_t *airframe = &config->airframe;
-  cf_vehicle_t         fresh    = {.mass = airframe->mass};
+  cf_vehicle_t         fresh    = {.mass = airframe->mass, .air_countdown = 1};
+  for (int i = 0; i < 3; i++) {
+    fresh.trim_per_thrust[i] = airframe->trim_torque[i] / (airframe->mass * GRAVITY);
+  }
 
   // each sensor gets its own dice: switching one off leaves the others as they were
   cf_random_init(&fresh.random, seed, id);
@@ -137,12 +143,15 @@ cf_status_t cf_vehicle_init(cf_vehicle_t *vehicle, const cf_vehicle_config_t *co
   cf_random_t       world_random;
   cf_random_init(&world_random, seed, WORLD_ID);
   const cf_random_t baro_random = cf_random_split(&fresh.random);
+  const cf_random_t wind_random = cf_random_split(&fresh.random);
 
   const cf_status_t results[] = {
       cf_airframe_check(airframe),
       cf_rotors_init(&fresh.rotors, &airframe->rotors),
       cf_battery_init(&fresh.battery, &airframe->battery),
       cf_aerodynamics_init(&fresh.aerodynamics, &airframe->aerodynamics, &airframe->rotors),
+      cf_ground_effect_init(&fresh.ground_effect, &airframe->ground_effect, &airframe->rotors),
+      cf_wind_init(&fresh.wind, &airframe->wind, wind_random),
       cf_imu_init(&fresh.imu, &airframe->imu, imu_random),
       fit(&fresh, config, positioning_random, mishap_random, world_random),
       cf_barometer_init(&fresh.barometer, &config->barometer, baro_random),
@@ -154,6 +163,23 @@ cf_status_t cf_vehicle_init(cf_vehicle_t *vehicle, const cf_vehicle_config_t *co
   }
   *vehicle = fresh;
   return CF_OK;
+}
+
+void cf_vehicle_feel_air(cf_vehicle_t *vehicle, const float position[3], const float rotation[9],
+                         const float velocity_world[3]) {
+  if (--vehicle->air_countdown > 0) {
+    return;
+  }
+  vehicle->air_countdown = CF_AIR_TICKS;
+  const float height     = position[2] - vehicle->surface;
+  if (vehicle->ground_effect.config.is_enabled) {
+    cf_ground_effect_update(&vehicle->ground_effect, height, rotation);
+  }
+  cf_wind_update(&vehicle->wind, (float)CF_AIR_TICKS * TICK, height, velocity_world);
+}
+
+cf_status_t cf_vehicle_gust(cf_vehicle_t *vehicle, const float peak[3], float duration) {
+  return cf_wind_gust(&vehicle->wind, peak, duration);
 }
 
 void cf_vehicle_actuate(cf_vehicle_t *vehicle, const uint16_t ratios[CF_ROTOR_COUNT]) {
@@ -212,6 +238,11 @@ static const cf_variable_t LOGS[] = {
     CF_ROW("sim", "thrust2", FLOAT, 0, cf_vehicle_t, rotors.thrust[1]),
     CF_ROW("sim", "thrust3", FLOAT, 0, cf_vehicle_t, rotors.thrust[2]),
     CF_ROW("sim", "thrust4", FLOAT, 0, cf_vehicle_t, rotors.thrust[3]),
+    CF_ROW("sim", "windX", FLOAT, 0, cf_vehicle_t, wind.velocity[0]),
+    CF_ROW("sim", "windY", FLOAT, 0, cf_vehicle_t, wind.velocity[1]),
+    CF_ROW("sim", "windZ", FLOAT, 0, cf_vehicle_t, wind.velocity[2]),
+    CF_ROW("sim", "downwash", FLOAT, 0, cf_vehicle_t, downwash),
+    CF_ROW("sim", "groundGain", FLOAT, 0, cf_vehicle_t, ground_effect.gain[0]),
     CF_ROW("sim", "current", FLOAT, 0, cf_vehicle_t, battery.current),
     CF_ROW("sim", "charge", FLOAT, 0, cf_vehicle_t, battery.charge),
 };

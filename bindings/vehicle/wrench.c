@@ -7,10 +7,10 @@ static const float RAD_PER_RPM         = 0.104719755f;  // [rad/s per rpm]
 static const float FLIGHT_MOMENT_SPEED = 3.0f;          // [m/s], beyond it nothing was identified
 
 // Thrusts, their moments, reaction torques and the gyroscopic torque of the rotors.
-static inline void add_rotors(const cf_rotors_t *rotors, const float w[3], float force[3],
-                              float torque[3]) {
-  const float f1 = rotors->thrust[0], f2 = rotors->thrust[1];
-  const float f3 = rotors->thrust[2], f4 = rotors->thrust[3];
+static inline void add_rotors(const cf_rotors_t *rotors, const float gain[CF_ROTOR_COUNT],
+                              const float w[3], float force[3], float torque[3]) {
+  const float f1 = gain[0] * rotors->thrust[0], f2 = gain[1] * rotors->thrust[1];
+  const float f3 = gain[2] * rotors->thrust[2], f4 = gain[3] * rotors->thrust[3];
   const float n1 = rotors->rpm[0], n2 = rotors->rpm[1], n3 = rotors->rpm[2], n4 = rotors->rpm[3];
 
   force[2] += (f1 + f2) + (f3 + f4);
@@ -96,7 +96,11 @@ void cf_vehicle_wrench(const cf_vehicle_t *vehicle, const float rotation[9],
   const cf_aerodynamics_t *air    = &vehicle->aerodynamics;
   const cf_rotors_t       *rotors = &vehicle->rotors;
   const float             *r      = rotation;
-  const float             *u      = velocity_world;
+
+  // relative to the air
+  const float u[3] = {velocity_world[0] - vehicle->wind.velocity[0],
+                      velocity_world[1] - vehicle->wind.velocity[1],
+                      velocity_world[2] - vehicle->wind.velocity[2]};
 
   // into the body frame
   const float w[3] = {rates_body[0], rates_body[1], rates_body[2]};
@@ -109,8 +113,11 @@ void cf_vehicle_wrench(const cf_vehicle_t *vehicle, const float rotation[9],
   // sum up
   float f[3] = {0.0f, 0.0f, 0.0f};
   float t[3] = {0.0f, 0.0f, 0.0f};
-  add_rotors(rotors, w, f, t);
+  add_rotors(rotors, vehicle->ground_effect.gain, w, f, t);
   const float thrust = f[2];
+  for (int i = 0; i < 3; i++) {
+    t[i] += thrust * vehicle->trim_per_thrust[i];
+  }
   add_body_drag(air->config.body_drag, v, f);
   if (air->config.form == CF_DRAG_ROTORS) {
     add_rotor_drag(air, rotors, v, w, f, t);
@@ -123,6 +130,7 @@ void cf_vehicle_wrench(const cf_vehicle_t *vehicle, const float rotation[9],
   force_world[0] = r[0] * f[0] + r[1] * f[1] + r[2] * f[2];
   force_world[1] = r[3] * f[0] + r[4] * f[1] + r[5] * f[2];
   force_world[2] = r[6] * f[0] + r[7] * f[1] + r[8] * f[2];
+  force_world[2] -= vehicle->downwash;
   torque_body[0] = t[0];
   torque_body[1] = t[1];
   torque_body[2] = t[2];

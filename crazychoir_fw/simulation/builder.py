@@ -14,6 +14,7 @@ from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.mujoco_models import SCENES, VEHICLES, model_path
 from crazychoir_fw.mujoco_models.stamp import VehicleStamp
 from crazychoir_fw.simulation.drone_config import DroneConfig
+from crazychoir_fw.simulation.loading import add_payload, check_payload, set_inertia
 
 _GOLDEN_RATIO = 0.618034
 
@@ -85,6 +86,7 @@ def _check(drones: Sequence[DroneConfig], seed: int) -> None:
             raise RangeError(f"{drone.id}: position is {drone.position}, allowed: finite (x, y) or (x, y, z) in m")
         if drone.mass is not None and not 0.005 <= drone.mass <= 0.5:
             raise RangeError(f"{drone.id}: mass is {drone.mass}, allowed: 0.005 to 0.5 kg")
+        check_payload(drone)
 
 
 def _scene(scene: str | Path) -> mujoco.MjSpec:
@@ -110,9 +112,8 @@ def _add_drone(spec: mujoco.MjSpec, stamp: VehicleStamp, drone: DroneConfig, ind
         quat_wxyz=(np.cos(half_yaw), 0.0, 0.0, np.sin(half_yaw)),
         rgba=(*(drone.color or _color(index)), 1.0),
     )
-    if drone.mass is not None:
-        body.inertia = body.inertia * (drone.mass / body.mass)
-        body.mass = drone.mass
+    set_inertia(body, drone)
+    add_payload(spec, body, drone)
 
     plugin = spec.add_plugin(name=f"{drone.id}/crazyflie", plugin_name=PLUGIN, active=True)
     plugin.config = {"seed": str(seed), "id": str(index), **drone.plugin_attributes()}

@@ -5,6 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
+
+from crazychoir_fw import vehicles
+
+
+BODY_PARAMETERS = ("mass", "inertia", "products_of_inertia")
+"""Parameters of a vehicle that MuJoCo's body has, not the engine plugin."""
 
 
 @dataclass
@@ -25,6 +32,11 @@ class DroneConfig:
     """Color of the accents (red, green, blue in [0, 1]); by default each drone gets its own."""
     mass: float | None = None
     """Mass (kg); by default that of the vehicle model. The inertia scales along."""
+    vehicle: vehicles.Overrides = field(default_factory=dict)
+    """Parameters of the vehicle that differ from the platform's, by dotted name (``{"rotors.thrust_scale": 0.95}``), a
+    YAML file with such, ``kit``, ``legacy`` or ``markers``, or a list of these. `crazychoir vehicle` lists them."""
+    payload: Mapping[str, Any] | None = None
+    """What it carries: ``{"mass": kg, "offset": (x, y, z) m, "detachable": bool}``; the offset is seen from the body."""
 
     platform: str = "cf2"
     """Airframe: ``cf2`` (Crazyflie 2.1+) or ``cf21bl`` (2.1 Brushless)."""
@@ -52,9 +64,14 @@ class DroneConfig:
     """Any further attribute of the engine plugin, such as ``mocap_noise`` (m) or ``anchor0`` (x, y, z in m)."""
 
     def plugin_attributes(self) -> dict[str, str]:
-        """Return the attributes for the engine plugin as text."""
+        """Return the attributes for the engine plugin as text.
+
+        Mass and inertia are left out: they belong to the body.
+        """
+        chosen = {name: value for name, value in self.overrides().items() if name not in BODY_PARAMETERS}
         named = {
             "platform": self.platform,
+            "vehicle": vehicles.as_text(chosen) or None,
             "provider": self.provider,
             "controller": self.controller,
             "estimator": self.estimator,
@@ -62,8 +79,17 @@ class DroneConfig:
             "battery": self.battery,
             "noise": self.noise,
         }
-        chosen = {**named, **self.attributes}
-        return {name: _text(value) for name, value in chosen.items() if value is not None}
+        every = {**named, **self.attributes}
+        return {name: _text(value) for name, value in every.items() if value is not None}
+
+    def overrides(self) -> dict[str, vehicles.Value]:
+        """Return the parameters of the vehicle that differ from the platform's, checked.
+
+        Raises:
+            RangeError: If a value is outside its range.
+            UnknownNameError: If there is no such parameter or file.
+        """
+        return vehicles.overrides(self.vehicle) if self.vehicle else {}
 
 
 def _text(value: str | float | int | Sequence[float]) -> str:

@@ -11,7 +11,6 @@ from crazychoir_fw._core import ffi, lib
 TABLE = {
     "mass": (0.029, 0.0393),
     "inertia": ([16.572e-6, 16.656e-6, 29.262e-6], [25e-6, 28e-6, 49e-6]),
-    "products_of_inertia": ([0.831e-6, 0.718e-6, 1.800e-6], [0, 0, 0]),
     "landed_height": (0.0145, 0.0175),
     "rotors.arm_x": (0.0325, 0.03536),
     "rotors.arm_y": (0.0325, 0.03536),
@@ -21,7 +20,8 @@ TABLE = {
     "rotors.curve.thrust_to_torque": (0.0069929, 0.0056928),
     "rotors.curve.thrust_max": (0.12, 0.20),
     "rotors.curve.thrust_min": (0.0128176, 0.0213626),
-    "rotors.time_constant": (0.07, 0.055),
+    "rotors.time_constant_up": (0.07, 0.055),
+    "rotors.time_constant_down": (0.07, 0.055),
     "rotors.inertia": (26.97e-9, 38.93e-9),
     "battery.capacity": (0.250 * 3600, 0.350 * 3600),
     "battery.base_power": (1.10, 1.1),
@@ -41,9 +41,9 @@ TABLE = {
 
 
 def read(platform: int, path: str) -> Any:
-    airframe = ffi.new("cf_airframe_t *")
-    assert lib.cf_airframe(airframe, platform) == lib.CF_OK
-    value: Any = airframe
+    config = ffi.new("cf_vehicle_config_t *")
+    assert lib.cf_vehicle_default_config(config, platform) == lib.CF_OK
+    value: Any = config.airframe
     for name in path.split("."):
         value = getattr(value, name)
     return value if isinstance(value, float) else list(value)
@@ -65,4 +65,4 @@ def test_resistance_of_the_pack(platform: int, total: float) -> None:
 @pytest.mark.parametrize("platform", [-1, 2, 1000])
 def test_unknown_platform_is_refused(platform: int) -> None:
     number = ffi.cast("cf_platform_t", platform)
-    assert lib.cf_airframe(ffi.new("cf_airframe_t *"), number) == lib.CF_ERR_UNKNOWN
+    assert lib.cf_vehicle_default_config(ffi.new("cf_vehicle_config_t *"), number) == lib.CF_ERR_UNKNOWN

@@ -134,8 +134,8 @@ NUMBERS = [
     ("airframe.mass", 0.0),
     ("airframe.mass", float("nan")),
     ("airframe.landed_height", -0.1),
-    ("airframe.rotors.time_constant", 0.0),
-    ("airframe.rotors.time_constant", float("nan")),
+    ("airframe.rotors.time_constant_up", 0.0),
+    ("airframe.rotors.time_constant_up", float("nan")),
     ("airframe.rotors.thrust_per_rpm2", 0.0),
     ("airframe.rotors.linear_voltage", 0.0),
     ("airframe.rotors.linear_voltage", 0.3),  # the cubic is negative there
