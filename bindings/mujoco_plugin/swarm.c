@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "mujoco_plugin/attributes.h"
+#include "mujoco_plugin/downwash.h"
 #include "providers.h"
 
 #define TICK 0.001  // [s]
@@ -201,6 +202,12 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot)
       swarm->count++;
     }
   }
+  // no test runs out of memory
+  if (!cf_downwash_new(swarm)) {
+    cf_swarm_free(swarm);
+    mj->error("crazyflie: out of memory");
+    return NULL;
+  }
   return swarm;
 }
 
@@ -208,6 +215,7 @@ void cf_swarm_free(swarm_t *swarm) {
   free(swarm->drones);
   free(swarm->work);
   cf_peer_grid_free(&swarm->peers);
+  cf_downwash_free(swarm);
   free(swarm);
 }
 

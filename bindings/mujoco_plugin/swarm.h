@@ -49,6 +49,12 @@ struct swarm_s {
   // the positions that these ticks start with, see broadcast.h
   cf_peer_grid_t peers;
   bool           is_broadcast;
+
+  // drones with running rotors, see downwash.h
+  cf_peer_grid_t blowing;
+  float         *strengths;     // [count], by drone
+  bool           has_downwash;  // somebody feels it
+  bool           is_look;       // these ticks start with a look around
 };
 
 // Finds every drone of the model and reads its attributes. Ends in mju_error with one sentence when

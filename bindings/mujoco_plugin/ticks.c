@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "mujoco_plugin/broadcast.h"
+#include "mujoco_plugin/downwash.h"
 #include "mujoco_plugin/forces.h"
 #include "mujoco_plugin/motion.h"
 #include "mujoco_plugin/thread_pool.h"
@@ -63,8 +64,19 @@ static void tell_peers(const swarm_t *swarm, int begin, int end) {
   cf_timer_add(TIME_VEHICLE, start);
 }
 
+static void tell_surroundings(const swarm_t *swarm, int begin, int end) {
+  const uint64_t start = cf_timer_start();
+  for (int i = begin; i < end; i++) {
+    cf_downwash_tell(swarm, i);
+  }
+  cf_timer_add(TIME_VEHICLE, start);
+}
+
 static void tick_part(void *context, int begin, int end) {
   const swarm_t *swarm = context;
+  if (swarm->is_look) {
+    tell_surroundings(swarm, begin, end);
+  }
   if (swarm->is_broadcast) {
     tell_peers(swarm, begin, end);
   }
@@ -126,7 +138,9 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
     return;
   }
   swarm->is_broadcast = cf_broadcast_is_due(before, now) && cf_broadcast_has_listeners(swarm);
-  if (!swarm->is_overlapping && !swarm->is_broadcast) {
+  swarm->is_look      = cf_downwash_is_due(before, now);
+  const bool sees_all = swarm->is_broadcast || (swarm->is_look && swarm->has_downwash);
+  if (!swarm->is_overlapping && !sees_all) {
     cf_parallel_for(swarm->count, grain_of(swarm), sample_and_tick_part, swarm);
     return;
   }
@@ -134,6 +148,9 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
   sample_part(swarm, 0, swarm->count);
   if (swarm->is_broadcast) {
     cf_broadcast_look(swarm);
+  }
+  if (swarm->is_look && swarm->has_downwash) {
+    cf_downwash_look(swarm);
   }
   if (!swarm->is_overlapping) {
     cf_parallel_for(swarm->count, grain_of(swarm), tick_part, swarm);

@@ -17,13 +17,11 @@ cf_status_t cf_ground_effect_init(cf_ground_effect_t              *effect,
   }
   const float x = rotors->arm_x;
   const float y = rotors->arm_y;
-  const float h = rotors->height;
   *effect       = (cf_ground_effect_t){
       .config    = *config,
       .radius2   = rotors->radius * rotors->radius,
       .distance2 = 4.0f * x * y,
       .diagonal2 = 4.0f * (x * x + y * y),
-      .position  = {{x, -x, -x, x}, {-y, -y, y, y}, {h, h, h, h}},
       .gain      = {1.0f, 1.0f, 1.0f, 1.0f},
   };
   return CF_OK;
@@ -51,12 +49,20 @@ static float gain_at(const cf_ground_effect_t *effect, float height) {
   return gain < config->cap ? gain : config->cap;
 }
 
-void cf_ground_effect_update(cf_ground_effect_t *effect, float height, const float rotation[9]) {
+void cf_ground_effect_update(cf_ground_effect_t *effect, const cf_rotors_config_t *rotors,
+                             float height, const float rotation[9]) {
   // false for NaN
-  const bool is_near = height < REACH && rotation[8] > LEAST_TILT;
-  for (int i = 0; i < CF_ROTOR_COUNT; i++) {
-    const float above = rotation[6] * effect->position[0][i] +
-                        rotation[7] * effect->position[1][i] + rotation[8] * effect->position[2][i];
-    effect->gain[i]   = is_near ? gain_at(effect, height + above) : 1.0f;
+  if (!(height < REACH && rotation[8] > LEAST_TILT)) {
+    for (int i = 0; i < CF_ROTOR_COUNT; i++) {
+      effect->gain[i] = 1.0f;
+    }
+    return;
   }
+  const float x      = rotation[6] * rotors->arm_x;
+  const float y      = rotation[7] * rotors->arm_y;
+  const float middle = height + rotation[8] * rotors->height;
+  effect->gain[0]    = gain_at(effect, middle + x - y);
+  effect->gain[1]    = gain_at(effect, middle - x - y);
+  effect->gain[2]    = gain_at(effect, middle - x + y);
+  effect->gain[3]    = gain_at(effect, middle + x + y);
 }

@@ -25,10 +25,9 @@ typedef struct {
   cf_ground_effect_config_t config;
 
   // derived
-  float radius2;         // [m^2], R^2
-  float distance2;       // [m^2], d^2
-  float diagonal2;       // [m^2], b^2
-  float position[3][4];  // [m], x, y and z of the rotors, body frame
+  float radius2;    // [m^2], R^2
+  float distance2;  // [m^2], d^2
+  float diagonal2;  // [m^2], b^2
 
   // output of the last update
   float gain[CF_ROTOR_COUNT];  // >= 1, on the thrust
@@ -41,7 +40,8 @@ cf_status_t cf_ground_effect_init(cf_ground_effect_t              *effect,
                                   const cf_rotors_config_t        *rotors);
 
 // Takes the height [m] of the body origin above the surface and the attitude (body to world,
-// row-major).
-void cf_ground_effect_update(cf_ground_effect_t *effect, float height, const float rotation[9]);
+// row-major); the rotors are those of init.
+void cf_ground_effect_update(cf_ground_effect_t *effect, const cf_rotors_config_t *rotors,
+                             float height, const float rotation[9]);
 
 #endif  // CF_VEHICLE_GROUND_EFFECT_H

@@ -173,7 +173,7 @@ void cf_vehicle_feel_air(cf_vehicle_t *vehicle, const float position[3], const f
   vehicle->air_countdown = CF_AIR_TICKS;
   const float height     = position[2] - vehicle->surface;
   if (vehicle->ground_effect.config.is_enabled) {
-    cf_ground_effect_update(&vehicle->ground_effect, height, rotation);
+    cf_ground_effect_update(&vehicle->ground_effect, &vehicle->rotors.config, height, rotation);
   }
   cf_wind_update(&vehicle->wind, (float)CF_AIR_TICKS * TICK, height, velocity_world);
 }

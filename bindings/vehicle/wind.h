@@ -27,6 +27,7 @@ typedef struct {
 } cf_wind_config_t;
 
 typedef struct {
+  float            velocity[3];  // [m/s], world, all together, of the last update
   cf_wind_config_t config;
   bool             is_changing;  // turbulence or a gust: updates have something to do
 
@@ -38,9 +39,6 @@ typedef struct {
   float gust_peak[3];   // [m/s], world
   float gust_duration;  // [s], 0: none
   float gust_age;       // [s]
-
-  // output of the last update
-  float velocity[3];  // [m/s], world, all together
 } cf_wind_t;
 
 // Fills the wind. Returns CF_ERR_VALUE when a number of the config is outside its range.

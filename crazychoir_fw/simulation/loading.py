@@ -82,6 +82,7 @@ def _set_full_inertia(body: mujoco.MjsBody, inertia: NDArray[np.float64], drone:
     if not np.any(i - np.diag(np.diag(i))):
         body.inertia = np.diag(i)
         return
+    body.inertia = np.zeros(3)
     body.fullinertia = [i[0, 0], i[1, 1], i[2, 2], i[0, 1], i[0, 2], i[1, 2]]
 
 
