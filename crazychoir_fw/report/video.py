@@ -1,7 +1,7 @@
 """Films: an H.264 file from pictures, and the pictures of a recorded flight."""
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import TracebackType
 
@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.replacing import replacing
-from crazychoir_fw.report.camera import CameraPath, follow
+from crazychoir_fw.report.camera import follow
 from crazychoir_fw.report.opengl import RenderingError, rendering_available
+from crazychoir_fw.report.overlays import add_ghosts, add_names, drone_colors
 from crazychoir_fw.report.renderer import Renderer
+from crazychoir_fw.report.shots import find_drone, find_shot, shadowed
 from crazychoir_fw.report.trails import Trails
 
 __all__ = ["RenderingError", "VideoWriter", "film_flight", "picture", "rendering_available"]
@@ -102,6 +104,8 @@ def film_flight(
     fps: float = 25.0,
     speed: float = 1.0,
     trail_s: float = 3.0,
+    names: Sequence[str] | None = None,
+    targets: ArrayLike | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
     """Film recorded states of a world.
@@ -111,17 +115,21 @@ def film_flight(
         qpos: Recorded positions, shape (F, nq). States between them are interpolated.
         times: Instants of the states (s), shape (F,), increasing.
         path: The film, `.mp4`.
-        camera: `follow` for a camera that keeps the swarm in the picture, else the name of a camera of the model.
+        camera: `follow` for a camera that keeps the swarm in the picture, `fpv:NAME` for the view from a drone,
+            `chase:NAME` for one from behind it, else the name of a camera of the model.
         width: Width of the pictures (pixels).
         height: Height of the pictures (pixels).
         fps: Pictures per second.
         speed: Seconds of flight per second of film.
-        trail_s: Length of the lines behind the drones (s of flight); 0 for none.
+        trail_s: Length of the lines behind the drones (s of flight); 0 for none. `fpv` has none.
+        names: Drones whose names are shown above them.
+        targets: Where those drones are told to be at each of the `times` (m, world frame), shown as ghosts, shape
+            (F, len(names), 3); NaN where no place is asked for.
         progress: Called after each picture with how many are drawn and how many there will be.
 
     Raises:
         RenderingError: If there is no OpenGL on this machine.
-        ValueError: If the shapes do not fit or there is no such camera.
+        ValueError: If the shapes do not fit or there is no such camera or drone.
     """
     recorded, instants = np.asarray(qpos, dtype=float), np.asarray(times, dtype=float)
     if instants.ndim != 1 or not len(instants) or recorded.shape != (len(instants), model.nq):
@@ -130,31 +138,52 @@ def film_flight(
         raise ValueError("times must increase")
     if not 0.0 < speed < np.inf:
         raise ValueError(f"speed {speed} is not positive")
-    fixed = _named_camera(model, camera)
+    told = _checked_targets(targets, names, len(instants))
 
     count = int((instants[-1] - instants[0]) * fps / speed) + 1
-    states = resample(model, recorded, instants, instants[0] + np.arange(count) * speed / fps)
+    wanted = instants[0] + np.arange(count) * speed / fps
+    states = resample(model, recorded, instants, wanted)
+    latest = np.clip(np.searchsorted(instants, wanted + 1e-9, side="right") - 1, 0, None)
     drones = _free_joints(model)
+    bodies = model.jnt_bodyid[drones]
     positions = states[:, model.jnt_qposadr[drones][:, None] + np.arange(3)]
-    shot = follow(positions, np.arange(count) / fps)
-    trails = Trails(positions, _colors(model, drones), length=round(trail_s * fps / speed))
+    swarm_path = follow(positions, np.arange(count) / fps)
+    shot = find_shot(model, camera, swarm_path, width / height)
+    if camera.startswith("fpv:"):
+        trail_s = 0.0
+    trails = Trails(positions, drone_colors(model, bodies), length=round(trail_s * fps / speed))
+    named = np.array([find_drone(model, name) for name in names or ()], dtype=int)
+    colors = drone_colors(model, named)
 
     data = mujoco.MjData(model)
-    view = fixed or mujoco.MjvCamera()
     with Renderer(model, width, height) as renderer, VideoWriter(path, fps=fps) as film:
         for frame, state in enumerate(states):
             data.qpos[:] = state
             mujoco.mj_kinematics(model, data)
             mujoco.mj_comPos(model, data)
             mujoco.mj_camlight(model, data)
-            if fixed is None:
-                shot.place(view, frame, fovy_deg=model.vis.global_.fovy, aspect=width / height)
+            view = shot(data, frame)
             renderer.update(data, view)
-            _move_shadows(renderer, shot, frame)
+            _move_shadows(renderer, *shadowed(view, swarm_path, frame))
             trails.draw(renderer.scene, frame)
+            if told is not None:
+                add_ghosts(renderer.scene, told[latest[frame]], colors)
+            add_names(renderer.scene, data.xpos[named], names or ())
             film.write(renderer.draw())
             if progress is not None:
                 progress(frame + 1, count)
+
+
+def _checked_targets(
+    targets: ArrayLike | None, names: Sequence[str] | None, frames: int
+) -> NDArray[np.float64] | None:
+    if targets is None:
+        return None
+    told = np.asarray(targets, dtype=float)
+    if names is None or told.shape != (frames, len(names), 3):
+        count = 0 if names is None else len(names)
+        raise ValueError(f"targets has shape {told.shape}, expected {frames, count, 3}")
+    return told
 
 
 def picture(
@@ -165,6 +194,8 @@ def picture(
     camera: str = "follow",
     width: int = 960,
     height: int = 540,
+    names: Sequence[str] | None = None,
+    targets: NDArray[np.float64] | None = None,
 ) -> NDArray[np.uint8]:
     """Draw one instant of a world.
 
@@ -172,9 +203,11 @@ def picture(
         model: The world.
         data: Its state; kinematics must be up to date, as after a step.
         positions: Where the drones are (m, world frame), shape (N, 3): what `follow` looks at.
-        camera: `follow`, or the name of a camera of the model.
+        camera: As of `film_flight`.
         width: Width of the picture (pixels).
         height: Height of the picture (pixels).
+        names: Names of the drones to show, in the order of `positions`.
+        targets: Where they are told to be (m, world frame), shown as ghosts, shape (N, 3).
 
     Returns:
         The picture, shape (height, width, 3).
@@ -183,14 +216,16 @@ def picture(
         RenderingError: If there is no OpenGL on this machine.
         ValueError: If there is no such camera.
     """
-    view = _named_camera(model, camera)
-    shot = follow(positions[None], np.zeros(1))
+    swarm_path = follow(positions[None], np.zeros(1))
+    view = find_shot(model, camera, swarm_path, width / height)(data, 0)
     with Renderer(model, width, height) as renderer:
-        if view is None:
-            view = mujoco.MjvCamera()
-            shot.place(view, 0, fovy_deg=model.vis.global_.fovy, aspect=width / height)
         renderer.update(data, view)
-        _move_shadows(renderer, shot, 0)
+        _move_shadows(renderer, *shadowed(view, swarm_path, 0))
+        if names is not None:
+            add_names(renderer.scene, positions, names)
+            if targets is not None:
+                bodies = [find_drone(model, name) for name in names]
+                add_ghosts(renderer.scene, targets, drone_colors(model, bodies))
         return renderer.draw().copy()
 
 
@@ -216,36 +251,8 @@ def _free_joints(model: mujoco.MjModel) -> NDArray[np.int32]:
     return np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
 
 
-def _named_camera(model: mujoco.MjModel, name: str) -> mujoco.MjvCamera | None:
-    """Return the camera called *name*, None for `follow`."""
-    if name == "follow":
-        return None
-    names = [model.camera(k).name for k in range(model.ncam)]
-    if name not in names:
-        raise ValueError(f"no camera {name!r}; there are {', '.join(['follow', *names])}")
-    camera = mujoco.MjvCamera()
-    camera.type = mujoco.mjtCamera.mjCAMERA_FIXED
-    camera.fixedcamid = names.index(name)
-    return camera
-
-
-def _colors(model: mujoco.MjModel, joints: NDArray[np.int32]) -> NDArray[np.float64]:
-    """Return the color of each drone, that of its geom `accent`, shape (N, 3)."""
-    colors = np.tile([0.95, 0.45, 0.10], (len(joints), 1))
-    row = {int(body): k for k, body in enumerate(model.jnt_bodyid[joints])}
-    for geom, body in enumerate(model.geom_bodyid):
-        name = model.geom(geom).name
-        if int(body) in row and (name == "accent" or name.endswith("/accent")):
-            material = model.geom_matid[geom]
-            # the color of a geom wins over that of its material once it has been changed
-            own = material < 0 or not np.array_equal(model.geom_rgba[geom], np.float32([0.5, 0.5, 0.5, 1.0]))
-            colors[row[int(body)]] = (model.geom_rgba[geom] if own else model.mat_rgba[material])[:3]
-    return colors
-
-
-def _move_shadows(renderer: Renderer, shot: CameraPath, frame: int) -> None:
+def _move_shadows(renderer: Renderer, center: NDArray[np.float64], radius: float) -> None:
     """Bring the shadow map of directional lights to the swarm: it covers a square around the axis of the light."""
-    center, radius = shot.center[frame], max(shot.radius[frame], shot.half_height[frame])
     renderer.drawer.shadowClip = max(1.5, 1.5 * radius + center[2])
     for light in itertools.islice(renderer.scene.lights, renderer.scene.nlight):
         if light.type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL and light.castshadow and light.dir[2] < 0.0:

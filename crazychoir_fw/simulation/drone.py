@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -15,6 +15,9 @@ from crazychoir_fw.simulation.builder import body_addresses
 from crazychoir_fw.simulation.clients import Commander, HighLevelCommander, Localization, Log, Param, Uplink
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.variables import log_table, parameter_table
+
+if TYPE_CHECKING:
+    from crazychoir_fw.simulation.cameras import Camera, Cameras
 
 
 class DroneSnapshot:
@@ -56,6 +59,8 @@ class Drone:
         watched = {} if watched is None else watched
         self.param = Param(self.id, self.memory, parameter_table(provider), self._cf, watched, self.uplink)
         self.log = Log(self.id, self.memory, log_table(provider), self._cf)
+        self.cameras: Cameras | None = None
+        """What the cameras of its world share; the world sets it."""
 
     def __repr__(self) -> str:
         x, y, z = self.true_position
@@ -158,6 +163,34 @@ class Drone:
     def battery_voltage(self) -> float:
         """Voltage at the terminals of the battery (V)."""
         return float(self._cf.vehicle.battery.voltage)
+
+    def camera(
+        self,
+        name: str = "fpv",
+        width: int | None = None,
+        height: int | None = None,
+        *,
+        fov_deg: float | None = None,
+        tilt_deg: float = 0.0,
+    ) -> Camera:
+        """Return a camera that goes with this drone.
+
+        Args:
+            name: ``fpv`` is mounted at its nose and looks forward; ``chase`` flies behind it, follows its yaw and stays
+                level; else a camera of the model, first one of this drone (``<camera name="cf1/down">`` is ``down``).
+            width: Width of its pictures (pixels); by default 324 on board and 640 behind.
+            height: Height of its pictures (pixels); by default 244 on board and 360 behind.
+            fov_deg: Angle between the lower and the upper edge of the picture; by default 55 on board, 45 behind.
+            tilt_deg: How far ``fpv`` is tilted upward, -90 looks straight down.
+
+        Raises:
+            RangeError: If a value is outside its range.
+            UnknownNameError: If there is no such camera.
+            StateError: If the drone belongs to no world.
+        """
+        if self.cameras is None:
+            raise StateError(f"{self.id}: belongs to no world that has cameras")
+        return self.cameras.on_board(self.id, name, width, height, fov_deg, tilt_deg)
 
     @property
     def _supervisor(self) -> Any:

@@ -8,13 +8,14 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.core import register_plugin
 from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
 from crazychoir_fw.simulation.agenda import Agenda
 from crazychoir_fw.simulation.builder import build_model
+from crazychoir_fw.simulation.cameras import Camera, Cameras
 from crazychoir_fw.simulation.clients import Param
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
@@ -64,6 +65,10 @@ class World:
         self._watched: dict[str, Param] = {}  # parameters that somebody listens to
         self.drones = tuple(Drone(self.model, self.data, config, self._watched) for config in drones)
         self._by_id = {drone.id: drone for drone in self.drones}
+        self.visuals = visuals
+        self._cameras = Cameras(self)
+        for drone in self.drones:
+            drone.cameras = self._cameras
         self._set_parameters()
         self.agenda = Agenda()
         """What happens at simulated times: faults, plugins, replays."""
@@ -186,13 +191,47 @@ class World:
         mujoco.mj_setState(self.model, self.data, snapshot, spec)
         self._time_has_changed()
 
-    def render(self, width: int = 960, height: int = 540, camera: str = "follow") -> NDArray[np.uint8]:
+    def camera(
+        self,
+        name: str | None = None,
+        width: int | None = None,
+        height: int | None = None,
+        *,
+        position: ArrayLike | None = None,
+        look_at: ArrayLike = (0.0, 0.0, 0.5),
+        fov_deg: float | None = None,
+    ) -> Camera:
+        """Return a camera that stands in the room; `Drone.camera` returns those on board and behind a drone.
+
+        Args:
+            name: A camera of the scene (``<camera name="...">``), or None for one at `position`.
+            width: Width of its pictures (pixels), 640 by default.
+            height: Height of its pictures (pixels), 360 by default.
+            position: Where it stands (m, world), shape (3,).
+            look_at: What is in the middle of its pictures (m, world), shape (3,).
+            fov_deg: Angle between the lower and the upper edge of the picture; by default that of the scene.
+
+        Raises:
+            RangeError: If there is neither a name nor a position, or a value is outside its range.
+            UnknownNameError: If the scene has no such camera.
+        """
+        if (name is None) == (position is None):
+            raise RangeError("camera: give either the name of a camera of the scene or a position")
+        if name is not None:
+            return self._cameras.in_room(name, width, height, fov_deg)
+        return self._cameras.anywhere(position, look_at, width, height, fov_deg)
+
+    def render(
+        self, width: int = 960, height: int = 540, camera: str = "follow", overlays: bool = False
+    ) -> NDArray[np.uint8]:
         """Return a picture of the present instant, shape (height, width, 3).
 
         Args:
             width: Width of the picture (pixels).
             height: Height of the picture (pixels).
-            camera: ``follow`` sees all drones; else the name of a camera of the model.
+            camera: ``follow`` sees all drones; ``fpv:NAME`` and ``chase:NAME`` those of a drone; else the name of a
+                camera of the model.
+            overlays: Whether to show names, and as ghosts where the drones are told to be.
 
         Raises:
             RenderingError: If there is no OpenGL on this machine.
@@ -200,8 +239,20 @@ class World:
         """
         # drawing is for those who look: importing it takes longer than a flight
         from crazychoir_fw.report.video import picture
+        from crazychoir_fw.simulation.targets import Targets
 
-        return picture(self.model, self.data, self.positions(), camera=camera, width=width, height=height)
+        names = [drone.id for drone in self.drones] if overlays else None
+        targets = Targets(self).positions() if overlays else None
+        return picture(
+            self.model,
+            self.data,
+            self.positions(),
+            camera=camera,
+            width=width,
+            height=height,
+            names=names,
+            targets=targets,
+        )
 
 
 def set_threads(count: int) -> int:

@@ -1,0 +1,85 @@
+"""What is drawn over a scene for people: names above the drones, and ghosts where they are told to be."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+_GHOST_RADIUS_M = 0.025
+_GHOST_ALPHA = 0.35
+_NAME_ABOVE_M = 0.07
+_NO_ROTATION = np.eye(3).ravel()
+_ZERO = np.zeros(3)
+
+
+def add_ghosts(scene: mujoco.MjvScene, targets: NDArray[np.float64], colors: NDArray[np.float64]) -> None:
+    """Add a translucent ball where each drone is told to be, as far as there is room.
+
+    Args:
+        scene: Scene to add to.
+        targets: Where (m, world frame), shape (N, 3); NaN draws none.
+        colors: Color of each drone, shape (N, 3).
+    """
+    for target, color in zip(targets, colors, strict=True):
+        geom = _next(scene)
+        if geom is None:
+            return
+        place_ghost(geom, target, color)
+        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+
+
+def place_ghost(geom: mujoco.MjvGeom, target: NDArray[np.float64], color: NDArray[np.float64]) -> None:
+    """Make a geom the ghost of a drone; a target of NaN makes it invisible."""
+    known = bool(np.isfinite(target).all())
+    rgba = np.array([*color, _GHOST_ALPHA if known else 0.0], dtype=np.float32)
+    size = np.full(3, _GHOST_RADIUS_M if known else 1e-6)
+    mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_SPHERE, size, target if known else _ZERO, _NO_ROTATION, rgba)
+
+
+def add_names(scene: mujoco.MjvScene, positions: NDArray[np.float64], names: Sequence[str]) -> None:
+    """Add a name above each drone, as far as there is room.
+
+    Args:
+        scene: Scene to add to.
+        positions: Where the drones are (m, world frame), shape (N, 3).
+        names: Their names.
+    """
+    for position, name in zip(positions, names, strict=True):
+        geom = _next(scene)
+        if geom is None:
+            return
+        place_name(geom, position, name)
+        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+
+
+def place_name(geom: mujoco.MjvGeom, position: NDArray[np.float64], name: str) -> None:
+    """Make a geom the name of a drone that is at a position."""
+    above = np.where(np.isfinite(position), position, 0.0) + [0.0, 0.0, _NAME_ABOVE_M]
+    color = np.array([0.1, 0.1, 0.1, 1.0], dtype=np.float32)
+    mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_LABEL, np.full(3, 0.01), above, _NO_ROTATION, color)
+    # a longer one would not fit into the geom
+    geom.label = name[:99] if np.isfinite(position).all() else ""
+
+
+def _next(scene: mujoco.MjvScene) -> mujoco.MjvGeom | None:
+    if scene.ngeom >= scene.maxgeom:
+        return None
+    scene.ngeom += 1
+    return scene.geoms[scene.ngeom - 1]
+
+
+def drone_colors(model: mujoco.MjModel, bodies: Sequence[int] | NDArray[np.int32]) -> NDArray[np.float64]:
+    """Return the color of each drone, that of its geom `accent`, shape (N, 3)."""
+    colors = np.tile([0.95, 0.45, 0.10], (len(bodies), 1))
+    row = {int(body): k for k, body in enumerate(bodies)}
+    for geom, body in enumerate(model.geom_bodyid):
+        name = model.geom(geom).name if int(body) in row else ""
+        if name == "accent" or name.endswith("/accent"):
+            material = model.geom_matid[geom]
+            # the color of a geom wins over that of its material once it has been changed
+            own = material < 0 or not np.array_equal(model.geom_rgba[geom], np.float32([0.5, 0.5, 0.5, 1.0]))
+            colors[row[int(body)]] = (model.geom_rgba[geom] if own else model.mat_rgba[material])[:3]
+    return colors

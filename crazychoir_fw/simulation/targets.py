@@ -1,0 +1,31 @@
+"""Where each drone is told to be: what the `ctrltarget` log variables say, where they mean a place."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw._core import ffi, lib
+
+if TYPE_CHECKING:
+    from crazychoir_fw.simulation.world import World
+
+# x, y and z of a setpoint's place are three float32 in a row, their modes three numbers of four bytes
+_PLACE = ffi.offsetof("cf_t", "onboard", "setpoint", "position", "x")
+_MODES = ffi.offsetof("cf_t", "onboard", "setpoint", "mode", "x")
+
+
+class Targets:
+    """Reads the setpoints of a swarm through a view of the world's memory per drone: made once, read often."""
+
+    def __init__(self, world: World) -> None:
+        self._places = [drone.memory[_PLACE : _PLACE + 12].view(np.float32) for drone in world.drones]
+        self._modes = [drone.memory[_MODES : _MODES + 12].view(np.uint32) for drone in world.drones]
+
+    def positions(self) -> NDArray[np.float64]:
+        """Return where each drone is told to be (m, world), shape (N, 3); NaN where no place is asked for."""
+        told = np.array(self._places, dtype=np.float64)
+        told[(np.array(self._modes) != lib.modeAbs).any(axis=1)] = np.nan
+        return told
