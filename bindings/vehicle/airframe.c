@@ -8,18 +8,23 @@
 #define MILLI_G 0.00981f  // [m/s^2]
 
 // The BMI088, the same on both (vehicle dossier section 10).
-#define BMI088                                                                              \
-  {                                                                                         \
-      .gyro_noise_rest   = 0.16f * RAD_PER_DEG, /* data sheet, 116 Hz bandwidth */          \
-      .gyro_noise_flight = 1.0f * RAD_PER_DEG,  /* NANO flights, filters undone: >= 0.8 */  \
-      .acc_noise_rest    = 2.2f * MILLI_G,      /* data sheet, 145 Hz bandwidth */          \
-      .acc_noise_flight  = 0.2f,                /* NANO flights, filters undone: >= 0.14 */ \
-      .gyro_bias         = 1.0f * RAD_PER_DEG,  /* data sheet */                            \
-      .acc_bias          = 20.0f * MILLI_G,     /* data sheet */                            \
-      .gyro_scale_error  = 0.01f,               /* data sheet */                            \
-      .acc_scale_error   = 0.005f,              /* data sheet: 0.5 to 1 % */                \
-      .noise_scale       = 1.0f,                                                            \
-      .bias_scale        = 1.0f,                                                            \
+#define BMI088                                                                                \
+  {                                                                                           \
+      .gyro_noise_rest    = 0.16f * RAD_PER_DEG,  /* data sheet, 116 Hz bandwidth */          \
+      .gyro_noise_density = 0.014f * RAD_PER_DEG, /* data sheet */                            \
+      .gyro_noise_flight  = 1.0f * RAD_PER_DEG,   /* NANO flights, filters undone: >= 0.8 */  \
+      .acc_noise_rest     = 2.2f * MILLI_G,       /* data sheet, 145 Hz bandwidth */          \
+      .acc_noise_density  = 0.175f * MILLI_G,     /* data sheet: 0.16 x, y, 0.19 z */         \
+      .acc_noise_flight   = 0.2f,                 /* NANO flights, filters undone: >= 0.14 */ \
+      .gyro_bias          = 1.0f * RAD_PER_DEG,   /* data sheet */                            \
+      .acc_bias           = 20.0f * MILLI_G,      /* data sheet */                            \
+      .gyro_scale_error   = 0.01f,                /* data sheet */                            \
+      .acc_scale_error    = 0.005f,               /* data sheet: 0.5 to 1 % */                \
+      .gyro_drift         = 0.003f * RAD_PER_DEG, /* estimate */                              \
+      .acc_drift          = 0.05f * MILLI_G,      /* estimate */                              \
+      .drift_time         = 3600.0f,              /* estimate: keeps a long flight bounded */ \
+      .noise_scale        = 1.0f,                                                             \
+      .bias_scale         = 1.0f,                                                             \
   }
 
 // Numbers and sources of vehicle dossier section 18; its tags name the sources.
