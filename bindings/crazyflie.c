@@ -155,8 +155,15 @@ void cf_sense(cf_t *cf, const cf_motion_t *motion, cf_hardware_t *hardware) {
     cf_onboard_fail(&cf->onboard, CF_FAULT_MOTION);
     return;
   }
+  if (cf->injected.is_battery_cut) {
+    cf_onboard_fail(&cf->onboard, CF_FAULT_POWER);
+    return;
+  }
   cf_vehicle_imu(&cf->vehicle, motion->rates, motion->specific_force, &hardware->gyro,
                  &hardware->acc);
+  if (cf->injected.is_sensing_wrong) {
+    cf_injected_spoil_imu(&cf->injected, &hardware->gyro, &hardware->acc);
+  }
   hardware->has_pressure = cf_vehicle_barometer(&cf->vehicle, motion->position[2],
                                                 &hardware->pressure, &hardware->temperature);
   cf_vehicle_feel_air(&cf->vehicle, motion->position, motion->rotation, motion->velocity);
@@ -178,7 +185,14 @@ void cf_think(cf_t *cf, const cf_hardware_t *hardware) {
 }
 
 void cf_actuate(cf_t *cf) {
-  cf_vehicle_actuate(&cf->vehicle, cf->onboard.motors.list);
+  if (cf->injected.is_battery_cut) {
+    cf_rotors_step(&cf->vehicle.rotors, cf->onboard.motors.list, 0.0f);
+  } else {
+    cf_vehicle_actuate(&cf->vehicle, cf->onboard.motors.list);
+  }
+  if (cf->injected.is_gust) {
+    cf_injected_blow(&cf->injected);
+  }
 }
 
 void cf_tick(cf_t *cf, const cf_motion_t *motion) {
@@ -189,7 +203,10 @@ void cf_tick(cf_t *cf, const cf_motion_t *motion) {
 }
 
 void cf_wrench(const cf_t *cf, const cf_motion_t *motion, float force[3], float torque[3]) {
-  cf_vehicle_wrench(&cf->vehicle, motion->rotation, motion->velocity, motion->rates, force, torque);
+  const float *wind   = cf->injected.wind;
+  const float *v      = motion->velocity;
+  const float  air[3] = {v[0] - wind[0], v[1] - wind[1], v[2] - wind[2]};
+  cf_vehicle_wrench(&cf->vehicle, motion->rotation, air, motion->rates, force, torque);
   const float sum = (force[0] + force[1] + force[2]) + (torque[0] + torque[1] + torque[2]);
   if (!isfinite(sum)) {
     memset(force, 0, 3 * sizeof *force);

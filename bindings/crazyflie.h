@@ -9,6 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "faults.h"
 #include "onboard/onboard.h"
 #include "platform.h"
 #include "provider.h"
@@ -50,7 +51,7 @@ typedef struct {
 } cf_motion_t;
 
 // A drone whose provider needs more memory than the member has is longer, see cf_state_bytes.
-typedef struct {
+typedef struct cf {
   cf_config_t config;
 
   cf_onboard_t onboard;
@@ -59,6 +60,8 @@ typedef struct {
   // for the IMU: specific force is the change of velocity over a tick
   double last_velocity[3];  // [m/s], world, at the end of the last tick
   bool   has_last_velocity;
+
+  cf_injected_faults_t injected;
 
   // here, because the world looks at both in every drone: one cache line less per look
   bool wants_peers;  // collision avoidance was on in the last tick

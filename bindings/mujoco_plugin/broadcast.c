@@ -25,7 +25,7 @@ void cf_broadcast_look(swarm_t *swarm) {
   cf_peer_grid_clear(&swarm->peers);
   for (int i = 0; i < swarm->count; i++) {
     const cf_t *cf = cf_state_of(&swarm->drones[i], swarm->data);
-    if (!cf->vehicle.mocap.is_lost) {
+    if (!cf_vehicle_is_out_of_sight(&cf->vehicle)) {
       cf_peer_grid_add(&swarm->peers, i, swarm->work[i].motion.position);
     }
   }

@@ -93,6 +93,8 @@ const char *cf_fault_text(cf_fault_t fault) {
       return "the controller's output is not a number";
     case CF_FAULT_SOFTWARE:
       return "the onboard software failed";
+    case CF_FAULT_POWER:
+      return "the battery was cut";
   }
   return "unknown fault";
 }

@@ -31,13 +31,15 @@
 
 #define CF_FAILURE_BYTES 96
 
-// Why a drone was stopped for good: its numbers were no longer finite, or a provider gave up.
+// Why a drone was stopped until it is booted again: its numbers were no longer finite, a provider
+// gave up, or there was no power.
 typedef enum {
   CF_FAULT_NONE     = 0,
   CF_FAULT_MOTION   = 1,  // the simulated motion is not a number, or without bounds
   CF_FAULT_ESTIMATE = 2,  // the state estimate is not a number
   CF_FAULT_CONTROL  = 3,  // the controller's output is not a number
   CF_FAULT_SOFTWARE = 4,  // code of a provider failed; onboard.failure says how
+  CF_FAULT_POWER    = 5,  // the battery was cut
 } cf_fault_t;
 
 // What the hardware delivers every millisecond.

@@ -66,21 +66,30 @@ const cf_parameter_facts_t CF_PARAMETER_FACTS[] = {
     {"wind.indoor_time", "s", 1, 0.05f, 1000.0f, {NULL}, {{2.0f}, {2.0f}}},
     {"wind.dryden_speed", "m/s", 1, 0.0f, 50.0f, {NULL}, {{0.0f}, {0.0f}}},
     {"imu.gyro_noise_rest", "deg/s", 1, 0.0f, 1000.0f, {NULL}, {{0.16f}, {0.16f}}},
+    {"imu.gyro_noise_density", "deg/s/sqrt(Hz)", 1, 0.0f, 1000.0f, {NULL}, {{0.014f}, {0.014f}}},
     {"imu.gyro_noise_flight", "deg/s", 1, 0.0f, 1000.0f, {NULL}, {{1.0f}, {1.0f}}},
     {"imu.acc_noise_rest", "m/s^2", 1, 0.0f, 1000.0f, {NULL}, {{0.021582f}, {0.021582f}}},
+    {"imu.acc_noise_density", "m/s^2/sqrt(Hz)", 1, 0.0f, 1000.0f, {NULL}, {{0.00171675f}, {0.00171675f}}},
     {"imu.acc_noise_flight", "m/s^2", 1, 0.0f, 1000.0f, {NULL}, {{0.2f}, {0.2f}}},
     {"imu.gyro_bias", "deg/s", 1, 0.0f, 100.0f, {NULL}, {{1.0f}, {1.0f}}},
     {"imu.acc_bias", "m/s^2", 1, 0.0f, 100.0f, {NULL}, {{0.1962f}, {0.1962f}}},
     {"imu.gyro_scale_error", "1", 1, 0.0f, 0.5f, {NULL}, {{0.01f}, {0.01f}}},
     {"imu.acc_scale_error", "1", 1, 0.0f, 0.5f, {NULL}, {{0.005f}, {0.005f}}},
+    {"imu.gyro_drift", "deg/s/sqrt(s)", 1, 0.0f, 100.0f, {NULL}, {{0.003f}, {0.003f}}},
+    {"imu.acc_drift", "m/s^2/sqrt(s)", 1, 0.0f, 100.0f, {NULL}, {{0.0004905f}, {0.0004905f}}},
+    {"imu.drift_time", "s", 1, 1.0f, 1000000.0f, {NULL}, {{3600.0f}, {3600.0f}}},
+    {"imu.acc_vibration", "m/s^2", 1, 0.0f, 100.0f, {NULL}, {{0.0f}, {0.0f}}},
+    {"imu.gyro_vibration", "deg/s", 1, 0.0f, 1000.0f, {NULL}, {{0.0f}, {0.0f}}},
     {"imu.noise_scale", "1", 1, 0.0f, 100.0f, {NULL}, {{1.0f}, {1.0f}}},
     {"imu.bias_scale", "1", 1, 0.0f, 10.0f, {NULL}, {{1.0f}, {1.0f}}},
     {"barometer.altitude", "m", 1, -500.0f, 9000.0f, {NULL}, {{0.0f}, {0.0f}}},
     {"barometer.noise", "m", 1, 0.0f, 1000.0f, {NULL}, {{0.15f}, {0.15f}}},
     {"barometer.drift", "m", 1, 0.0f, 1000.0f, {NULL}, {{0.3f}, {0.3f}}},
+    {"barometer.wash_low", "m", 1, -10.0f, 10.0f, {NULL}, {{-0.3f}, {-0.3f}}},
+    {"barometer.wash_high", "m", 1, -10.0f, 10.0f, {NULL}, {{0.5f}, {0.5f}}},
+    {"barometer.wash_height", "m", 1, 0.001f, 100.0f, {NULL}, {{0.1f}, {0.1f}}},
     {"barometer.noise_scale", "1", 1, 0.0f, 100.0f, {NULL}, {{1.0f}, {1.0f}}},
 };
 // clang-format on
 
-const int CF_PARAMETER_FACTS_COUNT =
-    (int)(sizeof CF_PARAMETER_FACTS / sizeof CF_PARAMETER_FACTS[0]);
+const int CF_PARAMETER_FACTS_COUNT = (int)(sizeof CF_PARAMETER_FACTS / sizeof CF_PARAMETER_FACTS[0]);

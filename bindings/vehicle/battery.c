@@ -65,6 +65,16 @@ cf_status_t cf_battery_init(cf_battery_t *battery, const cf_battery_config_t *co
   return CF_OK;
 }
 
+cf_status_t cf_battery_set_charge(cf_battery_t *battery, float charge) {
+  if (!cf_is_within(charge, 0.0f, 1.0f)) {
+    return CF_ERR_VALUE;
+  }
+  battery->charge       = charge;
+  battery->drawn        = 0.0f;
+  battery->open_circuit = cf_open_circuit_voltage(charge);
+  return CF_OK;
+}
+
 void cf_battery_step(cf_battery_t *battery, float thrust) {
   const cf_battery_config_t *config = &battery->config;
 

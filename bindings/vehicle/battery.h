@@ -43,6 +43,9 @@ typedef struct {
 // config is outside its range.
 cf_status_t cf_battery_init(cf_battery_t *battery, const cf_battery_config_t *config);
 
+// Sets the state of charge [0, 1]. Returns CF_ERR_VALUE for another.
+cf_status_t cf_battery_set_charge(cf_battery_t *battery, float charge);
+
 // Feeds a total thrust [N] for 1 ms.
 void cf_battery_step(cf_battery_t *battery, float thrust);
 

@@ -6,17 +6,30 @@
 #include "vehicle/random_inline.h"
 #include "vehicle/valid.h"
 
+#define GYRO 0
+#define ACC 1
+
+// The walk of the bias goes in steps of 0.1 s: it is far below a step of the converter by then.
+#define WALK_TICKS 100
+
 static const float STEPS_PER_RADIAN_PER_S = 938.734052f;  // 65536 / 4000 * 180 / pi
 static const float STEPS_PER_M_PER_S2     = 139.177710f;  // 65536 / 48 / 9.81
+static const float NYQUIST                = 500.0f;       // [Hz]
+static const float WALK_TIME              = 0.1f;         // [s]
+static const float LONGEST_MEMORY         = 0.999f;
 
 static bool is_valid(const cf_imu_config_t *config) {
   return cf_is_not_negative(config->gyro_noise_rest) &&
+         cf_is_not_negative(config->gyro_noise_density) &&
          cf_is_not_negative(config->gyro_noise_flight) &&
          cf_is_not_negative(config->acc_noise_rest) &&
+         cf_is_not_negative(config->acc_noise_density) &&
          cf_is_not_negative(config->acc_noise_flight) && cf_is_not_negative(config->gyro_bias) &&
          cf_is_not_negative(config->acc_bias) &&
          cf_is_within(config->gyro_scale_error, 0.0f, 0.5f) &&
          cf_is_within(config->acc_scale_error, 0.0f, 0.5f) &&
+         cf_is_not_negative(config->gyro_drift) && cf_is_not_negative(config->acc_drift) &&
+         cf_is_within(config->drift_time, 1.0f, CF_ANY_SIZE) &&
          cf_is_within(config->noise_scale, 0.0f, 100.0f) &&
          cf_is_within(config->bias_scale, 0.0f, 10.0f);
 }
@@ -26,45 +39,80 @@ static float error_within(cf_random_t *random, float limit) {
   return limit * (2.0f * cf_random_uniform(random) - 1.0f);
 }
 
-static float variance(float deviation, float steps, float scale) {
-  return (deviation * steps * scale) * (deviation * steps * scale);
+// The chip's noise: x <- a x + b w has the variance b^2 / (1 - a^2) and, seen slowly, a one-sided
+// density N with N^2 * 500 Hz = variance * (1 + a) / (1 - a).
+static void shape_rest(cf_imu_t *imu, int sensor, float deviation, float density) {
+  const float ratio  = deviation > 0.0f ? density * density * NYQUIST / (deviation * deviation) : 1;
+  const float memory = ratio > 1.0f ? (ratio - 1.0f) / (ratio + 1.0f) : 0.0f;
+  const float a      = memory < LONGEST_MEMORY ? memory : LONGEST_MEMORY;
+  imu->rest_memory[sensor] = a;
+  imu->rest_drive[sensor]  = deviation * sqrtf(1.0f - a * a);
+}
+
+static void draw_turn_on_errors(cf_imu_t *imu, const cf_imu_config_t *config) {
+  // always drawn, so that their scale does not change the noise that follows
+  for (int i = 0; i < CF_IMU_AXES; i++) {
+    const bool  is_gyro = i < 3;
+    const float steps   = is_gyro ? STEPS_PER_RADIAN_PER_S : STEPS_PER_M_PER_S2;
+    const float bias    = config->bias_scale * (is_gyro ? config->gyro_bias : config->acc_bias);
+    const float scale =
+        config->bias_scale * (is_gyro ? config->gyro_scale_error : config->acc_scale_error);
+    imu->turn_on_bias[i] = steps * error_within(&imu->random, bias);
+    imu->bias[i]         = imu->turn_on_bias[i];
+    imu->gain[i]         = steps * (1.0f + error_within(&imu->random, scale));
+  }
 }
 
 cf_status_t cf_imu_init(cf_imu_t *imu, const cf_imu_config_t *config, cf_random_t random) {
   if (!is_valid(config)) {
     return CF_ERR_VALUE;
   }
-
   const float gyro  = STEPS_PER_RADIAN_PER_S;
   const float acc   = STEPS_PER_M_PER_S2;
   const float noise = config->noise_scale;
+  const float walk  = config->bias_scale * sqrtf(WALK_TIME);
 
-  *imu = (cf_imu_t){
-      .rest_variance   = {variance(config->gyro_noise_rest, gyro, noise),
-                          variance(config->acc_noise_rest, acc, noise)},
-      .flight_variance = {variance(config->gyro_noise_flight, gyro, noise),
-                          variance(config->acc_noise_flight, acc, noise)},
-      .random          = random,
+  cf_imu_t fresh = {
+      .flight = {noise * gyro * config->gyro_noise_flight, noise * acc * config->acc_noise_flight},
+      .drift  = {walk * gyro * config->gyro_drift, walk * acc * config->acc_drift},
+      .leash  = WALK_TIME / config->drift_time,
+      .countdown = WALK_TICKS,
+      .random    = random,
   };
-
-  // turn-on errors, always drawn, so that their scale does not change the noise that follows
-  for (int i = 0; i < CF_IMU_AXES; i++) {
-    const bool  is_gyro = i < 3;
-    const float steps   = is_gyro ? gyro : acc;
-    const float bias    = config->bias_scale * (is_gyro ? config->gyro_bias : config->acc_bias);
-    const float scale =
-        config->bias_scale * (is_gyro ? config->gyro_scale_error : config->acc_scale_error);
-    imu->bias[i] = steps * error_within(&imu->random, bias);
-    imu->gain[i] = steps * (1.0f + error_within(&imu->random, scale));
+  const cf_status_t status = cf_rotor_vibration_init(&fresh.lines, &config->lines);
+  if (status != CF_OK) {
+    return status;
   }
+  shape_rest(&fresh, GYRO, noise * gyro * config->gyro_noise_rest,
+             noise * gyro * config->gyro_noise_density);
+  shape_rest(&fresh, ACC, noise * acc * config->acc_noise_rest,
+             noise * acc * config->acc_noise_density);
+  draw_turn_on_errors(&fresh, config);
+  *imu = fresh;
   return CF_OK;
+}
+
+float cf_imu_steps(int axis) {
+  return axis < 3 ? STEPS_PER_RADIAN_PER_S : STEPS_PER_M_PER_S2;
+}
+
+static void walk(cf_imu_t *imu) {
+  imu->countdown = WALK_TICKS;
+  float normal[CF_IMU_AXES];
+  cf_next_normals(&imu->random, normal, CF_IMU_AXES);
+  for (int i = 0; i < CF_IMU_AXES; i++) {
+    imu->bias[i] += imu->drift[i < 3 ? GYRO : ACC] * normal[i] -
+                    imu->leash * (imu->bias[i] - imu->turn_on_bias[i]);
+  }
 }
 
 // One reading of one axis, rounded to the nearest step within 16 bits; written so that NaN becomes
 // the lowest step.
-static inline int16_t reading(const cf_imu_t *imu, int axis, float motion, float sigma,
-                              uint64_t bits) {
-  const float noise   = sigma * cf_normal_from_bits((uint32_t)bits);
+static inline int16_t reading(cf_imu_t *imu, int axis, float motion, float flight, uint64_t bits) {
+  const int sensor    = axis < 3 ? GYRO : ACC;
+  imu->rest[axis]     = imu->rest_memory[sensor] * imu->rest[axis] +
+                        imu->rest_drive[sensor] * cf_normal_from_bits((uint32_t)bits);
+  const float noise   = imu->rest[axis] + flight * cf_normal_from_bits((uint32_t)(bits >> 32));
   const float steps   = imu->gain[axis] * motion + imu->bias[axis] + noise;
   const float low     = steps > -32768.0f ? steps : -32768.0f;
   const float clipped = low < 32767.0f ? low : 32767.0f;
@@ -73,20 +121,19 @@ static inline int16_t reading(const cf_imu_t *imu, int axis, float motion, float
 
 void cf_imu_sample(cf_imu_t *imu, const float rates_body[3], const float specific_force[3],
                    float vibration, Axis3i16 *gyro_raw, Axis3i16 *acc_raw) {
-  // independent noises: their variances add
-  const float v2         = vibration * vibration;
-  const float gyro_sigma = sqrtf(imu->rest_variance[0] + imu->flight_variance[0] * v2);
-  const float acc_sigma  = sqrtf(imu->rest_variance[1] + imu->flight_variance[1] * v2);
+  if (--imu->countdown == 0) {
+    walk(imu);
+  }
+  const float gyro = imu->flight[GYRO] * vibration;
+  const float acc  = imu->flight[ACC] * vibration;
 
-  // two normal numbers in 64 bits
-  const uint64_t x = cf_next_bits(&imu->random);
-  const uint64_t y = cf_next_bits(&imu->random);
-  const uint64_t z = cf_next_bits(&imu->random);
-
-  gyro_raw->x = reading(imu, 0, rates_body[0], gyro_sigma, x >> 32);
-  gyro_raw->y = reading(imu, 1, rates_body[1], gyro_sigma, y >> 32);
-  gyro_raw->z = reading(imu, 2, rates_body[2], gyro_sigma, z >> 32);
-  acc_raw->x  = reading(imu, 3, specific_force[0], acc_sigma, x);
-  acc_raw->y  = reading(imu, 4, specific_force[1], acc_sigma, y);
-  acc_raw->z  = reading(imu, 5, specific_force[2], acc_sigma, z);
+  // 64 bits per axis are two normal numbers
+  cf_random_t random = imu->random;
+  gyro_raw->x        = reading(imu, 0, rates_body[0], gyro, cf_next_bits(&random));
+  gyro_raw->y        = reading(imu, 1, rates_body[1], gyro, cf_next_bits(&random));
+  gyro_raw->z        = reading(imu, 2, rates_body[2], gyro, cf_next_bits(&random));
+  acc_raw->x         = reading(imu, 3, specific_force[0], acc, cf_next_bits(&random));
+  acc_raw->y         = reading(imu, 4, specific_force[1], acc, cf_next_bits(&random));
+  acc_raw->z         = reading(imu, 5, specific_force[2], acc, cf_next_bits(&random));
+  imu->random        = random;
 }

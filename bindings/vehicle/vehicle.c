@@ -1,5 +1,7 @@
 #include "vehicle/vehicle.h"
 
+#include <string.h>
+
 #include "variable_row.h"
 #include "vehicle/parameters.h"
 
@@ -189,8 +191,17 @@ void cf_vehicle_actuate(cf_vehicle_t *vehicle, const uint16_t ratios[CF_ROTOR_CO
 
 void cf_vehicle_imu(cf_vehicle_t *vehicle, const float rates_body[3], const float specific_force[3],
                     Axis3i16 *gyro_raw, Axis3i16 *acc_raw) {
-  cf_imu_sample(&vehicle->imu, rates_body, specific_force, vehicle->rotors.vibration, gyro_raw,
-                acc_raw);
+  const cf_rotors_t *rotors    = &vehicle->rotors;
+  const float        vibration = rotors->vibration;
+  if (!vehicle->imu.lines.is_on) {
+    cf_imu_sample(&vehicle->imu, rates_body, specific_force, vibration, gyro_raw, acc_raw);
+    return;
+  }
+  float rates[3], force[3];
+  memcpy(rates, rates_body, sizeof rates);
+  memcpy(force, specific_force, sizeof force);
+  cf_rotor_vibration_add(&vehicle->imu.lines, rotors->rpm, rotors->config.hover_rpm, rates, force);
+  cf_imu_sample(&vehicle->imu, rates, force, vibration, gyro_raw, acc_raw);
 }
 
 bool cf_vehicle_mocap(cf_vehicle_t *vehicle, const float position[3], const float quat_wxyz[4],
@@ -226,7 +237,48 @@ bool cf_vehicle_loco(cf_vehicle_t *vehicle, const float position[3], cf_ranging_
 
 bool cf_vehicle_barometer(cf_vehicle_t *vehicle, float height, float *pressure,
                           float *temperature) {
-  return cf_barometer_step(&vehicle->barometer, height, pressure, temperature);
+  return cf_barometer_step(&vehicle->barometer, height, vehicle->rotors.vibration, pressure,
+                           temperature);
+}
+
+static bool *loss_of(cf_vehicle_t *vehicle) {
+  switch (vehicle->positioning) {
+    case CF_POSITIONING_MOCAP:
+    case CF_POSITIONING_MOCAP_POSITION:
+      return &vehicle->mocap.is_lost;
+    case CF_POSITIONING_FLOW:
+      return &vehicle->flow_deck.is_lost;
+    case CF_POSITIONING_LIGHTHOUSE:
+      return &vehicle->lighthouse.is_lost;
+    case CF_POSITIONING_LOCO_TWR:
+    case CF_POSITIONING_LOCO_TDOA2:
+    case CF_POSITIONING_LOCO_TDOA3:
+      return &vehicle->loco.is_lost;
+    default:
+      return NULL;
+  }
+}
+
+cf_status_t cf_vehicle_lose_positioning(cf_vehicle_t *vehicle, bool is_lost) {
+  bool *loss = loss_of(vehicle);
+  if (loss == NULL) {
+    return CF_ERR_STATE;
+  }
+  *loss = is_lost;
+  return CF_OK;
+}
+
+static bool has_mocap(const cf_vehicle_t *vehicle) {
+  return vehicle->positioning == CF_POSITIONING_MOCAP ||
+         vehicle->positioning == CF_POSITIONING_MOCAP_POSITION;
+}
+
+cf_status_t cf_vehicle_delay_positioning(cf_vehicle_t *vehicle, uint32_t latency_ms) {
+  return has_mocap(vehicle) ? cf_mocap_set_latency(&vehicle->mocap, latency_ms) : CF_ERR_STATE;
+}
+
+bool cf_vehicle_is_out_of_sight(const cf_vehicle_t *vehicle) {
+  return has_mocap(vehicle) && vehicle->mocap.is_lost;
 }
 
 static const cf_variable_t LOGS[] = {

@@ -115,6 +115,17 @@ int  cf_vehicle_lighthouse(cf_vehicle_t *vehicle, const float position[3], const
 bool cf_vehicle_loco(cf_vehicle_t *vehicle, const float position[3], cf_ranging_t *ranging);
 bool cf_vehicle_barometer(cf_vehicle_t *vehicle, float height, float *pressure, float *temperature);
 
+// The positioning system that is fitted, whatever it is, measures nothing while it is lost. Returns
+// CF_ERR_STATE when there is none.
+cf_status_t cf_vehicle_lose_positioning(cf_vehicle_t *vehicle, bool is_lost);
+
+// Sets how late the poses of the motion capture arrive [ms]; the order of those under way is kept.
+// Returns CF_ERR_STATE when none is fitted, CF_ERR_CAPACITY when too many would be under way.
+cf_status_t cf_vehicle_delay_positioning(cf_vehicle_t *vehicle, uint32_t latency_ms);
+
+// Whether a motion capture has lost the drone, so that nobody can be told where it is.
+bool cf_vehicle_is_out_of_sight(const cf_vehicle_t *vehicle);
+
 // Log variables of group `sim`: what only the simulator knows. Offsets count from cf_vehicle_t.
 cf_variables_t cf_vehicle_logs(void);
 

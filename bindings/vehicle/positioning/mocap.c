@@ -14,14 +14,18 @@ static bool is_valid(const cf_mocap_config_t *config) {
          cf_is_positive(config->attitude_std) && cf_mishap_check(&config->mishap) == CF_OK;
 }
 
+// A sample waits over latency + 1 steps; 64 bits, because the latency may be any number.
+static bool fits(uint32_t rate, uint32_t latency_ms) {
+  const uint64_t steps = (uint64_t)latency_ms + 1;
+  return steps * rate <= (uint64_t)CF_MOCAP_CAPACITY * TICKS_PER_SECOND;
+}
+
 cf_status_t cf_mocap_init(cf_mocap_t *mocap, const cf_mocap_config_t *config, cf_random_t random,
                           cf_random_t mishap_random) {
   if (!is_valid(config)) {
     return CF_ERR_VALUE;
   }
-  // a sample waits over latency + 1 steps; 64 bits, because the latency may be any number
-  const uint64_t steps = (uint64_t)config->latency_ms + 1;
-  if (steps * config->rate > (uint64_t)CF_MOCAP_CAPACITY * TICKS_PER_SECOND) {
+  if (!fits(config->rate, config->latency_ms)) {
     return CF_ERR_CAPACITY;
   }
 
@@ -31,6 +35,14 @@ cf_status_t cf_mocap_init(cf_mocap_t *mocap, const cf_mocap_config_t *config, cf
       .random        = random,
       .mishap_random = mishap_random,
   };
+  return CF_OK;
+}
+
+cf_status_t cf_mocap_set_latency(cf_mocap_t *mocap, uint32_t latency_ms) {
+  if (!fits(mocap->config.rate, latency_ms)) {
+    return CF_ERR_CAPACITY;
+  }
+  mocap->config.latency_ms = latency_ms;
   return CF_OK;
 }
 
@@ -67,7 +79,9 @@ static void take_sample(cf_mocap_t *mocap, const float position[3], const float 
   // drawn even when nothing is seen, so that a loss does not change the noise after it
   float normal[6];
   cf_next_normals(&mocap->random, normal, 6);
-  if (mocap->is_lost || cf_mishap_drops(&mocap->config.mishap, &mocap->mishap_random)) {
+  // behind a longer latency the ring may still be full
+  if (mocap->is_lost || mocap->waiting == CF_MOCAP_CAPACITY ||
+      cf_mishap_drops(&mocap->config.mishap, &mocap->mishap_random)) {
     return;
   }
 
@@ -95,6 +109,11 @@ static poseMeasurement_t pose_of(const cf_mocap_config_t *config, const cf_mocap
   };
 }
 
+// The order of ticks that may have wrapped. A pose whose time is over has waited for one before it.
+static bool is_over(uint32_t due, uint32_t tick) {
+  return (int32_t)(tick - due) >= 0;
+}
+
 bool cf_mocap_step(cf_mocap_t *mocap, const float position[3], const float quat_wxyz[4],
                    poseMeasurement_t *pose) {
   // cameras
@@ -106,7 +125,7 @@ bool cf_mocap_step(cf_mocap_t *mocap, const float position[3], const float quat_
 
   // radio
   const cf_mocap_sample_t *oldest  = &mocap->samples[mocap->oldest];
-  const bool               arrives = mocap->waiting > 0 && oldest->due == mocap->tick;
+  const bool               arrives = mocap->waiting > 0 && is_over(oldest->due, mocap->tick);
   if (arrives) {
     *pose         = pose_of(&mocap->config, oldest);
     mocap->oldest = (mocap->oldest + 1) % CF_MOCAP_CAPACITY;

@@ -52,6 +52,10 @@ typedef struct {
 cf_status_t cf_mocap_init(cf_mocap_t *mocap, const cf_mocap_config_t *config, cf_random_t random,
                           cf_random_t mishap_random);
 
+// Changes how late poses arrive [ms], from the next one on. Those that are under way keep their
+// time, and no pose overtakes another. Returns CF_ERR_CAPACITY when too many would be under way.
+cf_status_t cf_mocap_set_latency(cf_mocap_t *mocap, uint32_t latency_ms);
+
 // Advances by 1 ms with the true position [m] and attitude (body to world, unit). Returns true and
 // writes the pose when one arrives at this tick.
 bool cf_mocap_step(cf_mocap_t *mocap, const float position[3], const float quat_wxyz[4],

@@ -29,12 +29,14 @@ def make_barometer(make_config: Make, seed: int = 1, **changes: float) -> Any:
     return barometer
 
 
-def watch(barometer: Any, ticks: int, height: float = 0.0) -> tuple[list[int], np.ndarray]:
+def watch(
+    barometer: Any, ticks: int, height: float = 0.0, vibration: float = 0.0
+) -> tuple[list[int], np.ndarray]:
     """Return the ticks of the samples and their pressures (Pa)."""
     pressure, temperature = ffi.new("float *"), ffi.new("float *")
     when, samples = [], []
     for tick in range(1, ticks + 1):
-        if lib.cf_barometer_step(barometer, height, pressure, temperature):
+        if lib.cf_barometer_step(barometer, height, vibration, pressure, temperature):
             assert temperature[0] == 25.0
             when.append(tick)
             samples.append(pressure[0])
@@ -110,3 +112,42 @@ def test_the_vehicle_carries_one(make_vehicle):
     pressure, temperature = ffi.new("float *"), ffi.new("float *")
     samples = [lib.cf_vehicle_barometer(vehicle, 0.0, pressure, temperature) for _ in range(40)]
     assert samples.count(True) == 2
+
+
+# ---------------------------------------------------------------- wash of the propellers
+
+
+def shifts(make_config: Make, vibration: float, height: float, count: int = 40) -> np.ndarray:
+    """Return what turning rotors add to the height (m) that `count` drones read, otherwise ideal."""
+    quiet = {"noise": 0.0, "drift": 0.0}
+    found = []
+    for seed in range(count):
+        _, pressures = watch(make_barometer(make_config, seed=seed, **quiet), 20, height, vibration)
+        found.append(height_of(pressures)[0] - height)
+    return np.array(found)
+
+
+def test_wash_on_the_floor_is_within_the_dossiers_range(make_config):
+    on_floor = shifts(make_config, 1.0, 0.0, count=200)
+    assert on_floor.min() == pytest.approx(-0.3, abs=0.03)
+    assert on_floor.max() == pytest.approx(0.5, abs=0.03)
+    assert on_floor.mean() == pytest.approx(0.1, abs=0.04)
+
+
+def test_wash_falls_off_with_height_and_needs_turning_rotors(make_config):
+    on_floor = shifts(make_config, 1.0, 0.0)
+    np.testing.assert_allclose(shifts(make_config, 1.0, 0.1), on_floor / np.e, atol=STEP)
+    np.testing.assert_allclose(shifts(make_config, 1.0, 1.0), 0.0, atol=STEP)
+    np.testing.assert_allclose(shifts(make_config, 0.0, 0.0), 0.0, atol=STEP)
+    np.testing.assert_allclose(shifts(make_config, 0.5, 0.0), on_floor / 2, atol=STEP)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"wash_low": 0.6}, {"wash_high": -0.4}, {"wash_low": -11.0}, {"wash_height": 0.0}]
+)
+def test_impossible_wash_is_refused(make_config, wrong):
+    config = make_config("cf2").barometer
+    for name, value in wrong.items():
+        setattr(config, name, value)
+    barometer, random = ffi.new("cf_barometer_t *"), ffi.new("cf_random_t *")
+    assert lib.cf_barometer_init(barometer, ffi.addressof(config), random[0]) == lib.CF_ERR_VALUE
