@@ -153,6 +153,12 @@ static const attribute_t ATTRIBUTES[] = {
            "quadratic drag of the body [N s^2/m^2]"),
     NUMBER("motor_time_constant", vehicle.airframe.rotors.time_constant, 0.001, 1,
            "first-order lag of the rotor speed [s]"),
+    {.name = "motor_ctrl",
+     .doc  = "class of the Python plugin that flies the drone in a World; see motor_ctrl.md",
+     .kind = KIND_REMARK},
+    {.name = "motor_ctrl_properties",
+     .doc  = "what that class is told: words of the form key=value",
+     .kind = KIND_REMARK},
 };
 
 #define COUNT_OF_ATTRIBUTES (int)(sizeof ATTRIBUTES / sizeof ATTRIBUTES[0])

@@ -15,6 +15,7 @@ typedef enum {
   KIND_COUNT,     // a whole number in [low, high], stored in a uint32_t
   KIND_NUMBER,    // a number in [low, high], stored in a float
   KIND_VECTOR,    // `count` such numbers with spaces between them, stored in floats
+  KIND_REMARK,    // text for the program around the engine, not stored
 } kind_t;
 
 typedef struct {

@@ -14,6 +14,7 @@ from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.mujoco_models import SCENES, VEHICLES, model_path
 from crazychoir_fw.mujoco_models.stamp import VehicleStamp
 from crazychoir_fw.simulation.drone_config import DroneConfig
+from crazychoir_fw.simulation.provider_words import BUILTIN, load_providers
 
 _GOLDEN_RATIO = 0.618034
 
@@ -31,14 +32,17 @@ def build_model(drones: Sequence[DroneConfig], scene: str | Path, seed: int, vis
         RangeError: If a drone's configuration is impossible; the message names the drone and what is allowed.
         UnknownNameError: If there is no such scene or platform.
     """
-    _check(drones, seed)
     spec = _scene(scene)
+    in_scene = [plugin for plugin in spec.plugins if plugin.plugin_name == PLUGIN]
+    _check(drones, seed, has_others=bool(in_scene))
+    _prepare(in_scene, seed)
     spec.activate_plugin(PLUGIN)
     stamps: dict[str, VehicleStamp] = {}
     for index, drone in enumerate(drones):
         if drone.platform not in stamps:
             stamps[drone.platform] = _stamp(spec, drone, visuals)
-        _add_drone(spec, stamps[drone.platform], drone, index, seed)
+        # drones of the scene count first, as the engine plugin does
+        _add_drone(spec, stamps[drone.platform], drone, len(in_scene) + index, seed)
     try:
         model = spec.compile()
     except ValueError as error:
@@ -70,9 +74,16 @@ def _skip_what_is_absent(model: mujoco.MjModel) -> None:
             model.opt.disableflags |= flag
 
 
-def _check(drones: Sequence[DroneConfig], seed: int) -> None:
-    if not drones:
-        raise RangeError("drones: the list is empty, a world has at least 1 drone")
+def _prepare(in_scene: Sequence[mujoco.MjsPlugin], seed: int) -> None:
+    """Give the drones that the scene brings along the seed of the world, and load their providers."""
+    for plugin in in_scene:
+        plugin.config = {"seed": str(seed), **plugin.config}
+    load_providers((plugin.config.get("provider", BUILTIN), plugin.config.get("platform", "cf2")) for plugin in in_scene)
+
+
+def _check(drones: Sequence[DroneConfig], seed: int, has_others: bool) -> None:
+    if not drones and not has_others:
+        raise RangeError("drones: the list is empty, a world has at least 1 drone, its own or one of the scene")
     if not (isinstance(seed, int) and 0 <= seed < 2**32):
         raise RangeError(f"seed is {seed!r}, allowed: a whole number from 0 to 4294967295")
     seen: set[str] = set()
