@@ -40,9 +40,14 @@ def drones_in(model: mujoco.MjModel, known: Collection[str], folder: Path) -> li
     return found
 
 
+def is_crazyflie(model: mujoco.MjModel, instance: int) -> bool:
+    """Return whether a plugin instance of a model is a Crazyflie."""
+    return lib.cf_plugin_attribute(model._address, instance, b"platform") != ffi.NULL
+
+
 def _texts(model: mujoco.MjModel, instance: int) -> dict[str, str] | None:
     """Return the attributes of a Crazyflie that are set, or None if this plugin is no Crazyflie."""
-    if instance < 0 or lib.cf_plugin_attribute(model._address, instance, b"platform") == ffi.NULL:
+    if not is_crazyflie(model, instance):
         return None
     texts = {
         name: ffi.string(lib.cf_plugin_attribute(model._address, instance, name.encode())).decode()

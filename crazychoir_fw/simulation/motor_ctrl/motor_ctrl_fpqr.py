@@ -14,7 +14,7 @@ from crazychoir_fw.simulation.motor_ctrl.thrust import thrust_counts
 class MotorCtrlFPQR(MotorCtrl):
     """Takes thrust (N) and body rates p, q, r (rad/s: forward, left, up), and lets the onboard rate loops fly them."""
 
-    controllers = ("pid", "indi")
+    controllers = ("pid",)
 
     def command(self, f: float, p: float, q: float, r: float) -> None:
         """Give a command; it is repeated until the next one.

@@ -14,7 +14,7 @@ from crazychoir_fw.simulation.motor_ctrl.thrust import thrust_counts
 class MotorCtrlFRPY(MotorCtrl):
     """Takes thrust (N) and roll, pitch, yaw (rad), and lets the onboard attitude loops fly them."""
 
-    controllers = ("pid", "mellinger", "lee")
+    controllers = ("pid", "mellinger", "lee", "indi")
 
     def command(self, f: float, roll: float, pitch: float, yaw: float) -> None:
         """Give a command; it is repeated until the next one.

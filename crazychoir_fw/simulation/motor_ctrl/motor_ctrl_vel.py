@@ -13,7 +13,7 @@ from crazychoir_fw.simulation.motor_ctrl.numbers import finite, three
 class MotorCtrlVel(MotorCtrl):
     """Takes a velocity (m/s, world) and a yaw rate (rad/s), and lets the onboard velocity loops fly them."""
 
-    controllers = ("pid", "indi")
+    controllers = ("pid",)
 
     def command(self, vx: float, vy: float, vz: float, yaw_rate: float = 0.0) -> None:
         """Give a command; it is repeated until the next one, also when it is to stand still.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.core import check
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.errors import RangeError, StateError
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl import MotorCtrl
 from crazychoir_fw.simulation.motor_ctrl.numbers import finite, three
 
@@ -29,7 +29,7 @@ class MotorCtrlXYZ(MotorCtrl):
 
         Raises:
             RangeError: If one of them is no finite number, or the duration not positive.
-            BlockedError: If the motors may not run yet, or no longer.
+            StateError: If the motors may not run yet, or no longer.
         """
         who = self._who("command")
         x, y, z, duration, yaw = finite(who, x=x, y=y, z=z, duration=duration, yaw=yaw)
@@ -37,6 +37,8 @@ class MotorCtrlXYZ(MotorCtrl):
             raise RangeError(f"{who}: duration is {duration}, allowed: a number above 0 s")
         if self.is_stopped:
             return
+        if not self.drone.can_fly:
+            raise StateError(f"{who}: the motors may not run, state '{self.drone.supervisor_state}'")
         uplink = self.drone.uplink
         if self.drone.struct.onboard.commander.priority > lib.COMMANDER_PRIORITY_HIGHLEVEL:
             # whoever flew with setpoints before, or stopped, holds the commander

@@ -54,9 +54,13 @@ def find_class(name: str, who: str) -> type[MotorCtrl]:
     module = _load_file(Path(module_name), what) if module_name.endswith(".py") else _import(module_name, what)
     found = getattr(module, class_name, None)
     if found is None:
-        own = [key for key, value in vars(module).items() if isinstance(value, type) and issubclass(value, MotorCtrl)]
-        raise UnknownNameError(f"{what}: {module_name} has no class {class_name}, only {', '.join(own) or 'others'}")
+        own = [value.__name__ for value in vars(module).values() if _is_own(value, module)]
+        raise UnknownNameError(f"{what}: there is no such class, only {', '.join(own) or 'no motor control at all'}")
     return checked_class(found, what)
+
+
+def _is_own(value: object, module: ModuleType) -> bool:
+    return isinstance(value, type) and issubclass(value, MotorCtrl) and value.__module__ == module.__name__
 
 
 def checked_class(found: object, what: str) -> type[MotorCtrl]:
