@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 DEFAULT_MASS = 0.038
 """Mass of the vehicle where nobody names another or a platform (kg): that of the original."""
 
+_LEGACY_GRAVITY = 9.80665  # m/s^2, by which the dossier's numbers of the original come out
 _STATES = 9
 _ROOM = 3.0  # [m], in which drones without a start position begin
 
@@ -54,6 +55,7 @@ class CrazyflieIntegrator:
         wind: ArrayLike = (0.0, 0.0, 0.0),
         disturbance: RandomForce | None = None,
         floor: float | None = None,
+        gravity: float | None = None,
         legacy: bool = False,
     ) -> None:
         """Place the drones.
@@ -73,6 +75,7 @@ class CrazyflieIntegrator:
             wind: Velocity of the air (m/s, world), shape (3,); acts through drag.
             disturbance: Random force.
             floor: Height of the floor (m), on which drones rest; None is none.
+            gravity: Acceleration of gravity (m/s^2); None is 9.81, and 9.80665 with `legacy`.
             legacy: Reproduce the original: forward Euler, body rates taken for Euler rates, its published rates.
 
         Raises:
@@ -92,7 +95,8 @@ class CrazyflieIntegrator:
         self.shape = position.shape[:-1]
         """() for one drone, (N,) for many."""
 
-        self.mass = self._each("mass", platform_mass(platform) if mass is None and platform else mass or DEFAULT_MASS)
+        default_mass = DEFAULT_MASS if platform is None else platform_mass(platform)
+        self.mass = self._each("mass", default_mass if mass is None else mass)
         if not np.all(self.mass > 0.0):
             raise RangeError(f"mass is {mass}, allowed: above 0 kg")
         if isinstance(drag, str) and drag != "rotor":
@@ -102,6 +106,9 @@ class CrazyflieIntegrator:
         self.wind = self._each("wind", wind, 3)
         self.floor = floor
         self.legacy = legacy
+        if gravity is None:
+            gravity = _LEGACY_GRAVITY if legacy else GRAVITY
+        self.gravity = float(_numbers("gravity", gravity))
         self._disturbance = disturbance
         self._force = np.zeros((*self.shape, 3))
 
@@ -112,7 +119,7 @@ class CrazyflieIntegrator:
         self.state[..., 6:9] = self._each("init_vel", init_vel, 3)
         self.input = np.zeros((*self.shape, 4))
         """Thrust (N) and body rates p, q, r (rad/s), shape (4,) or (N, 4); hover at first."""
-        self.input[..., 0] = self.mass * GRAVITY
+        self.input[..., 0] = self.mass * self.gravity
         self._loop: Loop | None = None
         self._steps = 0
         self.odometry_listeners: list[Callable[[Odometry], None]] = []
@@ -140,7 +147,7 @@ class CrazyflieIntegrator:
         change[..., 0:3] = velocity
         change[..., 3:6] = command[..., 1:4] if self.legacy else angle_rates(rpy, command[..., 1:4])
         change[..., 6:9] = push / self.mass[..., None]
-        change[..., 8] -= GRAVITY
+        change[..., 8] -= self.gravity
         return change
 
     # ---------------------------------------------------------------- commands, held until the next one
@@ -162,8 +169,9 @@ class CrazyflieIntegrator:
 
     def command_attitude(self, f: ArrayLike, roll: ArrayLike, pitch: ArrayLike, yaw: ArrayLike) -> None:
         """Hold thrust (N) and roll, pitch, yaw (rad), each a number or shape (N,)."""
-        thrust, *angles = (self._each(name, value) for name, value in zip("fryp", (f, roll, pitch, yaw), strict=True))
-        self._loop = AttitudeLoop(thrust, np.stack(angles, axis=-1))
+        named = {"roll": roll, "pitch": pitch, "yaw": yaw}
+        angles = [self._each(name, value) for name, value in named.items()]
+        self._loop = AttitudeLoop(self._each("f", f), np.stack(angles, axis=-1))
 
     def command_velocity(self, velocity: ArrayLike, yaw_rate: ArrayLike = 0.0) -> None:
         """Follow a velocity (m/s, world), shape (3,) or (N, 3), at a yaw rate (rad/s)."""
@@ -217,7 +225,7 @@ class CrazyflieIntegrator:
 
     def _advance(self) -> None:
         if self._loop is not None:
-            self.input = self._loop(self.time, self.state, self.mass)
+            self.input = self._loop(self.time, self.state, self.mass, self.gravity)
         if self._disturbance is not None:
             count = max(1, math.prod(self.shape))
             self._force = self._disturbance.step(count, self.dt).reshape(*self.shape, 3)
@@ -262,7 +270,9 @@ class CrazyflieIntegrator:
         shape = self.shape if length is None else (*self.shape, length)
         allowed = [() if length is None else (length,), shape]
         if numbers.shape not in allowed:
-            raise RangeError(f"{name} has shape {numbers.shape}, allowed: {' or '.join(map(str, dict.fromkeys(allowed)))}")
+            raise RangeError(
+                f"{name} has shape {numbers.shape}, allowed: {' or '.join(map(str, dict.fromkeys(allowed)))}"
+            )
         return np.broadcast_to(numbers, shape).copy()
 
 
@@ -283,5 +293,3 @@ def _frequency(name: str, value: int, highest: int | None) -> int:
     if not (is_whole and 1 <= value <= (highest or 1_000_000)):
         raise RangeError(f"{name} is {value!r}, allowed: a whole number of Hz, 1 to {highest or 1_000_000}")
     return int(value)
-
-

@@ -24,9 +24,12 @@ _MAX_ACCELERATION = 4.0  # [m/s^2]
 
 
 class Loop(Protocol):
-    """Called at the begin of every step with time (s), state (..., 9 or more) and mass (kg); returns f, p, q, r."""
+    """Called at the begin of every step with time (s), state (..., 9 or more) and mass (kg), gravity (m/s^2).
 
-    def __call__(self, time: float, state: Array, mass: Array) -> Array:
+    Returns f, p, q, r.
+    """
+
+    def __call__(self, time: float, state: Array, mass: Array, gravity: float) -> Array:
         """Return the input, shape (..., 4)."""
 
 
@@ -37,7 +40,7 @@ class AttitudeLoop:
     thrust: Array  # (...,)
     rpy: Array  # (..., 3)
 
-    def __call__(self, time: float, state: Array, mass: Array) -> Array:
+    def __call__(self, time: float, state: Array, mass: Array, gravity: float) -> Array:
         """See `Loop`."""
         rates = _rates_towards(rotation(self.rpy), state)
         return np.concatenate([np.broadcast_to(self.thrust, rates.shape[:-1])[..., None], rates], axis=-1)
@@ -50,10 +53,10 @@ class VelocityLoop:
     velocity: Array  # (..., 3)
     yaw_rate: Array  # (...,)
 
-    def __call__(self, time: float, state: Array, mass: Array) -> Array:
+    def __call__(self, time: float, state: Array, mass: Array, gravity: float) -> Array:
         """See `Loop`."""
         acceleration = _VELOCITY_GAIN * (self.velocity - state[..., 6:9])
-        command = _thrust_and_rates(acceleration, state[..., 5], state, mass)
+        command = _thrust_and_rates(acceleration, state[..., 5], state, mass, gravity)
         command[..., 3] += self.yaw_rate
         return command
 
@@ -70,13 +73,13 @@ class GoToLoop:
     goal: Array  # (..., 3) [m]
     goal_yaw: Array  # (...,) [rad]
 
-    def __call__(self, time: float, state: Array, mass: Array) -> Array:
+    def __call__(self, time: float, state: Array, mass: Array, gravity: float) -> Array:
         """See `Loop`."""
         position, velocity, acceleration, yaw = self.reference(time)
         wanted = acceleration + _VELOCITY_GAIN * (
             velocity - state[..., 6:9] + _POSITION_GAIN * (position - state[..., 0:3])
         )
-        return _thrust_and_rates(wanted, yaw, state, mass)
+        return _thrust_and_rates(wanted, yaw, state, mass, gravity)
 
     def reference(self, time: float) -> tuple[Array, Array, Array, Array]:
         """Return position, velocity, acceleration and yaw of the plan: quintic, at rest at its end."""
@@ -99,11 +102,11 @@ class GoToLoop:
         )
 
 
-def _thrust_and_rates(acceleration: Array, yaw: Array, state: Array, mass: Array) -> Array:
+def _thrust_and_rates(acceleration: Array, yaw: Array, state: Array, mass: Array, gravity: float) -> Array:
     """Return the input that turns the thrust towards an acceleration (m/s^2, world) and the nose to a yaw (rad)."""
     size = np.linalg.norm(acceleration, axis=-1, keepdims=True)
     acceleration = acceleration * np.minimum(1.0, _MAX_ACCELERATION / np.maximum(size, 1e-9))
-    force = np.asarray(mass)[..., None] * (acceleration + np.array([0.0, 0.0, GRAVITY]))
+    force = np.asarray(mass)[..., None] * (acceleration + np.array([0.0, 0.0, gravity]))
     z = force / np.linalg.norm(force, axis=-1, keepdims=True)
     heading = np.stack([np.cos(yaw), np.sin(yaw), np.zeros_like(yaw)], axis=-1)
     y = np.cross(z, heading)

@@ -57,7 +57,6 @@ class MotorCtrl(Devices):
     controllers: ClassVar[tuple[str, ...] | None] = None
     """Controllers of the built-in provider that follow these setpoints; None when it does not matter."""
 
-
     # ---------------------------------------------------------------- to be overridden
 
     def init(self, drone: Drone, properties: Mapping[str, str]) -> None:

@@ -1,4 +1,4 @@
-"""The motor controls of a world: finds their classes, calls them at their rates, and stops the drone of one that fails."""
+"""The motor controls of a world: their classes, their rates, and what becomes of the drone of one that fails."""
 
 from __future__ import annotations
 
