@@ -1,4 +1,4 @@
-"""The command line: `crazychoir fly MISSION.yaml`, `crazychoir run MODEL.xml`, `crazychoir info`, `variables`, `app` and `firmware`.
+"""The command line: `crazychoir fly`, `run`, `info`, `variables`, `app` and `firmware`.
 
 One module per command. Whatever is slow to import, a command imports when it runs.
 """

@@ -20,13 +20,13 @@ def wrapped(angles: Array) -> Array:
 
 def rotation(rpy: Array) -> Array:
     """Return the matrix from body to world, shape (..., 3, 3)."""
-    (sr, sp, sy), (cr, cp, cy) = np.moveaxis(np.sin(rpy), -1, 0), np.moveaxis(np.cos(rpy), -1, 0)
-    rows = [
-        [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
-        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr],
-        [-sp, cp * sr, cp * cr],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    (sr, sp, sy), (cr, cp, cy) = np.sin(rpy).T, np.cos(rpy).T
+    # filled in the order of the transpose, so that one line serves one drone and many
+    R = np.empty((3, 3, *rpy.shape[-2::-1]))
+    R[0, 0], R[0, 1], R[0, 2] = cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr
+    R[1, 0], R[1, 1], R[1, 2] = sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr
+    R[2, 0], R[2, 1], R[2, 2] = -sp, cp * sr, cp * cr
+    return np.swapaxes(R.T, -1, -2)
 
 
 def quaternion_xyzw(rpy: Array) -> Array:
@@ -46,12 +46,11 @@ def quaternion_xyzw(rpy: Array) -> Array:
 
 def angle_rates(rpy: Array, rates: Array) -> Array:
     """Return the rates of roll, pitch and yaw (rad/s) that body rates (rad/s) make."""
-    sr, cr = np.sin(rpy[..., 0]), np.cos(rpy[..., 0])
-    sp, cp = np.sin(rpy[..., 1]), np.cos(rpy[..., 1])
+    (sr, sp, _), (cr, cp, _) = np.sin(rpy).T, np.cos(rpy).T
     cp = np.where(np.abs(cp) < _LEAST_COSINE, np.copysign(_LEAST_COSINE, cp), cp)
-    p, q, r = np.moveaxis(rates, -1, 0)
-    turn = sr * q + cr * r
-    return np.stack([p + turn * sp / cp, cr * q - sr * r, turn / cp], axis=-1)
+    p, q, r = rates.T
+    turn = (sr * q + cr * r) / cp
+    return np.array([p + turn * sp, cr * q - sr * r, turn]).T
 
 
 def legacy_rates(rpy: Array, rates: Array) -> Array:

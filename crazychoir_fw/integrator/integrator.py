@@ -141,8 +141,8 @@ class CrazyflieIntegrator:
         R = rotation(rpy)
         push = command[..., 0:1] * R[..., :, 2] + force
         if self.drag is not None:
-            air = np.einsum("...ji,...j->...i", R, velocity - self.wind)
-            push = push - np.einsum("...ij,...j->...i", R, self.drag * air)
+            air = np.swapaxes(R, -1, -2) @ (velocity - self.wind)[..., None]
+            push = push - (R @ (self.drag[..., None] * air))[..., 0]
         change = np.zeros_like(state)
         change[..., 0:3] = velocity
         change[..., 3:6] = command[..., 1:4] if self.legacy else angle_rates(rpy, command[..., 1:4])

@@ -92,7 +92,9 @@ def _prepare_drones_of(spec: mujoco.MjSpec, scene: str | Path, seed: int) -> int
         return 0
     # a specification does not say what a plugin declared within a body is, but the compiled model does; read again,
     # because MuJoCo 4.0 copies no specification with such a plugin
-    trial = _compiled(_scene(scene))
+    reading = _scene(scene)
+    reading.activate_plugin(PLUGIN)
+    trial = _compiled(reading)
     drones = [entry for i, entry in enumerate(plugins) if is_crazyflie(trial, i)]
     for entry in drones:
         entry.config = {"seed": str(seed), **entry.config}
