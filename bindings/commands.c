@@ -1,6 +1,8 @@
 #include "commands.h"
 
 #include <math.h>
+#include <stddef.h>
+#include <string.h>
 
 #define HIGH_LEVEL(cf_, provider_) &(cf_)->onboard.high_level, provider_, (cf_)->provider_state
 
@@ -23,6 +25,23 @@ cf_status_t cf_send_setpoint(cf_t *cf, const setpoint_t *setpoint) {
       cf_commander_set_setpoint(&cf->onboard.commander, provider, cf->provider_state, setpoint,
                                 COMMANDER_PRIORITY_CRTP, cf->onboard.tick);
   return is_taken ? CF_OK : CF_ERR_STATE;
+}
+
+static bool is_mode(stab_mode_t mode) {
+  return (int)mode >= modeDisable && (int)mode <= modeVelocity;
+}
+
+cf_status_t cf_send_setpoint_bytes(cf_t *cf, const uint8_t *bytes, uint32_t size) {
+  setpoint_t setpoint;
+  // looked at as a byte, because a bool that is neither 0 nor 1 must not be read
+  if (size != sizeof setpoint || bytes[offsetof(setpoint_t, velocity_body)] > 1) {
+    return CF_ERR_VALUE;
+  }
+  memcpy(&setpoint, bytes, sizeof setpoint);
+  const setpoint_mode_t *m = &setpoint.mode;
+  const bool are_modes = is_mode(m->x) && is_mode(m->y) && is_mode(m->z) && is_mode(m->roll) &&
+                         is_mode(m->pitch) && is_mode(m->yaw) && is_mode(m->quat);
+  return are_modes ? cf_send_setpoint(cf, &setpoint) : CF_ERR_VALUE;
 }
 
 static cf_status_t send_if(cf_t *cf, cf_status_t status, const setpoint_t *setpoint) {
@@ -200,6 +219,10 @@ cf_status_t cf_recover_from_crash(cf_t *cf) {
 
 void cf_emergency_stop(cf_t *cf) {
   cf_supervisor_request_emergency_stop(&cf->onboard.supervisor);
+}
+
+void cf_fail_pilot(cf_t *cf, const char *reason) {
+  cf_onboard_fail_pilot(&cf->onboard, reason);
 }
 
 cf_status_t cf_send_external_position(cf_t *cf, float x, float y, float z) {

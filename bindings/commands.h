@@ -14,6 +14,10 @@
 // its numbers are finite, CF_ERR_STATE when a higher priority holds it.
 cf_status_t cf_send_setpoint(cf_t *cf, const setpoint_t *setpoint);
 
+// The same for the bytes of a setpoint_t, as a journal or a program keeps them. CF_ERR_VALUE also
+// for another size, for a mode that does not exist and for a truth value other than 0 and 1.
+cf_status_t cf_send_setpoint_bytes(cf_t *cf, const uint8_t *bytes, uint32_t size);
+
 // The low-level setpoints of onboard/commander/setpoints.h and onboard/commander/rpyt.h, built and
 // handed over in one call. What roll, pitch, yaw and thrust of cf_send_rpyt mean is chosen by the
 // parameters flightmode.*.
@@ -61,6 +65,10 @@ int cf_high_level_packet(cf_t *cf, const uint8_t *data, uint32_t size,
 cf_status_t cf_arm(cf_t *cf, bool arm);
 cf_status_t cf_recover_from_crash(cf_t *cf);
 void        cf_emergency_stop(cf_t *cf);
+
+// Stops the motors and locks the drone for good, because the program that commands it has failed;
+// the reason, of which the first 191 bytes are kept, shows in onboard.failure.
+void cf_fail_pilot(cf_t *cf, const char *reason);
 
 // An external position or pose, as the localization service receives it. CF_ERR_VALUE unless
 // finite, CF_ERR_CAPACITY when the estimator's queue is full.

@@ -162,6 +162,12 @@ static const attribute_t ATTRIBUTES[] = {
      .low    = 0.001,
      .high   = 1,
      .count  = 2},
+    {.name = "motor_ctrl",
+     .doc  = "class of the Python plugin that flies the drone in a World; see motor_ctrl.md",
+     .kind = KIND_REMARK},
+    {.name = "motor_ctrl_properties",
+     .doc  = "what that class is told: words of the form key=value",
+     .kind = KIND_REMARK},
 };
 
 #define COUNT_OF_ATTRIBUTES (int)(sizeof ATTRIBUTES / sizeof ATTRIBUTES[0])

@@ -16,6 +16,7 @@ typedef enum {
   KIND_NUMBER,      // a number in [low, high], stored in a float
   KIND_PARAMETERS,  // `name=value` of vehicle/parameters.h
   KIND_VECTOR,      // `count` such numbers with spaces between them, stored in floats
+  KIND_REMARK,      // text for the program around the engine, not stored
 } kind_t;
 
 typedef struct {

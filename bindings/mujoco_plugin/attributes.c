@@ -62,6 +62,10 @@ void cf_attribute_range(int i, char *text, int capacity) {
     snprintf(text, (size_t)capacity, "name=value name=a,b,c, see `crazychoir vehicle`");
     return;
   }
+  if (a->kind == KIND_REMARK) {
+    snprintf(text, (size_t)capacity, "any text");
+    return;
+  }
   if (a->kind == KIND_VECTOR) {
     snprintf(text, (size_t)capacity, "%d numbers %.10g to %.10g", a->count, a->low, a->high);
     return;
@@ -161,6 +165,8 @@ static cf_status_t set(cf_config_t *config, const attribute_t *a, const char *te
       return set_vector(config, a, text);
     case KIND_PROVIDER:
       return set_provider(config, a, text);
+    case KIND_REMARK:
+      return CF_OK;
     default:
       return set_number(config, a, text);
   }

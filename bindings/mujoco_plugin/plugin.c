@@ -121,6 +121,15 @@ static void reset(const mjModel *model, mjtNum *plugin_state, void *plugin_data,
   cf_init((cf_t *)plugin_state, &drone->config);
 }
 
+const char *cf_plugin_attribute(uintptr_t model, int instance, const char *name) {
+  const mjModel *m = (const mjModel *)model;
+  if (instance < 0 || instance >= m->nplugin || m->plugin[instance] != plugin_slot) {
+    return NULL;
+  }
+  const char *text = mj.get_config(m, instance, name);
+  return text != NULL ? text : "";
+}
+
 int cf_plugin_mujoco_version(void) {
   return mjVERSION_HEADER;
 }

@@ -17,6 +17,10 @@ int cf_plugin_register(const char *libmujoco_path);
 // Version of the MuJoCo headers this was built with, e.g. 4000000.
 int cf_plugin_mujoco_version(void);
 
+// The text of an attribute of the drone in a plugin instance of a model (address of mjModel), empty
+// when it is not set. Null when the instance is no Crazyflie.
+const char *cf_plugin_attribute(uintptr_t model, int instance, const char *name);
+
 // Lets the ticks of a swarm run beside the first half of the next step. Between on and off, which
 // must be calls of one thread, nobody else may touch this mjData; afterwards everything is up to
 // date. Takes the addresses of mjModel and mjData; does nothing when there is no Crazyflie in them.

@@ -95,6 +95,8 @@ const char *cf_fault_text(cf_fault_t fault) {
       return "the onboard software failed";
     case CF_FAULT_POWER:
       return "the battery was cut";
+    case CF_FAULT_PILOT:
+      return "its motor control failed";
   }
   return "unknown fault";
 }
@@ -114,12 +116,20 @@ __attribute__((cold)) void cf_onboard_fail(cf_onboard_t *onboard, cf_fault_t fau
   onboard->supervisor.info      = CF_SUPERVISOR_INFO_IS_LOCKED;
 }
 
-__attribute__((cold)) void cf_onboard_fail_because(cf_onboard_t *onboard, const char *reason) {
+static void fail_in_words(cf_onboard_t *onboard, cf_fault_t fault, const char *reason) {
   if (onboard->fault == CF_FAULT_NONE) {
     snprintf(onboard->failure, sizeof onboard->failure, "%s", reason);
-    cf_onboard_fail(onboard, CF_FAULT_SOFTWARE);
+    cf_onboard_fail(onboard, fault);
     cf_console_print_line(&onboard->console, "SYS: ", onboard->failure, NULL);
   }
+}
+
+__attribute__((cold)) void cf_onboard_fail_because(cf_onboard_t *onboard, const char *reason) {
+  fail_in_words(onboard, CF_FAULT_SOFTWARE, reason);
+}
+
+__attribute__((cold)) void cf_onboard_fail_pilot(cf_onboard_t *onboard, const char *reason) {
+  fail_in_words(onboard, CF_FAULT_PILOT, reason);
 }
 
 static bool is_finite_estimate(const state_t *s) {

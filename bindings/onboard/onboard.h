@@ -29,10 +29,10 @@
 #include "status.h"
 #include "variables.h"
 
-#define CF_FAILURE_BYTES 96
+#define CF_FAILURE_BYTES 192
 
 // Why a drone was stopped until it is booted again: its numbers were no longer finite, a provider
-// gave up, or there was no power.
+// gave up, there was no power, or the program that flies it failed.
 typedef enum {
   CF_FAULT_NONE     = 0,
   CF_FAULT_MOTION   = 1,  // the simulated motion is not a number, or without bounds
@@ -40,6 +40,7 @@ typedef enum {
   CF_FAULT_CONTROL  = 3,  // the controller's output is not a number
   CF_FAULT_SOFTWARE = 4,  // code of a provider failed; onboard.failure says how
   CF_FAULT_POWER    = 5,  // the battery was cut
+  CF_FAULT_PILOT    = 6,  // the program that commands the drone failed; onboard.failure says how
 } cf_fault_t;
 
 // What the hardware delivers every millisecond.
@@ -123,7 +124,7 @@ typedef struct {
   cf_decks_t             decks;
   cf_peer_localization_t peers;
   cf_console_t           console;
-  char                   failure[CF_FAILURE_BYTES];  // with CF_FAULT_SOFTWARE; ends with a zero
+  char                   failure[CF_FAILURE_BYTES];  // with CF_FAULT_SOFTWARE or PILOT; ends with a zero
 } cf_onboard_t;
 
 // Boots everything at tick 0, but leaves the console alone, on which the provider may have printed
@@ -150,8 +151,9 @@ void cf_onboard_refresh_logs(cf_onboard_t *onboard);
 // Stops the motors and locks the supervisor until the next boot.
 void cf_onboard_fail(cf_onboard_t *onboard, cf_fault_t fault);
 
-// The same with CF_FAULT_SOFTWARE, for a reason in words.
+// The same with CF_FAULT_SOFTWARE or CF_FAULT_PILOT, for a reason in words.
 void cf_onboard_fail_because(cf_onboard_t *onboard, const char *reason);
+void cf_onboard_fail_pilot(cf_onboard_t *onboard, const char *reason);
 
 // A sentence about a fault, never null.
 const char *cf_fault_text(cf_fault_t fault);

@@ -9,7 +9,17 @@ from pydantic import Discriminator, Field, Tag
 
 from crazychoir_fw.errors import MissionError
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number, parameter_values, point, source_files, whole, word
+from crazychoir_fw.mission.values import (
+    choice,
+    motor_ctrl_name,
+    number,
+    parameter_values,
+    plain_properties,
+    point,
+    source_files,
+    whole,
+    word,
+)
 
 PLATFORMS = ("cf2", "cf21bl")
 OUT_OF_TREE = "out_of_tree"
@@ -61,6 +71,13 @@ class Settings(Section):
 
     parameters: Annotated[Mapping[str, float], parameter_values()] | None = None
     """Onboard parameters by their cflib names, such as `colAv.enable`, set before the flight."""
+
+    motor_ctrl: Annotated[str, motor_ctrl_name()] | None = None
+    """Class that flies the drone from Python: `package.module:Class`, or `file.py:Class` seen from the folder of the
+    mission file. Such a drone flies itself: only phases that name it command it."""
+
+    motor_ctrl_properties: Annotated[Mapping[str, str | float], plain_properties()] | None = None
+    """What that class is told."""
 
 
 class DroneEntry(Settings):
@@ -145,6 +162,8 @@ class Drone:
     battery: float = 1.0
     mass: float | None = None  # [kg]
     parameters: Mapping[str, float] = field(default_factory=dict)
+    motor_ctrl: str | None = None
+    motor_ctrl_properties: Mapping[str, str | float] = field(default_factory=dict)
 
 
 def decide(drones: list[DroneEntry] | Layout, defaults: Settings) -> tuple[Drone, ...]:

@@ -57,6 +57,7 @@ class Course:
     yaw: float  # [rad]
     position: Point = (0.0, 0.0, 0.0)  # where it was told to be last [m], world frame
     is_flying: bool = False
+    flies_itself: bool = False  # by a motor control of its own
     airborne: list[tuple[int, int]] = field(default_factory=list)  # from the take-off to the end of the landing [ticks]
 
 
@@ -101,7 +102,8 @@ def plan_flight(mission: Mission) -> FlightPlan:
     courses = []
     for drone in mission.fleet:
         start = (*drone.position, 0.0)[:3]
-        courses.append(Course(start=start, yaw=math.radians(drone.yaw_deg), position=start))
+        own = drone.motor_ctrl is not None
+        courses.append(Course(start=start, yaw=math.radians(drone.yaw_deg), position=start, flies_itself=own))
     plan = FlightPlan(fleet=[drone.id for drone in mission.fleet], courses=courses)
 
     now = 0
@@ -143,9 +145,12 @@ def _everyone_in(plan: FlightPlan, phase: Phase, path: str) -> set[int]:
 
 
 def _selected(plan: FlightPlan, maneuver: Maneuver, path: str) -> list[int]:
-    """Return the indices of the drones of a maneuver, in the order of the fleet."""
+    """Return the indices of the drones of a maneuver, in the order of the fleet.
+
+    Who flies itself is only commanded by name.
+    """
     if maneuver.drones is None:
-        return list(range(len(plan.fleet)))
+        return [i for i, course in enumerate(plan.courses) if not course.flies_itself]
     for name in maneuver.drones:
         if name not in plan.fleet:
             hint = did_you_mean(name, plan.fleet)

@@ -128,6 +128,7 @@ class Flight:
         self._observe = observe
         self._recorder = recorder
         self._failures: list[str] = []
+        self._own_failures: dict[str, str] = {}  # of drones that fly themselves: the others go on
 
     def run(self) -> FlightResult:
         """Fly to the end and return the result."""
@@ -144,6 +145,7 @@ class Flight:
         log = self._recorder.finish({"mission": self._mission.name, "description": self._mission.description})
         if not self._failures:
             self._failures = judge(self._mission, self._plan, log, start)
+        self._failures += self._own_failures.values()
         summary = summarize(self._mission, self._plan, self._world, log, start, wall_seconds, self._failures)
         return FlightResult(self._mission, self._world, log, self._film, summary)
 
@@ -213,11 +215,18 @@ class Flight:
             self._failures.append(str(error))
 
     def _look_for_failures(self) -> None:
-        """Note every drone that crashed, locked or stopped."""
+        """Note every drone that crashed, locked or stopped; the flight ends with it unless it flies itself."""
         for drone in self._world.drones:
+            sentence = None
             if drone.failure:
                 # a sentence with drone and time
-                self._failures.append(drone.failure)
+                sentence = drone.failure
             elif drone.is_crashed or drone.is_locked:
                 what = "crashed" if drone.is_crashed else "locked up"
-                self._failures.append(f"{drone.id}: {what} at {self._world.time:.2f} s")
+                sentence = f"{drone.id}: {what} at {self._world.time:.2f} s"
+            if sentence is None:
+                continue
+            if drone.motor_ctrl is None:
+                self._failures.append(sentence)
+            else:
+                self._own_failures.setdefault(drone.id, sentence)

@@ -56,7 +56,9 @@ def judge(mission: Mission, plan: FlightPlan, log: "FlightLog", start: float) ->
                 f"{plan.fleet[waypoint.drone]}: missed the target of {waypoint.phase} by {miss:.2f} m, "
                 f"tolerance {mission.tolerance.waypoint:g} m"
             )
-    for name, miss in zip(plan.fleet, endpoint_errors(plan, log), strict=True):
+    for name, course, miss in zip(plan.fleet, plan.courses, endpoint_errors(plan, log), strict=True):
+        if course.flies_itself:
+            continue  # nobody here knows where it wants to be
         if not miss <= mission.tolerance.endpoint:
             failures.append(f"{name}: ended {miss:.2f} m from its target, tolerance {mission.tolerance.endpoint:g} m")
     return failures
@@ -82,7 +84,8 @@ def summarize(
     `providers` says once per provider what it was built from.
     """
     measured = flight_figures(plan, log, start)
-    for drone, figures in zip(world.drones, measured, strict=True):
+    # a scene may bring more drones, which come last
+    for drone, figures in zip(world.drones[: len(measured)], measured, strict=True):
         if drone.config.controller in (*FORCE_CONTROLLERS, OUT_OF_TREE):
             figures["hover_thrust_percent"] = None
     drones = [
@@ -93,7 +96,7 @@ def summarize(
             "battery_V": _rounded(drone.battery_voltage),
             "supervisor_state": drone.supervisor_state,
         }
-        for drone, figures in zip(world.drones, measured, strict=True)
+        for drone, figures in zip(world.drones[: len(measured)], measured, strict=True)
     ]
     return {
         "mission": mission.name,
@@ -128,7 +131,7 @@ def flight_figures(plan: FlightPlan, log: "FlightLog", start: float) -> list[dic
             {
                 "rms_error_m": _rounded(_rms(tracking[flies, i])),
                 "max_error_m": _rounded(tracking[flies, i].max() if flies.any() else math.nan),
-                "endpoint_error_m": _rounded(endpoint[i]),
+                "endpoint_error_m": _rounded(math.nan if plan.courses[i].flies_itself else endpoint[i]),
                 "estimator_rms_m": _rounded(_rms(estimation[flies, i])),
                 "hover_thrust_percent": _rounded(100.0 * thrust / FULL_THRUST, digits=2),
             }
@@ -141,7 +144,7 @@ def endpoint_errors(plan: FlightPlan, log: "FlightLog") -> NDArray[np.float64]:
 
     A drone that landed belongs on the floor it started from, at its height of the first sample.
     """
-    position = _vector(log, TRUE_POSITION)
+    position = _vector(log, TRUE_POSITION)[:, : len(plan.courses)]
     targets = np.array([course.position for course in plan.courses])
     on_floor = np.array([not course.is_flying for course in plan.courses])
     targets[on_floor, 2] = position[0, on_floor, 2]

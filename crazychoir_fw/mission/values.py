@@ -120,6 +120,44 @@ def source_files() -> BeforeValidator:
     return BeforeValidator(check)
 
 
+def motor_ctrl_name() -> BeforeValidator:
+    """The class of a motor control; a file is seen from the folder of the mission file."""
+    must = "the class of a motor control: package.module:Class, file.py:Class or a word such as MotorCtrlXYZ"
+
+    def check(value: object, info: ValidationInfo) -> str:
+        if not isinstance(value, str) or not re.fullmatch(r"(.*\.py:|[\w.]+:)?[^\W\d]\w*", value):
+            raise refusal(must)
+        file, colon, class_name = value.rpartition(":")
+        if not (colon and file.endswith(".py")):
+            return value
+        folder = (info.context or {}).get("folder", Path())
+        path = folder / file
+        try:
+            is_file = path.is_file()
+        except (OSError, ValueError):  # a name that no file can have
+            is_file = False
+        if not is_file:
+            raise refusal(f"{must}; {file[:80]!r} is no existing file in {folder}")
+        return f"{path.resolve()}:{class_name}"
+
+    return BeforeValidator(check)
+
+
+def plain_properties() -> BeforeValidator:
+    """A mapping from words to texts or numbers."""
+    must = "a mapping from words to texts or numbers, such as {height: 0.8}"
+
+    def check(value: object) -> dict[str, str | float]:
+        is_plain = isinstance(value, Mapping) and all(
+            re.fullmatch(r"\w[\w.-]*", str(key)) and isinstance(item, str | int | float) for key, item in value.items()
+        )
+        if not is_plain:
+            raise refusal(must)
+        return {str(key): item for key, item in value.items()}  # type: ignore[attr-defined]
+
+    return BeforeValidator(check)
+
+
 def parameter_values() -> BeforeValidator:
     """A mapping from names of onboard parameters to numbers that fit into them.
 

@@ -2,7 +2,19 @@
 
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
+from crazychoir_fw.simulation.motor_ctrl import MotorCtrl, MotorCtrlFPQR, MotorCtrlFRPY, MotorCtrlVel, MotorCtrlXYZ
 from crazychoir_fw.simulation.recorder import FlightRecorder
 from crazychoir_fw.simulation.world import World, set_threads
 
-__all__ = ["Drone", "DroneConfig", "FlightRecorder", "World", "set_threads"]
+__all__ = [
+    "Drone",
+    "DroneConfig",
+    "FlightRecorder",
+    "MotorCtrl",
+    "MotorCtrlFPQR",
+    "MotorCtrlFRPY",
+    "MotorCtrlVel",
+    "MotorCtrlXYZ",
+    "World",
+    "set_threads",
+]

@@ -15,6 +15,8 @@ from crazychoir_fw.mujoco_models import SCENES, VEHICLES, model_path
 from crazychoir_fw.mujoco_models.stamp import VehicleStamp
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.loading import add_payload, check_payload, set_inertia
+from crazychoir_fw.simulation.model_drones import is_crazyflie
+from crazychoir_fw.simulation.provider_words import BUILTIN, load_providers
 
 _GOLDEN_RATIO = 0.618034
 
@@ -32,23 +34,31 @@ def build_model(drones: Sequence[DroneConfig], scene: str | Path, seed: int, vis
         RangeError: If a drone's configuration is impossible; the message names the drone and what is allowed.
         UnknownNameError: If there is no such scene or platform.
     """
-    _check(drones, seed)
     spec = _scene(scene)
+    _check(drones, seed)
+    in_scene = _prepare_drones_of(spec, scene, seed)
+    if not drones and not in_scene:
+        raise RangeError(f"drones: the list is empty and scene '{scene}' has none, a world has at least 1 drone")
     spec.activate_plugin(PLUGIN)
     stamps: dict[str, VehicleStamp] = {}
     for index, drone in enumerate(drones):
         if drone.platform not in stamps:
             stamps[drone.platform] = _stamp(spec, drone, visuals)
-        _add_drone(spec, stamps[drone.platform], drone, index, seed)
-    try:
-        model = spec.compile()
-    except ValueError as error:
-        sentence = str(error).splitlines()[0].removeprefix("Error: ").removeprefix("engine error: ")
-        raise RangeError(sentence) from error
+        # drones of the scene count first, as the engine plugin does
+        _add_drone(spec, stamps[drone.platform], drone, in_scene + index, seed)
+    model = _compiled(spec)
     # one body gone wild must not send the whole world back to its start; the plugin parks that drone alone
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     _skip_what_is_absent(model)
     return model
+
+
+def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+    try:
+        return spec.compile()
+    except ValueError as error:
+        sentence = str(error).splitlines()[0].removeprefix("Error: ").removeprefix("engine error: ")
+        raise RangeError(sentence) from error
 
 
 def _skip_what_is_absent(model: mujoco.MjModel) -> None:
@@ -71,9 +81,28 @@ def _skip_what_is_absent(model: mujoco.MjModel) -> None:
             model.opt.disableflags |= flag
 
 
+def _prepare_drones_of(spec: mujoco.MjSpec, scene: str | Path, seed: int) -> int:
+    """Load the providers of the drones that a scene brings along, and give those the seed that have none.
+
+    Returns:
+        The number of these drones.
+    """
+    plugins = list(spec.plugins)
+    load_providers((entry.config.get("provider", BUILTIN), entry.config.get("platform", "cf2")) for entry in plugins)
+    if not plugins:
+        return 0
+    # a specification does not say what a plugin declared within a body is, but the compiled model does; read again,
+    # because MuJoCo 4.0 copies no specification with such a plugin
+    reading = _scene(scene)
+    reading.activate_plugin(PLUGIN)
+    trial = _compiled(reading)
+    drones = [entry for i, entry in enumerate(plugins) if is_crazyflie(trial, i)]
+    for entry in drones:
+        entry.config = {"seed": str(seed), **entry.config}
+    return len(drones)
+
+
 def _check(drones: Sequence[DroneConfig], seed: int) -> None:
-    if not drones:
-        raise RangeError("drones: the list is empty, a world has at least 1 drone")
     if not (isinstance(seed, int) and 0 <= seed < 2**32):
         raise RangeError(f"seed is {seed!r}, allowed: a whole number from 0 to 4294967295")
     seen: set[str] = set()
@@ -93,7 +122,10 @@ def _scene(scene: str | Path) -> mujoco.MjSpec:
     path = model_path(str(scene)) if str(scene) in SCENES else Path(scene)
     if not path.is_file():
         raise UnknownNameError(f"scene '{scene}' is neither a file nor one of: {', '.join(SCENES)}")
-    return mujoco.MjSpec.from_file(str(path))
+    try:
+        return mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise RangeError(f"scene '{scene}' is no model: {' '.join(str(error).split())[:200]}") from error
 
 
 def _stamp(spec: mujoco.MjSpec, drone: DroneConfig, visuals: bool) -> VehicleStamp:

@@ -18,6 +18,7 @@ from crazychoir_fw.variables import log_table, parameter_table
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.cameras import Camera, Cameras
+    from crazychoir_fw.simulation.motor_ctrl import MotorCtrl
 
 
 class DroneSnapshot:
@@ -43,6 +44,8 @@ class Drone:
         size = int(model.plugin_statenum[model.body_plugin[model.body(config.id).id]])
         self._qpos = data.qpos[qpos : qpos + 7]
         self._qvel = data.qvel[qvel : qvel + 6]
+        self._qacc = data.qacc[qvel : qvel + 6]
+        self._subtree_mass = model.body_subtreemass[model.body(config.id).id :][:1]
         self.memory: NDArray[np.uint8] = data.plugin_state[state : state + size].view(np.uint8)
         self._cf: Any = struct_view("cf_t", address_of(self.memory))
 
@@ -52,6 +55,7 @@ class Drone:
         self.uplink = Uplink(self._cf)
         """The way of all requests: who listens to commands, or disturbs them, hooks in here."""
         self.uplink.handle("packet", self._receive_packet)
+        self.uplink.handle("setpoint", self._receive_setpoint)
         self.uplink.handle("place", self._place)
         self.commander = Commander(self.id, self.uplink)
         self.high_level_commander = HighLevelCommander(self.id, self._cf, self.uplink)
@@ -61,6 +65,8 @@ class Drone:
         self.log = Log(self.id, self.memory, log_table(provider), self._cf)
         self.cameras: Cameras | None = None
         """What the cameras of its world share; the world sets it."""
+        self.motor_ctrl: MotorCtrl | None = None
+        """Who flies it from Python, if the world was told of somebody."""
 
     def __repr__(self) -> str:
         x, y, z = self.true_position
@@ -82,6 +88,16 @@ class Drone:
     def true_velocity(self) -> NDArray[np.float64]:
         """Velocity of the body (m/s, world), shape (3,)."""
         return self._qvel[:3].copy()
+
+    @property
+    def true_acceleration(self) -> NDArray[np.float64]:
+        """Acceleration of the body over the last step (m/s^2, world), shape (3,)."""
+        return self._qacc[:3].copy()
+
+    @property
+    def mass(self) -> float:
+        """Mass of the body with everything on it (kg)."""
+        return float(self._subtree_mass[0])
 
     @property
     def true_quat_wxyz(self) -> NDArray[np.float64]:
@@ -138,7 +154,7 @@ class Drone:
         if onboard.fault == lib.CF_FAULT_NONE:
             return None
         reason = ffi.string(lib.cf_fault_text(onboard.fault)).decode()
-        if onboard.fault == lib.CF_FAULT_SOFTWARE:
+        if onboard.fault in (lib.CF_FAULT_SOFTWARE, lib.CF_FAULT_PILOT):
             reason += f": {ffi.string(onboard.failure).decode(errors='replace')}"
         return f"{self.id}: {reason} (at {onboard.fault_tick / 1000:.3f} s)"
 
@@ -245,6 +261,9 @@ class Drone:
     def _receive_packet(self, port: int, channel: int, data: bytes, call: str | None = None) -> bytes | None:
         call = call or f"packet '{data.hex(' ')}' on port {port} channel {channel}"
         return receive_packet(self._cf, port, channel, data, f"{self.id}: {call}")
+
+    def _receive_setpoint(self, data: bytes) -> int:
+        return lib.cf_send_setpoint_bytes(self._cf, data, len(data))
 
     # ---------------------------------------------------------------- snapshots
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from crazychoir_fw import vehicles
 
+if TYPE_CHECKING:
+    from crazychoir_fw.simulation.motor_ctrl import MotorCtrl
 
 BODY_PARAMETERS = ("mass", "inertia", "products_of_inertia")
 """Parameters of a vehicle that MuJoCo's body has, not the engine plugin."""
@@ -62,6 +64,11 @@ class DroneConfig:
     """Onboard parameters that a client sets at the start, such as ``{"colAv.enable": 1}``; a reboot forgets them."""
     attributes: Mapping[str, str | float | int | Sequence[float]] = field(default_factory=dict)
     """Any further attribute of the engine plugin, such as ``mocap_noise`` (m) or ``anchor0`` (x, y, z in m)."""
+    motor_ctrl: str | type[MotorCtrl] | None = None
+    """Who flies the drone from Python: a subclass of `MotorCtrl`, or its name as ``MotorCtrlFPQR``,
+    ``package.module:Class`` or ``path/to/file.py:Class``."""
+    motor_ctrl_properties: Mapping[str, str | float | int] = field(default_factory=dict)
+    """What that class is told."""
 
     def plugin_attributes(self) -> dict[str, str]:
         """Return the attributes for the engine plugin as text.
@@ -78,6 +85,7 @@ class DroneConfig:
             "positioning": self.positioning,
             "battery": self.battery,
             "noise": self.noise,
+            **self._remarks(),
         }
         every = {**named, **self.attributes}
         return {name: _text(value) for name, value in every.items() if value is not None}
@@ -90,6 +98,15 @@ class DroneConfig:
             UnknownNameError: If there is no such parameter or file.
         """
         return vehicles.overrides(self.vehicle) if self.vehicle else {}
+
+    def _remarks(self) -> dict[str, str]:
+        """Return what the model keeps for the world, and the engine plugin does not look at."""
+        if self.motor_ctrl is None:
+            return {}
+        from crazychoir_fw.simulation.motor_ctrl.naming import class_name, properties_text
+
+        name = self.motor_ctrl if isinstance(self.motor_ctrl, str) else class_name(self.motor_ctrl)
+        return {"motor_ctrl": name, "motor_ctrl_properties": properties_text(self.motor_ctrl_properties)}
 
 
 def _text(value: str | float | int | Sequence[float]) -> str:

@@ -130,9 +130,7 @@ def _of_point(offset: NDArray[np.float64]) -> NDArray[np.float64]:
     return offset @ offset * np.eye(3) - np.outer(offset, offset)
 
 
-def _hang(
-    spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, mass: float, offset: NDArray[np.float64]
-) -> None:
+def _hang(spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, mass: float, offset: NDArray[np.float64]) -> None:
     rotation = np.zeros(9)
     mujoco.mju_quat2Mat(rotation, np.asarray(body.quat))
     load = spec.worldbody.add_body(

@@ -20,6 +20,8 @@ from crazychoir_fw.simulation.clients import Param
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.events import Event
+from crazychoir_fw.simulation.model_drones import drones_in
+from crazychoir_fw.simulation.motor_ctrl.pilots import Pilots
 from crazychoir_fw.simulation.provider_words import load_apps, load_providers
 
 TICKS_PER_SECOND = 1000
@@ -42,7 +44,7 @@ class World:
 
         Args:
             drones: The drones; names must differ.
-            scene: ``arena``, ``flight_lab`` or the path of an MJCF file.
+            scene: ``arena``, ``flight_lab`` or the path of an MJCF file. Crazyflies in it come after `drones`.
             seed: Seed of all noise; same seed and same commands give the same bits.
             threads: Threads that share the drones, for the whole process; None leaves the number as it is.
             visuals: False leaves out what is only seen, a tenth of the cost of a swarm; not a bit of a flight changes.
@@ -60,6 +62,7 @@ class World:
         self.seed = seed
         self.scene = str(scene)
         self.model = build_model(drones, scene, seed, visuals)
+        drones = [*drones, *drones_in(self.model, {drone.id for drone in drones}, Path(scene).parent)]
         self.data = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)
         self._watched: dict[str, Param] = {}  # parameters that somebody listens to
@@ -76,6 +79,24 @@ class World:
         """What has happened so far."""
         self._steps_per_tick = max(1, round(0.001 / self.model.opt.timestep))
         self._ticks_per_step = max(1, round(self.model.opt.timestep / 0.001))
+        self._pilots = Pilots(self)
+
+    @classmethod
+    def from_mjcf(cls, path: str | Path, seed: int = 0, threads: int | None = None) -> World:
+        """Make a world of an MJCF file with Crazyflies in it: bodies with the engine plugin.
+
+        Drones are called as their bodies; the attributes of their plugins say what they are, and who flies them.
+
+        Args:
+            path: The model.
+            seed: Seed of the noise of drones whose attributes have none.
+            threads: Threads that share the drones, for the whole process; None leaves the number as it is.
+
+        Raises:
+            RangeError: If the model does not compile, or has no Crazyflie; the message says why.
+            UnknownNameError: If there is no such file, or no such motor control.
+        """
+        return cls([], scene=path, seed=seed, threads=threads)
 
     def __repr__(self) -> str:
         return f"<World {self.scene} with {len(self.drones)} drones at {self.time:.3f} s>"
@@ -143,9 +164,9 @@ class World:
             StateError: If a drone is not ready in time; the message names it and its state.
         """
         deadline = self.time + timeout_s
-        while not all(drone.can_fly for drone in self.drones):
+        while not all(drone.can_fly or _was_failed_by_its_pilot(drone) for drone in self.drones):
             if self.time >= deadline:
-                late = next(drone for drone in self.drones if not drone.can_fly)
+                late = next(drone for drone in self.drones if not (drone.can_fly or _was_failed_by_its_pilot(drone)))
                 raise StateError(f"{late.id}: not ready after {timeout_s} s, state '{late.supervisor_state}'")
             self.run(0.02)
             for drone in self.drones:
@@ -164,6 +185,7 @@ class World:
         mujoco.mj_forward(self.model, self.data)
         self._set_parameters()
         self._time_has_changed()
+        self._pilots.begin()
 
     def _time_has_changed(self) -> None:
         """Forget what will happen again, and expect it."""
@@ -190,6 +212,7 @@ class World:
             raise RangeError(f"snapshot of shape {snapshot.shape} belongs to another world")
         mujoco.mj_setState(self.model, self.data, snapshot, spec)
         self._time_has_changed()
+        self._pilots.restored()
 
     def camera(
         self,
@@ -253,6 +276,11 @@ class World:
             names=names,
             targets=targets,
         )
+
+
+def _was_failed_by_its_pilot(drone: Drone) -> bool:
+    """Whether nobody need wait for a drone: its motor control has stopped it, and it alone."""
+    return drone.motor_ctrl is not None and drone.failure is not None
 
 
 def set_threads(count: int) -> int:

@@ -108,3 +108,9 @@ def test_flight_that_misses_its_target_exits_with_1_and_says_so(tmp_path):
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert not summary["success"]
     assert summary["failures"]
+
+
+def test_mission_with_a_program_of_the_user(tmp_path):
+    result = fly(EXAMPLES / "motor_ctrl" / "mission.yaml", tmp_path)
+    assert result.exit_code == 0, result.output
+    assert json.loads((tmp_path / "summary.json").read_text())["success"]

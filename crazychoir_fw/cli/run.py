@@ -1,0 +1,69 @@
+"""`crazychoir run`: let the drones of an MJCF file fly themselves."""
+
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console
+
+if TYPE_CHECKING:
+    from crazychoir_fw.mission.runner import Observer
+    from crazychoir_fw.simulation import World
+
+_FRAME_TICKS = 20
+
+
+def run(
+    model: Annotated[Path, typer.Argument(help="Model with Crazyflies in it (MJCF).", metavar="MODEL.xml")],
+    seconds: Annotated[float, typer.Option(min=0.0, max=86400.0, help="How long to fly, once they can.")] = 10.0,
+    view: Annotated[bool, typer.Option("--view", help="Watch the flight in a window, in real time.")] = False,
+    seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of the noise.")] = 0,
+    threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,
+) -> None:
+    """Fly the drones of a model, each by the motor control that its body names."""
+    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.simulation import World
+
+    window: AbstractContextManager[Observer | None] = nullcontext(None)
+    try:
+        world = World.from_mjcf(model, seed, threads)
+        if view:
+            from crazychoir_fw.cli.view import open_window
+
+            window = open_window()
+        world.wait_until_ready()
+        with window as show:
+            _fly(world, seconds, show)
+    except CrazychoirError as error:
+        complain_of(error)
+        raise typer.Exit(BAD_INPUT) from None
+    _report(world)
+
+
+def _fly(world: "World", seconds: float, show: "Observer | None") -> None:
+    from crazychoir_fw.mission.runner import Progress
+
+    ticks = round(seconds * 1000)
+    if show is None:
+        world.step(ticks)
+        return
+    for flown in range(_FRAME_TICKS, ticks + 1, _FRAME_TICKS):
+        world.step(_FRAME_TICKS)
+        show(world, Progress(flown / 1000, seconds, 0.0))
+
+
+def _report(world: "World") -> None:
+    """Print where everybody is, and what went wrong."""
+    for drone in world.drones:
+        name = type(drone.motor_ctrl).__name__ if drone.motor_ctrl is not None else "nobody"
+        x, y, z = drone.true_position
+        console.print(
+            f"{drone.id}: {drone.supervisor_state} at {x:.2f}, {y:.2f}, {z:.2f} m, flown by {name}", markup=False
+        )
+    failures = [drone.failure for drone in world.drones if drone.failure is not None]
+    for failure in failures:
+        complain(failure)
+    if failures:
+        raise typer.Exit(FLIGHT_FAILED)

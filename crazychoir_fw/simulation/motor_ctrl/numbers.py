@@ -1,0 +1,48 @@
+"""Commands are numbers: what is none is refused by name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from numbers import Real
+
+import numpy as np
+
+from crazychoir_fw.errors import RangeError
+
+
+def finite(who: str, **values: object) -> list[float]:
+    """Return the values as floats.
+
+    Args:
+        who: Says whose command it is, in the error.
+        values: The values by their names.
+
+    Raises:
+        RangeError: If one is not a finite real number; the message names drone, value and what is allowed.
+    """
+    numbers = []
+    for name, value in values.items():
+        # NumPy's scalars and arrays of one number come out of most control laws
+        number = value.item() if isinstance(value, np.ndarray | np.generic) and value.size == 1 else value
+        if not isinstance(number, Real) or isinstance(number, bool) or not math.isfinite(number):
+            raise RangeError(f"{who}: {name} is {_shown(value)}, allowed: a finite number")
+        numbers.append(float(number))
+    return numbers
+
+
+def three(who: str, name: str, values: object) -> Sequence[object]:
+    """Return a vector of three.
+
+    Raises:
+        RangeError: If it has another shape.
+    """
+    shape = np.shape(values) if not isinstance(values, str) else ()
+    if shape != (3,):
+        raise RangeError(f"{who}: {name} is {_shown(values)}, allowed: three finite numbers")
+    return list(values)  # type: ignore[call-overload]
+
+
+def _shown(value: object) -> str:
+    text = " ".join(repr(value).split())
+    return text if len(text) <= 60 else f"{text[:60]}…"

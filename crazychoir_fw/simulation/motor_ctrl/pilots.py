@@ -1,0 +1,94 @@
+"""The motor controls of a world: their classes, their rates, and what becomes of the drone of one that fails."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING
+
+from crazychoir_fw.errors import CrazychoirError, StateError
+from crazychoir_fw.simulation.motor_ctrl.motor_ctrl import MotorCtrl
+from crazychoir_fw.simulation.motor_ctrl.naming import checked_class, describe, find_class
+
+if TYPE_CHECKING:
+    from crazychoir_fw.simulation.drone import Drone
+    from crazychoir_fw.simulation.world import World
+
+_TICKS_PER_SECOND = 1000
+
+
+class Pilots:
+    """Everybody who flies a drone of one world from Python. A world without them pays nothing."""
+
+    def __init__(self, world: World) -> None:
+        """Find the classes that the drones name, bind one object of each, and put them on the agenda.
+
+        Raises:
+            CrazychoirError: If a class is not found or cannot begin; the message names the drone.
+        """
+        self._world = world
+        self._cancel: list[Callable[[], None]] = []
+        classes: dict[str, type[MotorCtrl]] = {}  # each file is executed once
+        for drone in world.drones:
+            if drone.config.motor_ctrl is not None:
+                drone.motor_ctrl = _class_of(drone, classes)()
+        self.begin()
+
+    def begin(self) -> None:
+        """Let every motor control begin: at the start, and when the world is reset."""
+        for cancel in self._cancel:
+            cancel()
+        self._cancel.clear()
+        by_period: dict[int, list[MotorCtrl]] = {}
+        for drone in self._flown():
+            control = drone.motor_ctrl
+            try:
+                control.attach(self._world, drone, drone.config.motor_ctrl_properties)
+            except CrazychoirError:
+                raise
+            except Exception as error:  # a user's code may raise anything
+                raise StateError(f"{drone.id}: {type(control).__name__}.init failed: {describe(error)}") from error
+            by_period.setdefault(_TICKS_PER_SECOND // control.rate_hz, []).append(control)
+        for period, controls in sorted(by_period.items()):
+            # one appointment for all of a rate: the agenda looks through its appointments at every stop
+            self._cancel.append(self._world.agenda.every(period, _calls(self, controls)))
+
+    def restored(self) -> None:
+        """Tell every motor control that the world went to another time."""
+        for drone in self._flown():
+            self._guarded(drone.motor_ctrl, drone.motor_ctrl.restored)
+
+    def advance(self, controls: Iterable[MotorCtrl]) -> None:
+        """Let some of them do one step."""
+        for control in controls:
+            self._guarded(control, control.advance)
+
+    def _guarded(self, control: MotorCtrl, call: Callable[[], None]) -> None:
+        try:
+            call()
+        except Exception as error:  # a user's code may raise anything, and stops its own drone only
+            self._fail(control, error)
+
+    def _fail(self, control: MotorCtrl, error: Exception) -> None:
+        drone = control.drone
+        if drone.failure is not None:
+            return
+        reason = f"{type(control).__name__}: {describe(error)}"
+        # past the radio: this is no command, but it belongs into a journal of all that happened to the drone
+        drone.uplink.deliver("cf_fail_pilot", reason.encode())
+        self._world.note("failure", drone.id, reason=reason)
+
+    def _flown(self) -> list[Drone]:
+        return [drone for drone in self._world.drones if drone.motor_ctrl is not None]
+
+
+def _calls(pilots: Pilots, controls: list[MotorCtrl]) -> Callable[[], None]:
+    return lambda: pilots.advance(controls)
+
+
+def _class_of(drone: Drone, known: dict[str, type[MotorCtrl]]) -> type[MotorCtrl]:
+    wanted = drone.config.motor_ctrl
+    if not isinstance(wanted, str):
+        return checked_class(wanted, f"{drone.id}: motor_ctrl")
+    if wanted not in known:
+        known[wanted] = find_class(wanted, drone.id)
+    return known[wanted]

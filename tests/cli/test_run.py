@@ -1,0 +1,40 @@
+"""`crazychoir run` on the example's model, and on what is none."""
+
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from crazychoir_fw.cli import app
+
+MODEL = Path(__file__).parents[2] / "examples" / "motor_ctrl" / "drones.xml"
+
+
+def run(*words):
+    return CliRunner().invoke(app, ["run", *map(str, words)])
+
+
+def test_drones_of_a_model_fly_themselves():
+    result = run(MODEL, "--seconds", "2.5", "--seed", "3")
+    assert result.exit_code == 0, result.output
+    assert "cf1: Ready to fly at 0.00, 0.00, 0.01 m, flown by MotorCtrlXYZ" in result.output
+    assert "cf2: Flying" in result.output
+    assert "flown by Bounce" in result.output
+
+
+def test_a_class_that_raises_is_told_and_fails_the_run(tmp_path):
+    (tmp_path / "bad.py").write_text(
+        "from crazychoir_fw.simulation import MotorCtrl\nclass Bad(MotorCtrl):\n    def step(self): 1 / 0\n"
+    )
+    model = tmp_path / "model.xml"
+    model.write_text(MODEL.read_text().replace("bounce.py:Bounce", "bad.py:Bad"))
+    result = run(model, "--seconds", "0.5")
+    assert result.exit_code == 1
+    assert "cf2: its motor control failed: Bad: ZeroDivisionError: division by zero (bad.py:3)" in result.output
+
+
+@pytest.mark.parametrize("words", [("nothing.xml",), (__file__,), (MODEL, "--seconds", "-1")])
+def test_what_cannot_be_run_is_refused(words):
+    result = run(*words)
+    assert result.exit_code == 2
+    assert "Traceback" not in result.output
