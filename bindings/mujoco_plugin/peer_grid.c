@@ -211,3 +211,10 @@ int cf_peer_grid_nearest(const cf_peer_grid_t *grid, const float position[3], in
   }
   return search.count;
 }
+
+int cf_peer_grid_bucket(const cf_peer_grid_t *grid, int32_t x, int32_t y,
+                        const cf_seen_drone_t **first) {
+  const uint32_t b = bucket_of(grid, x, y);
+  *first           = grid->sorted + grid->starts[b];
+  return grid->starts[b + 1] - grid->starts[b];
+}

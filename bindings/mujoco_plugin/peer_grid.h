@@ -48,4 +48,9 @@ void cf_peer_grid_sort(cf_peer_grid_t *grid);
 int cf_peer_grid_nearest(const cf_peer_grid_t *grid, const float position[3], int self,
                          cf_seen_drone_t *nearest, int most);
 
+// The drones that share a bucket with a column, `column` of each says whether it is in it. Returns
+// how many.
+int cf_peer_grid_bucket(const cf_peer_grid_t *grid, int32_t x, int32_t y,
+                        const cf_seen_drone_t **first);
+
 #endif  // CF_MUJOCO_PLUGIN_PEER_GRID_H

@@ -26,6 +26,7 @@
 #include "vehicle/positioning/loco.h"
 #include "vehicle/positioning/mocap.h"
 #include "vehicle/random.h"
+#include "vehicle/ranger.h"
 #include "vehicle/rotors.h"
 
 // Start from the default of a platform and change what differs.
@@ -36,6 +37,7 @@ typedef struct {
   cf_flow_deck_config_t  flow_deck;
   cf_lighthouse_config_t lighthouse;
   cf_loco_config_t       loco;
+  cf_rangers_config_t    rangers;  // their noise and mishaps are those of the flow deck's range
   cf_barometer_config_t  barometer;
 } cf_vehicle_config_t;
 
@@ -48,6 +50,8 @@ typedef struct {
   cf_imu_t          imu;
   cf_barometer_t    barometer;
   cf_random_t       random;  // spare dice, for whoever disturbs this drone
+
+  cf_rangers_t rangers;
 
   // only the fitted one is there
   cf_positioning_t positioning;
