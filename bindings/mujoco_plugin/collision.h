@@ -14,8 +14,8 @@ typedef enum {
 typedef struct {
   double  time;         // [s], simulated
   int32_t kind;         // cf_collision_kind_t
-  int32_t drone;        // index; of two drones the one with the lower index
-  int32_t other;        // index of the other drone, or -1
+  int32_t drone;        // body; of two drones the one that comes first in the model
+  int32_t other;        // body of the other drone, or -1
   int32_t geom;         // of what was touched
   float   speed;        // [m/s], at which the two approached each other along the normal
   float   position[3];  // [m, world]

@@ -103,24 +103,26 @@ static void look_at(const step_t *step, const mjContact *contact) {
     return;  // neither, or a drone and what hangs on it
   }
   // of two drones the one with the lower index tells
-  const int      own   = drones[0] < 0 || (drones[1] >= 0 && drones[1] < drones[0]) ? 1 : 0;
-  cf_collision_t found = {
-      .time  = step->data->time,
-      .drone = drones[own],
-      .other = drones[1 - own],
-      .geom  = contact->geom[1 - own],
-  };
-  const bool begins = touch(step, found.drone, found.other, found.geom);
-  if (found.other >= 0) {
-    touch(step, found.other, found.drone, 0);
+  const int  own    = drones[0] < 0 || (drones[1] >= 0 && drones[1] < drones[0]) ? 1 : 0;
+  const int  first  = drones[own];
+  const int  second = drones[1 - own];
+  const bool begins = touch(step, first, second, contact->geom[1 - own]);
+  if (second >= 0) {
+    touch(step, second, first, 0);
   }
 
   const double speed = closing_speed(step->model, step->data, contact);
   const double up    = own == 1 ? contact->frame[2] : -contact->frame[2];
   cf_motion_t  motion;
-  cf_motion_of(&swarm->drones[found.drone], step->data, &motion);
-  found.speed = (float)speed;
-  found.kind  = found.other >= 0 ? CF_COLLISION_DRONE : kind_of(&motion, up, speed);
+  cf_motion_of(&swarm->drones[first], step->data, &motion);
+  cf_collision_t found = {
+      .time  = step->data->time,
+      .kind  = second >= 0 ? CF_COLLISION_DRONE : kind_of(&motion, up, speed),
+      .drone = swarm->drones[first].body,
+      .other = second >= 0 ? swarm->drones[second].body : -1,
+      .geom  = contact->geom[1 - own],
+      .speed = (float)speed,
+  };
   for (int k = 0; k < 3; k++) {
     found.position[k] = (float)contact->pos[k];
   }

@@ -9,7 +9,7 @@ from pydantic import Discriminator, Field, Tag
 
 from crazychoir_fw.errors import MissionError
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number, parameter_values, point, source_files, whole, word
+from crazychoir_fw.mission.values import choice, choices, number, parameter_values, point, source_files, whole, word
 
 PLATFORMS = ("cf2", "cf21bl")
 OUT_OF_TREE = "out_of_tree"
@@ -18,6 +18,7 @@ OUT_OF_TREE = "out_of_tree"
 CONTROLLERS = ("pid", "mellinger", "indi", "brescianini", "lee", OUT_OF_TREE)
 ESTIMATORS = ("kalman", "complementary", OUT_OF_TREE)
 POSITIONINGS = ("mocap", "mocap_position", "lighthouse", "loco_twr", "loco_tdoa2", "loco_tdoa3", "flow", "none")
+DECKS = ("multiranger", "zranger")
 BUILTIN = "builtin"
 
 FORCE_CONTROLLERS = ("brescianini", "lee")
@@ -43,6 +44,9 @@ class Settings(Section):
 
     positioning: Annotated[str, choice(*POSITIONINGS)] | None = None
     """Where position measurements come from."""
+
+    decks: Annotated[tuple[str, ...], choices(*DECKS)] | None = None
+    """Decks beside the one that positions the drone: `multiranger`, `zranger`."""
 
     provider: Annotated[str, word(r"[A-Za-z][\w.+-]{0,62}", "the name of a provider, such as builtin")] | None = None
     """Whose implementation of the onboard software flies; `builtin` is ours, others are loaded before the flight."""
@@ -139,6 +143,7 @@ class Drone:
     controller: str | None = None  # None: what the app brings, else that of the provider
     estimator: str | None = None  # None: what the app brings, else what the positioning asks for
     positioning: str = "mocap"
+    decks: tuple[str, ...] = ()
     provider: str = BUILTIN
     app: tuple[str, ...] = ()
     noise: float = 1.0

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.errors import CrazychoirError
 from crazychoir_fw.mission.plan import TICKS_PER_SECOND, Command, FlightPlan, plan_flight
 from crazychoir_fw.mission.schema import Mission
-from crazychoir_fw.mission.summary import judge, summarize
+from crazychoir_fw.mission.summary import collision_failures, judge, summarize
 
 if TYPE_CHECKING:
     from crazychoir_fw.report.flight_log import FlightLog
@@ -128,6 +128,7 @@ class Flight:
         self._observe = observe
         self._recorder = recorder
         self._failures: list[str] = []
+        self._events_seen = 0
 
     def run(self) -> FlightResult:
         """Fly to the end and return the result."""
@@ -213,7 +214,9 @@ class Flight:
             self._failures.append(str(error))
 
     def _look_for_failures(self) -> None:
-        """Note every drone that crashed, locked or stopped."""
+        """Note every drone that collided, crashed, locked or stopped."""
+        self._failures += collision_failures(self._mission, self._world.events[self._events_seen :])
+        self._events_seen = len(self._world.events)
         for drone in self._world.drones:
             if drone.failure:
                 # a sentence with drone and time

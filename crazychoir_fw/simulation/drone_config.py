@@ -6,6 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from crazychoir_fw.errors import UnknownNameError
+
+DECKS = ("multiranger", "zranger")
+"""Decks that a drone may carry beside the one that positions it."""
+
 
 @dataclass
 class DroneConfig:
@@ -42,6 +47,8 @@ class DroneConfig:
     positioning: str | None = None
     """``mocap`` (default), ``mocap_position``, ``lighthouse``, ``loco_twr``, ``loco_tdoa2``, ``loco_tdoa3``, ``flow``
     or ``none``."""
+    decks: Sequence[str] = ()
+    """Decks beside the one that positions the drone: ``multiranger``, ``zranger``."""
     battery: float | None = None
     """State of charge at the start, in [0, 1]."""
     noise: float | None = None
@@ -62,7 +69,10 @@ class DroneConfig:
             "battery": self.battery,
             "noise": self.noise,
         }
-        chosen = {**named, **self.attributes}
+        for deck in self.decks:
+            if deck not in DECKS:
+                raise UnknownNameError(f"{self.id}: decks names '{deck}', allowed: {', '.join(DECKS)}")
+        chosen = {**named, **dict.fromkeys(self.decks, "on"), **self.attributes}
         return {name: _text(value) for name, value in chosen.items() if value is not None}
 
 
