@@ -226,6 +226,7 @@ void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride) {
   for (int i = 0; i < count; i++) {
     cf_t *cf = (cf_t *)(void *)((char *)first + i * stride);
     cf_onboard_refresh_logs(&cf->onboard);
+    cf_contacts_refresh(&cf->contacts, cf->onboard.tick);
     const cf_provider_t *provider = cf_provider_of(cf);
     if (provider != NULL && provider->refresh_logs != NULL) {
       provider->refresh_logs(cf->provider_state);
@@ -295,9 +296,11 @@ int cf_logs(int provider, cf_variables_t *tables, int capacity) {
   n     = add(tables, capacity, n, cf_system_variables_logs(), ONBOARD(system));
   n     = add(tables, capacity, n, cf_sensors_logs(), ONBOARD(sensors));
   n     = add(tables, capacity, n, cf_flow_driver_logs(), ONBOARD(decks.flow));
+  n     = add(tables, capacity, n, cf_ranger_driver_logs(), ONBOARD(decks.ranger));
   n     = add(tables, capacity, n, cf_lighthouse_deck_logs(), ONBOARD(decks.lighthouse));
   n     = add(tables, capacity, n, cf_loco_deck_logs(), ONBOARD(decks.loco));
   n     = add_provider(tables, capacity, n, cf_provider(provider)->logs);
   n     = add(tables, capacity, n, cf_estimator_logs(), ONBOARD(estimator));  // ends group kalman
-  return add(tables, capacity, n, cf_vehicle_logs(), offsetof(cf_t, vehicle));
+  n     = add(tables, capacity, n, cf_vehicle_logs(), offsetof(cf_t, vehicle));
+  return add(tables, capacity, n, cf_contacts_logs(), offsetof(cf_t, contacts));
 }

@@ -9,11 +9,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "contacts.h"
 #include "faults.h"
 #include "onboard/onboard.h"
 #include "platform.h"
 #include "provider.h"
 #include "status.h"
+#include "surroundings.h"
 #include "variables.h"
 #include "vehicle/vehicle.h"
 
@@ -48,6 +50,8 @@ typedef struct {
   float velocity[3];        // [m/s], world
   float rates[3];           // [rad/s], body
   float specific_force[3];  // [m/s^2], body: +9.81 on z at rest
+
+  const cf_surroundings_t *surroundings;  // what ranging decks see; null: a flat floor at z = 0
 } cf_motion_t;
 
 // A drone whose provider needs more memory than the member has is longer, see cf_state_bytes.
@@ -65,6 +69,8 @@ typedef struct cf {
 
   // here, because the world looks at both in every drone: one cache line less per look
   bool wants_peers;  // collision avoidance was on in the last tick
+
+  cf_contacts_t contacts;
 
   uint64_t provider_state[CF_PROVIDER_STATE_BYTES / 8];  // stays the last member
 } cf_t;

@@ -8,6 +8,19 @@
 
 #include "api/lighthouse_types.h"
 
+// ----------------------------------------------------------------------------------------- ranges
+
+// Where a distance may point, in the order of the log.
+typedef enum {
+  CF_RANGE_FRONT = 0,
+  CF_RANGE_BACK  = 1,
+  CF_RANGE_UP    = 2,
+  CF_RANGE_LEFT  = 3,
+  CF_RANGE_RIGHT = 4,
+  CF_RANGE_DOWN  = 5,
+  CF_RANGE_COUNT = 6,
+} cf_range_direction_t;
+
 // -------------------------------------------------------------------------------------- flow deck
 
 #define CF_FLOW_DECK_RANGE 1  // a range was measured at this tick

@@ -22,7 +22,8 @@ static void describe_stations(const cf_lighthouse_config_t *config, cf_base_stat
 void cf_position_boot(cf_t *cf) {
   const cf_vehicle_config_t *config = &cf->config.vehicle;
   cf_decks_t                *decks  = &cf->onboard.decks;
-  cf_decks_init(decks, config->positioning);
+  cf_decks_init(decks, config->positioning, config->rangers.has_zranger,
+                config->rangers.has_multiranger);
   if (decks->flags.lighthouse4) {
     describe_stations(&config->lighthouse, &cf->onboard.estimator.stations);
   }
@@ -51,12 +52,33 @@ static void sense_mocap(cf_t *cf, const cf_motion_t *motion) {
 }
 
 static void sense_flow(cf_t *cf, const cf_motion_t *motion) {
+  cf_flow_deck_t *deck = &cf->vehicle.flow_deck;
+  if (motion->surroundings != NULL && cf_flow_deck_will_look_down(deck)) {
+    cf_flow_deck_look_down(deck, motion->position, motion->rotation, motion->surroundings);
+  }
+  const float       height = motion->position[2] - deck->surface;
+  cf_decks_t       *decks  = &cf->onboard.decks;
   cf_flow_reading_t reading;
-  const int         what = cf_vehicle_flow_deck(&cf->vehicle, motion->position[2], motion->rotation,
-                                                motion->velocity, motion->rates, &reading);
-  if (what != 0) {
-    cf_flow_driver_read(&cf->onboard.decks.flow, &cf->onboard.estimator, what, &reading,
-                        cf->onboard.tick);
+  const int what = cf_vehicle_flow_deck(&cf->vehicle, height, motion->rotation, motion->velocity,
+                                        motion->rates, &reading);
+  if (what & CF_FLOW_DECK_RANGE) {
+    cf_ranger_driver_read(&decks->ranger, &cf->onboard.estimator, CF_RANGE_DOWN, reading.range,
+                          cf->onboard.tick);
+  }
+  if (what & CF_FLOW_DECK_FLOW) {
+    cf_flow_driver_read(&decks->flow, &cf->onboard.estimator, &reading, cf->onboard.tick);
+  }
+}
+
+static void sense_ranges(cf_t *cf, const cf_motion_t *motion) {
+  uint16_t  readings[CF_RANGE_COUNT];
+  const int measured = cf_rangers_step(&cf->vehicle.rangers, motion->position, motion->rotation,
+                                       motion->surroundings, readings);
+  for (int direction = 0; measured >> direction != 0; direction++) {
+    if (measured >> direction & 1) {
+      cf_ranger_driver_read(&cf->onboard.decks.ranger, &cf->onboard.estimator, direction,
+                            readings[direction], cf->onboard.tick);
+    }
   }
 }
 
@@ -84,6 +106,10 @@ static void count(cf_t *cf) {
 }
 
 void cf_position_sense(cf_t *cf, const cf_motion_t *motion) {
+  const cf_rangers_config_t *rangers = &cf->vehicle.rangers.fitted;
+  if (rangers->has_multiranger || rangers->has_zranger) {
+    sense_ranges(cf, motion);
+  }
   switch (cf->config.vehicle.positioning) {
     case CF_POSITIONING_MOCAP:
     case CF_POSITIONING_MOCAP_POSITION:

@@ -9,7 +9,13 @@ _FOLDER = Path(__file__).resolve().parent
 VEHICLES = {"cf2": "crazyflie_2.xml", "cf21bl": "crazyflie_21bl.xml"}
 """Platform to MJCF file: Crazyflie 2.1+ and Crazyflie 2.1 Brushless."""
 
-SCENES = {"arena": "scene_arena.xml", "flight_lab": "scene_flight_lab.xml"}
+SCENES = {
+    "arena": "scene_arena.xml",
+    "flight_lab": "scene_flight_lab.xml",
+    "gates": "scene_gates.xml",
+    "pillars": "scene_pillars.xml",
+    "room": "scene_room.xml",
+}
 """Name to MJCF file of the worlds to fly in; they hold no drones."""
 
 

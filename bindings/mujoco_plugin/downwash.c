@@ -4,9 +4,11 @@
 #include <stdlib.h>
 
 #include "mujoco_plugin/motion.h"
+#include "mujoco_plugin/scenery.h"
 
 static const float WEAKEST  = 0.01f;  // strength below which rotors do not count as running
 static const float FARTHEST = 1e4f;   // [m], beyond it a drone has run wild
+static const float GROUND_REACH = 2.0f;  // [m], below this no rotor feels a surface
 
 bool cf_downwash_new(swarm_t *swarm) {
   for (int i = 0; i < swarm->count; i++) {
@@ -47,7 +49,7 @@ void cf_downwash_look(swarm_t *swarm) {
 static float force_in_column(const swarm_t *swarm, const cf_downwash_config_t *config,
                              const float position[3], int self, int32_t x, int32_t y) {
   const cf_seen_drone_t *others;
-  const int              count = cf_peer_grid_column(&swarm->blowing, x, y, &others);
+  const int              count = cf_peer_grid_bucket(&swarm->blowing, x, y, &others);
   float                  force = 0.0f;
   for (int k = 0; k < count; k++) {
     const cf_seen_drone_t *other = &others[k];
@@ -82,11 +84,12 @@ static float force_on(const swarm_t *swarm, const cf_downwash_config_t *config, 
   return force;
 }
 
-// World z of the surface straight below: the floor plane. cf_scenery_height_below is to take its
-// place.
-static float surface_below(const float position[3]) {
-  (void)position;
-  return 0.0f;
+// World z of the surface straight below, or so far below that nobody feels it.
+static float surface_below(const swarm_t *swarm, const float position[3]) {
+  if (cf_scenery_is_flat_floor(swarm->scenery)) {
+    return 0.0f;
+  }
+  return position[2] - cf_scenery_height_below(swarm->scenery, position, GROUND_REACH);
 }
 
 void cf_downwash_tell(const swarm_t *swarm, int i) {
@@ -96,6 +99,6 @@ void cf_downwash_tell(const swarm_t *swarm, int i) {
     vehicle->downwash = force_on(swarm, config, i);
   }
   if (vehicle->ground_effect.config.is_enabled) {
-    vehicle->surface = surface_below(swarm->work[i].motion.position);
+    vehicle->surface = surface_below(swarm, swarm->work[i].motion.position);
   }
 }

@@ -15,6 +15,12 @@ typedef struct {
   int (*register_plugin)(const mjpPlugin *plugin);
   const mjpPlugin *(*get_plugin)(const char *name, int *slot);
   int (*version)(void);
+  mjtNum (*ray_geom)(const mjtNum pos[3], const mjtNum mat[9], const mjtNum size[3],
+                     const mjtNum pnt[3], const mjtNum vec[3], int geomtype, mjtNum normal[3]);
+  mjtNum (*ray_mesh)(const mjModel *model, const mjData *data, int geom, const mjtNum pnt[3],
+                     const mjtNum vec[3], mjtNum normal[3]);
+  mjtNum (*ray_hfield)(const mjModel *model, const mjData *data, int geom, const mjtNum pnt[3],
+                       const mjtNum vec[3], mjtNum normal[3]);
 } cf_mujoco_api_t;
 
 // Fills the table. Returns 0, or -1 when something is missing.

@@ -120,13 +120,6 @@ static float square_distance(const float a[3], const float b[3]) {
   return x * x + y * y + z * z;
 }
 
-int cf_peer_grid_column(const cf_peer_grid_t *grid, int32_t x, int32_t y,
-                        const cf_seen_drone_t **first) {
-  const uint32_t b = bucket_of(grid, x, y);
-  *first           = grid->sorted + grid->starts[b];
-  return grid->starts[b + 1] - grid->starts[b];
-}
-
 // Puts a drone in its place among the nearest so far, or nowhere.
 static void consider(search_t *search, const cf_seen_drone_t *drone) {
   const float square = square_distance(search->position, drone->position);
@@ -217,4 +210,11 @@ int cf_peer_grid_nearest(const cf_peer_grid_t *grid, const float position[3], in
     }
   }
   return search.count;
+}
+
+int cf_peer_grid_bucket(const cf_peer_grid_t *grid, int32_t x, int32_t y,
+                        const cf_seen_drone_t **first) {
+  const uint32_t b = bucket_of(grid, x, y);
+  *first           = grid->sorted + grid->starts[b];
+  return grid->starts[b + 1] - grid->starts[b];
 }

@@ -48,9 +48,9 @@ void cf_peer_grid_sort(cf_peer_grid_t *grid);
 int cf_peer_grid_nearest(const cf_peer_grid_t *grid, const float position[3], int self,
                          cf_seen_drone_t *nearest, int most);
 
-// Points to the drones of the bucket that holds the column at (x, y) [m] and returns how many there
-// are; drones of other columns may be among them. The grid must not be empty.
-int cf_peer_grid_column(const cf_peer_grid_t *grid, int32_t x, int32_t y,
+// The drones that share a bucket with a column, `column` of each says whether it is in it. Returns
+// how many.
+int cf_peer_grid_bucket(const cf_peer_grid_t *grid, int32_t x, int32_t y,
                         const cf_seen_drone_t **first);
 
 #endif  // CF_MUJOCO_PLUGIN_PEER_GRID_H

@@ -2,6 +2,7 @@
 #include "mujoco_plugin/plugin.h"
 
 #include <stdint.h>
+#include <string.h>
 #include <sys/mman.h>
 
 #include "mujoco_plugin/attributes.h"
@@ -69,6 +70,34 @@ void cf_plugin_overlap(uintptr_t model, uintptr_t data, int is_overlapping) {
   if (swarm != NULL) {
     cf_ticks_overlap(swarm, is_overlapping != 0);
   }
+}
+
+int cf_plugin_take_collisions(uintptr_t model, uintptr_t data, cf_collision_t *collisions,
+                              int capacity, uint32_t *lost) {
+  swarm_t *swarm = swarm_of((const mjModel *)model, (const mjData *)data);
+  *lost          = 0;
+  if (swarm == NULL || swarm->collisions->count == 0) {
+    return 0;
+  }
+  cf_collisions_t *told  = swarm->collisions;
+  const int        count = told->count < capacity ? told->count : capacity;
+  memcpy(collisions, told->list, (size_t)count * sizeof *collisions);
+  told->count -= count;
+  memmove(told->list, told->list + count, (size_t)told->count * sizeof *told->list);
+  *lost      = told->lost;
+  told->lost = 0;
+  return count;
+}
+
+float cf_plugin_look(uintptr_t model, uintptr_t data, int self, const float point[3],
+                     const float direction[3], float cone, float reach) {
+  swarm_t *swarm = swarm_of((const mjModel *)model, (const mjData *)data);
+  if (swarm == NULL) {
+    return -1.0f;
+  }
+  cf_ticks_sample(swarm, (const mjModel *)model, (mjData *)data);
+  cf_looking_begin(swarm, (const mjData *)data);
+  return cf_looking_distance(swarm, self, point, direction, cone, reach);
 }
 
 static int init(const mjModel *model, mjData *data, int instance) {

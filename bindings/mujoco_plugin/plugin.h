@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "crazyflie.h"
+#include "mujoco_plugin/collision.h"
 
 // Registers the plugin with the MuJoCo library at this path, which must already be loaded. Returns
 // 0, or -1 when the library or one of its functions is not found, or -2 when it is of another
@@ -25,6 +26,17 @@ const char *cf_plugin_attribute(uintptr_t model, int instance, const char *name)
 // must be calls of one thread, nobody else may touch this mjData; afterwards everything is up to
 // date. Takes the addresses of mjModel and mjData; does nothing when there is no Crazyflie in them.
 void cf_plugin_overlap(uintptr_t model, uintptr_t data, int is_overlapping);
+
+// Takes out the contacts of drones that have begun, in the order of their beginning: at most
+// `capacity` at a time. Returns how many; `lost` counts those for which there was no room.
+int cf_plugin_take_collisions(uintptr_t model, uintptr_t data, cf_collision_t *collisions,
+                              int capacity, uint32_t *lost);
+
+// Distance [m] that a ranging chip of drone `self` (-1: nobody's) would find from a point along a
+// unit vector, at most `reach`, in the step that ended; see surroundings.h. -1 when there is no
+// Crazyflie in the model.
+float cf_plugin_look(uintptr_t model, uintptr_t data, int self, const float point[3],
+                     const float direction[3], float cone, float reach);
 
 // Nanoseconds spent so far in [0] onboard software and [1] vehicles (sensors, motors and wrenches),
 // summed over threads, when timing is on. Timing is off at first and never influences the

@@ -176,22 +176,44 @@ static void bind(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model
   check_config(mj, drone, model);
 }
 
+static void map_bodies(swarm_t *swarm, const mjModel *model) {
+  for (int body = 0; body < model->nbody; body++) {
+    swarm->drone_of_body[body] = -1;
+  }
+  for (int i = 0; i < swarm->count; i++) {
+    swarm->drone_of_body[swarm->drones[i].body] = i;
+  }
+  for (int body = 1; body < model->nbody; body++) {
+    swarm->drone_of_body[body] = swarm->drone_of_body[model->body_rootid[body]];
+  }
+}
+
 swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot) {
-  swarm_t *swarm  = calloc(1, sizeof *swarm);
-  drone_t *drones = calloc((size_t)model->nplugin, sizeof *drones);
-  work_t  *work   = calloc((size_t)model->nplugin, sizeof *work);
+  swarm_t         *swarm      = calloc(1, sizeof *swarm);
+  drone_t         *drones     = calloc((size_t)model->nplugin, sizeof *drones);
+  work_t          *work       = calloc((size_t)model->nplugin, sizeof *work);
+  int32_t         *bodies     = calloc((size_t)model->nbody, sizeof *bodies);
+  cf_collisions_t *collisions = calloc(1, sizeof *collisions);
+  cf_scenery_t    *scenery    = cf_scenery_new(mj, model);
   // no test runs out of memory
-  if (swarm == NULL || drones == NULL || work == NULL ||
-      !cf_peer_grid_new(&swarm->peers, model->nplugin)) {
+  if (swarm == NULL || bodies == NULL || collisions == NULL || scenery == NULL || drones == NULL ||
+      work == NULL || !cf_peer_grid_new(&swarm->peers, model->nplugin)) {
     free(swarm);
     free(drones);
     free(work);
+    free(bodies);
+    free(collisions);
+    cf_scenery_free(scenery);
     mj->error("crazyflie: out of memory");
     return NULL;
   }
 
-  swarm->drones = drones;
-  swarm->work   = work;
+  swarm->drones        = drones;
+  swarm->work          = work;
+  swarm->mj            = mj;
+  swarm->drone_of_body = bodies;
+  swarm->collisions    = collisions;
+  swarm->scenery       = scenery;
   for (int instance = 0; instance < model->nplugin; instance++) {
     if (model->plugin[instance] == slot) {
       drone_t *drone       = &drones[swarm->count];
@@ -202,8 +224,9 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot)
       swarm->count++;
     }
   }
+  map_bodies(swarm, model);
   // no test runs out of memory
-  if (!cf_downwash_new(swarm)) {
+  if (!cf_downwash_new(swarm) || !cf_looking_new(swarm, model)) {
     cf_swarm_free(swarm);
     mj->error("crazyflie: out of memory");
     return NULL;
@@ -214,6 +237,10 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot)
 void cf_swarm_free(swarm_t *swarm) {
   free(swarm->drones);
   free(swarm->work);
+  free(swarm->drone_of_body);
+  free(swarm->collisions);
+  cf_scenery_free(swarm->scenery);
+  cf_looking_free(swarm);
   cf_peer_grid_free(&swarm->peers);
   cf_downwash_free(swarm);
   free(swarm);

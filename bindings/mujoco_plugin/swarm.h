@@ -4,8 +4,11 @@
 #define CF_MUJOCO_PLUGIN_SWARM_H
 
 #include "crazyflie.h"
+#include "mujoco_plugin/collisions.h"
+#include "mujoco_plugin/looking.h"
 #include "mujoco_plugin/mujoco_api.h"
 #include "mujoco_plugin/peer_grid.h"
+#include "mujoco_plugin/scenery.h"
 
 typedef struct swarm_s swarm_t;
 
@@ -37,6 +40,9 @@ struct swarm_s {
   int      last_instance;  // works for all
   drone_t *drones;
   work_t  *work;
+  int32_t *drone_of_body;  // index, also for what hangs on a drone; -1
+
+  const cf_mujoco_api_t *mj;
 
   // the ticks after the last step, see ticks.h
   const mjModel *model;
@@ -55,6 +61,9 @@ struct swarm_s {
   float         *strengths;     // [count], by drone
   bool           has_downwash;  // somebody feels it
   bool           is_look;       // these ticks start with a look around
+  cf_scenery_t    *scenery;
+  cf_looking_t     looking;
+  cf_collisions_t *collisions;
 };
 
 // Finds every drone of the model and reads its attributes. Ends in mju_error with one sentence when

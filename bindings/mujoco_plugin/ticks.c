@@ -119,6 +119,16 @@ void cf_ticks_overlap(swarm_t *swarm, bool is_overlapping) {
   swarm->has_forces     = false;
 }
 
+void cf_ticks_sample(swarm_t *swarm, const mjModel *model, mjData *data) {
+  finish(swarm);
+  swarm->has_forces = false;
+  swarm->model      = model;
+  swarm->data       = data;
+  for (int i = 0; i < swarm->count; i++) {
+    cf_motion_of(&swarm->drones[i], data, &swarm->work[i].motion);
+  }
+}
+
 // Whole ticks up to a time.
 static double ticks_until(double time) {
   return floor(time * TICKS_PER_SECOND + 1e-3);
@@ -134,12 +144,16 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
   const double now    = ticks_until(data->time);
   const double before = ticks_until(data->time - model->opt.timestep);
   swarm->ticks        = (int)(now - before);
+  if (data->ncon > 0) {
+    cf_collisions_look(swarm, model, data);
+  }
   if (swarm->ticks < 1) {
     return;
   }
   swarm->is_broadcast = cf_broadcast_is_due(before, now) && cf_broadcast_has_listeners(swarm);
   swarm->is_look      = cf_downwash_is_due(before, now);
-  const bool sees_all = swarm->is_broadcast || (swarm->is_look && swarm->has_downwash);
+  const bool is_felt  = swarm->is_look && swarm->has_downwash;
+  const bool sees_all = swarm->is_broadcast || is_felt || swarm->looking.is_needed;
   if (!swarm->is_overlapping && !sees_all) {
     cf_parallel_for(swarm->count, grain_of(swarm), sample_and_tick_part, swarm);
     return;
@@ -149,8 +163,11 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
   if (swarm->is_broadcast) {
     cf_broadcast_look(swarm);
   }
-  if (swarm->is_look && swarm->has_downwash) {
+  if (is_felt) {
     cf_downwash_look(swarm);
+  }
+  if (swarm->looking.is_needed) {
+    cf_looking_begin(swarm, data);
   }
   if (!swarm->is_overlapping) {
     cf_parallel_for(swarm->count, grain_of(swarm), tick_part, swarm);

@@ -163,6 +163,10 @@ cf_status_t cf_vehicle_init(cf_vehicle_t *vehicle, const cf_vehicle_config_t *co
       return results[i];
     }
   }
+  cf_rangers_config_t rangers = config->rangers;
+  rangers.has_zranger         = rangers.has_zranger && config->positioning != CF_POSITIONING_FLOW;
+  cf_rangers_init(&fresh.rangers, &rangers, config->flow_deck.range_noise_scale,
+                  &config->flow_deck.range_mishap, seed, id);
   *vehicle = fresh;
   return CF_OK;
 }

@@ -27,6 +27,7 @@
 #include "vehicle/positioning/loco.h"
 #include "vehicle/positioning/mocap.h"
 #include "vehicle/random.h"
+#include "vehicle/ranger.h"
 #include "vehicle/rotors.h"
 #include "vehicle/wind.h"
 
@@ -38,6 +39,7 @@ typedef struct {
   cf_flow_deck_config_t  flow_deck;
   cf_lighthouse_config_t lighthouse;
   cf_loco_config_t       loco;
+  cf_rangers_config_t    rangers;  // their noise and mishaps are those of the flow deck's range
   cf_barometer_config_t  barometer;
 } cf_vehicle_config_t;
 
@@ -58,6 +60,8 @@ typedef struct {
   cf_imu_t           imu;
   cf_barometer_t     barometer;
   cf_random_t        random;  // spare dice, for whoever disturbs this drone
+
+  cf_rangers_t rangers;
 
   // only the fitted one is there
   cf_positioning_t positioning;

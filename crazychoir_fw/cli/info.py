@@ -11,8 +11,9 @@ from crazychoir_fw.cli.tables import facts_table
 def info(as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs.")] = False) -> None:
     """Show what is installed: versions, providers, controllers, sizes."""
     from crazychoir_fw.core import info as facts_of_core
+    from crazychoir_fw.mujoco_models import SCENES
 
-    facts = {**facts_of_core(), **_firmware()}
+    facts = {**facts_of_core(), "scenes": list(SCENES), **_firmware()}
     if as_json:
         echo_json(facts)
         return

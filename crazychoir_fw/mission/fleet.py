@@ -11,6 +11,7 @@ from crazychoir_fw.errors import MissionError
 from crazychoir_fw.mission.section import Section
 from crazychoir_fw.mission.values import (
     choice,
+    choices,
     motor_ctrl_name,
     number,
     parameter_values,
@@ -28,6 +29,7 @@ OUT_OF_TREE = "out_of_tree"
 CONTROLLERS = ("pid", "mellinger", "indi", "brescianini", "lee", OUT_OF_TREE)
 ESTIMATORS = ("kalman", "complementary", OUT_OF_TREE)
 POSITIONINGS = ("mocap", "mocap_position", "lighthouse", "loco_twr", "loco_tdoa2", "loco_tdoa3", "flow", "none")
+DECKS = ("multiranger", "zranger")
 BUILTIN = "builtin"
 
 FORCE_CONTROLLERS = ("brescianini", "lee")
@@ -53,6 +55,9 @@ class Settings(Section):
 
     positioning: Annotated[str, choice(*POSITIONINGS)] | None = None
     """Where position measurements come from."""
+
+    decks: Annotated[tuple[str, ...], choices(*DECKS)] | None = None
+    """Decks beside the one that positions the drone: `multiranger`, `zranger`."""
 
     provider: Annotated[str, word(r"[A-Za-z][\w.+-]{0,62}", "the name of a provider, such as builtin")] | None = None
     """Whose implementation of the onboard software flies; `builtin` is ours, others are loaded before the flight."""
@@ -156,6 +161,7 @@ class Drone:
     controller: str | None = None  # None: what the app brings, else that of the provider
     estimator: str | None = None  # None: what the app brings, else what the positioning asks for
     positioning: str = "mocap"
+    decks: tuple[str, ...] = ()
     provider: str = BUILTIN
     app: tuple[str, ...] = ()
     noise: float = 1.0

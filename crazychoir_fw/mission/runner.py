@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.errors import CrazychoirError
 from crazychoir_fw.mission.plan import TICKS_PER_SECOND, Command, FlightPlan, plan_flight
 from crazychoir_fw.mission.schema import Mission
-from crazychoir_fw.mission.summary import judge, summarize
+from crazychoir_fw.mission.summary import collision_failures, judge, summarize
 
 if TYPE_CHECKING:
     from crazychoir_fw.report.flight_log import FlightLog
@@ -129,6 +129,7 @@ class Flight:
         self._recorder = recorder
         self._failures: list[str] = []
         self._own_failures: dict[str, str] = {}  # of drones that fly themselves: the others go on
+        self._events_seen = 0
 
     def run(self) -> FlightResult:
         """Fly to the end and return the result."""
@@ -215,7 +216,9 @@ class Flight:
             self._failures.append(str(error))
 
     def _look_for_failures(self) -> None:
-        """Note every drone that crashed, locked or stopped; the flight ends with it unless it flies itself."""
+        """Note every drone that collided, crashed, locked or stopped; the flight ends with it unless it flies itself."""
+        self._failures += collision_failures(self._mission, self._world.events[self._events_seen :])
+        self._events_seen = len(self._world.events)
         for drone in self._world.drones:
             sentence = None
             if drone.failure:

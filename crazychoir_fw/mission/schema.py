@@ -11,7 +11,7 @@ from crazychoir_fw.mission.phases import Phase
 from crazychoir_fw.mission.section import Section
 from crazychoir_fw.mission.values import choice, did_you_mean, number, refusal, whole, word
 
-SCENES = ("arena", "flight_lab")
+SCENES = ("arena", "flight_lab", "gates", "pillars", "room")
 
 
 class Tolerance(Section):
@@ -22,6 +22,9 @@ class Tolerance(Section):
 
     waypoint: Annotated[float, number(0.001, 10.0, "m")] = 0.20
     """Largest distance at which a target on the way counts as reached (m)."""
+
+    collision_speed: Annotated[float, number(0.0, 100.0, "m/s")] = 0.2
+    """Largest speed at which a drone may touch another drone or an obstacle (m/s)."""
 
 
 class Mission(Section):
@@ -34,7 +37,7 @@ class Mission(Section):
     """One line for people."""
 
     scene: str = "arena"
-    """`arena`, `flight_lab`, or an MJCF file seen from the folder of the mission file."""
+    """`arena`, `flight_lab`, `gates`, `pillars`, `room`, or an MJCF file seen from the folder of the mission file."""
 
     seed: Annotated[int, whole(0, 2**32 - 1)] = 0
     """Seed of all noise: the same seed gives the same flight, to the last bit."""

@@ -4,6 +4,7 @@ import json
 import math
 import os
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +19,7 @@ from crazychoir_fw.mission.schema import Mission
 if TYPE_CHECKING:
     from crazychoir_fw.report.flight_log import FlightLog
     from crazychoir_fw.simulation import World
+    from crazychoir_fw.simulation.events import Event
 
 TRUE_POSITION = ("sim.x", "sim.y", "sim.z")
 ESTIMATE = ("stateEstimate.x", "stateEstimate.y", "stateEstimate.z")
@@ -64,6 +66,22 @@ def judge(mission: Mission, plan: FlightPlan, log: "FlightLog", start: float) ->
     return failures
 
 
+def collision_failures(mission: Mission, events: Sequence["Event"]) -> list[str]:
+    """Return the collisions that a mission does not forgive, one sentence each.
+
+    Those with drones and obstacles that were faster than `tolerance.collision_speed` are. How a drone came down on a
+    floor is judged by its supervisor and by the place where it ends.
+    """
+    return [
+        f"{event.drone}: hit {event.details['other']} with {event.details['speed']:.2f} m/s at {event.time:.2f} s, "
+        f"tolerance {mission.tolerance.collision_speed:g} m/s"
+        for event in events
+        if event.kind == "collision"
+        and event.details["what"] != "floor"
+        and event.details["speed"] > mission.tolerance.collision_speed
+    ]
+
+
 def summarize(
     mission: Mission,
     plan: FlightPlan,
@@ -81,6 +99,7 @@ def summarize(
     `hover_thrust_percent` is the mean thrust command over the steadiest second, before battery compensation; the
     firmware logs none for a controller that commands newtons, as one that an app brings may. A figure that a flight
     does not have is null.
+    `collisions` lists what drones hit, and how fast (see `crazychoir_fw.simulation.collisions`).
     `providers` says once per provider what it was built from.
     """
     measured = flight_figures(plan, log, start)
@@ -109,6 +128,11 @@ def summarize(
         "wall_seconds": _rounded(wall_seconds),
         "real_time_factor": _rounded(world.time / wall_seconds if wall_seconds > 0 else math.nan),
         "drones": drones,
+        "collisions": [
+            {"time": _rounded(event.time), "drone": event.drone, **event.details}
+            for event in world.events
+            if event.kind == "collision"
+        ],
         "build": identity(),
         "providers": log.metadata.get("providers", []),
     }

@@ -84,6 +84,21 @@ def choice(*known: str) -> BeforeValidator:
     return BeforeValidator(check)
 
 
+def choices(*known: str) -> BeforeValidator:
+    """A list of a few words, each at most once."""
+    must = "a list of " + ", ".join(known)
+
+    def check(value: object) -> tuple[str, ...]:
+        if isinstance(value, str | bytes) or not isinstance(value, Sequence):
+            raise refusal(must)
+        for item in value:
+            if item not in known:
+                raise refusal(must + did_you_mean(item, known))
+        return tuple(dict.fromkeys(value))
+
+    return BeforeValidator(check)
+
+
 def word(pattern: str, must: str) -> BeforeValidator:
     """Text that matches *pattern*."""
     compiled = re.compile(pattern)

@@ -26,7 +26,7 @@ def build_model(drones: Sequence[DroneConfig], scene: str | Path, seed: int, vis
 
     Args:
         drones: The drones, with unique names.
-        scene: ``arena``, ``flight_lab`` or the path of an MJCF file.
+        scene: A name of `SCENES` or the path of an MJCF file.
         seed: Seed of all noise.
         visuals: Whether drones can be seen. What cannot be seen is faster; the flight is the same to the last bit.
 

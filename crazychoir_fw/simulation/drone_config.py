@@ -8,12 +8,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from crazychoir_fw import vehicles
+from crazychoir_fw.errors import UnknownNameError
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.motor_ctrl import MotorCtrl
 
 BODY_PARAMETERS = ("mass", "inertia", "products_of_inertia")
 """Parameters of a vehicle that MuJoCo's body has, not the engine plugin."""
+
+DECKS = ("multiranger", "zranger")
+"""Decks that a drone may carry beside the one that positions it."""
 
 
 @dataclass
@@ -56,6 +60,8 @@ class DroneConfig:
     positioning: str | None = None
     """``mocap`` (default), ``mocap_position``, ``lighthouse``, ``loco_twr``, ``loco_tdoa2``, ``loco_tdoa3``, ``flow``
     or ``none``."""
+    decks: Sequence[str] = ()
+    """Decks beside the one that positions the drone: ``multiranger``, ``zranger``."""
     battery: float | None = None
     """State of charge at the start, in [0, 1]."""
     noise: float | None = None
@@ -87,7 +93,10 @@ class DroneConfig:
             "noise": self.noise,
             **self._remarks(),
         }
-        every = {**named, **self.attributes}
+        for deck in self.decks:
+            if deck not in DECKS:
+                raise UnknownNameError(f"{self.id}: decks names '{deck}', allowed: {', '.join(DECKS)}")
+        every = {**named, **dict.fromkeys(self.decks, "on"), **self.attributes}
         return {name: _text(value) for name, value in every.items() if value is not None}
 
     def overrides(self) -> dict[str, vehicles.Value]:

@@ -17,6 +17,7 @@ from crazychoir_fw.simulation.agenda import Agenda
 from crazychoir_fw.simulation.builder import build_model
 from crazychoir_fw.simulation.cameras import Camera, Cameras
 from crazychoir_fw.simulation.clients import Param
+from crazychoir_fw.simulation.collisions import Collisions
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.events import Event
@@ -44,7 +45,8 @@ class World:
 
         Args:
             drones: The drones; names must differ.
-            scene: ``arena``, ``flight_lab`` or the path of an MJCF file. Crazyflies in it come after `drones`.
+            scene: A name of `crazychoir_fw.mujoco_models.SCENES`, such as ``arena`` or ``room``, or the path of an MJCF
+                file. Crazyflies in it come after `drones`.
             seed: Seed of all noise; same seed and same commands give the same bits.
             threads: Threads that share the drones, for the whole process; None leaves the number as it is.
             visuals: False leaves out what is only seen, a tenth of the cost of a swarm; not a bit of a flight changes.
@@ -77,6 +79,7 @@ class World:
         """What happens at simulated times: faults, plugins, replays."""
         self.events: list[Event] = []
         """What has happened so far."""
+        self._collisions = Collisions(self.model, self.data)
         self._steps_per_tick = max(1, round(0.001 / self.model.opt.timestep))
         self._ticks_per_step = max(1, round(self.model.opt.timestep / 0.001))
         self._pilots = Pilots(self)
@@ -116,9 +119,12 @@ class World:
         """Whole milliseconds since the start."""
         return round(self.data.time * TICKS_PER_SECOND)
 
-    def note(self, kind: str, drone: str | None = None, **details: Any) -> None:
-        """Remember that something happened at the present instant; `details` are what JSON can hold."""
-        self.events.append(Event(self.time, kind, drone, details))
+    def note(self, kind: str, drone: str | None = None, *, at: float | None = None, **details: Any) -> None:
+        """Remember that something happened, at the present instant or `at` an earlier time (s).
+
+        `details` are what JSON can hold.
+        """
+        self.events.append(Event(self.time if at is None else at, kind, drone, details))
 
     def step(self, n_ticks: int = 1) -> None:
         """Advance by whole milliseconds.
@@ -146,6 +152,7 @@ class World:
             mujoco.mj_step(self.model, self.data, nstep=n_ticks * self._steps_per_tick // self._ticks_per_step)
         finally:
             lib.cf_plugin_overlap(model, data, False)
+        self._collisions.note_new(self.note)
 
     def run(self, seconds: float) -> None:
         """Advance by seconds, rounded to whole milliseconds."""
@@ -190,6 +197,7 @@ class World:
     def _time_has_changed(self) -> None:
         """Forget what will happen again, and expect it."""
         self.agenda.seek(self.tick)
+        self._collisions.forget()
         self.events = [event for event in self.events if event.time <= self.time]
 
     def _set_parameters(self) -> None:

@@ -17,8 +17,12 @@ static cf_deck_flags_t flags_of(cf_positioning_t positioning) {
   }
 }
 
-void cf_decks_init(cf_decks_t *decks, cf_positioning_t positioning) {
-  decks->flags = flags_of(positioning);
+void cf_decks_init(cf_decks_t *decks, cf_positioning_t positioning, bool has_zranger,
+                   bool has_multiranger) {
+  decks->flags             = flags_of(positioning);
+  decks->flags.zranger2    = decks->flags.zranger2 || has_zranger;
+  decks->flags.multiranger = has_multiranger;
+  decks->ranger            = (cf_ranger_driver_t){.ranges = {0}};
   // sensors are read before the tick counts on: the first millisecond ends at tick 0
   cf_flow_driver_init(&decks->flow, UINT32_MAX);
   cf_lighthouse_deck_init(&decks->lighthouse);
@@ -38,11 +42,20 @@ void cf_decks_count(cf_decks_t *decks, const cf_base_stations_t *stations) {
   CF_ROW("deck", name_, UINT8, CF_CORE | CF_READ_ONLY, cf_decks_t, flags.member_)
 
 static const cf_variable_t PARAMETERS[] = {
-    DECK("bcAI", none),          DECK("bcBuzzer", none),       DECK("bcColorLedBot", none),
-    DECK("bcColorLedTop", none), DECK("bcDWM1000", loco),      DECK("bcFlow", none),
-    DECK("bcFlow2", flow2),      DECK("bcLedRing", none),      DECK("bcLighthouse4", lighthouse4),
-    DECK("bcLoco", loco),        DECK("bcMultiranger", none),  DECK("bcUSD", none),
-    DECK("bcZRanger", none),     DECK("bcZRanger2", zranger2),
+    DECK("bcAI", none),
+    DECK("bcBuzzer", none),
+    DECK("bcColorLedBot", none),
+    DECK("bcColorLedTop", none),
+    DECK("bcDWM1000", loco),
+    DECK("bcFlow", none),
+    DECK("bcFlow2", flow2),
+    DECK("bcLedRing", none),
+    DECK("bcLighthouse4", lighthouse4),
+    DECK("bcLoco", loco),
+    DECK("bcMultiranger", multiranger),
+    DECK("bcUSD", none),
+    DECK("bcZRanger", none),
+    DECK("bcZRanger2", zranger2),
 };
 
 cf_variables_t cf_decks_parameters(void) {

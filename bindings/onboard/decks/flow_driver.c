@@ -4,33 +4,14 @@
 
 #include "variable_row.h"
 
-#define FIXED_STD 2.0f       // [counts]
-#define LEAST_STD 0.1f       // [counts]
-#define OUTLIER 100          // [counts]
-#define LONGEST_RANGE 5000u  // [mm]
+#define FIXED_STD 2.0f  // [counts]
+#define LEAST_STD 0.1f  // [counts]
+#define OUTLIER 100     // [counts]
 
-static const float TICK      = 0.001f;                             // [s]
-static const float HALF_CONE = 3.14159265358979f / 180.0f * 7.5f;  // [rad], of the ranger
+static const float TICK = 0.001f;  // [s]
 
 void cf_flow_driver_init(cf_flow_driver_t *driver, uint32_t now_ms) {
   *driver = (cf_flow_driver_t){.fixed_std = FIXED_STD, .last_tick = now_ms};
-}
-
-static void read_range(cf_flow_driver_t *driver, cf_estimator_t *estimator, uint32_t tick) {
-  const uint16_t millimeters    = driver->reading.range;
-  driver->ranges[CF_RANGE_DOWN] = millimeters;
-  if (millimeters >= LONGEST_RANGE) {
-    return;
-  }
-  const float         distance    = (float)millimeters * 0.001f;
-  const measurement_t measurement = {
-      .type     = MeasurementTypeTOF,
-      .data.tof = {.timestamp     = tick,
-                   .distance      = distance,
-                   .stdDev        = cf_range_std(distance),
-                   .coneHalfAngle = HALF_CONE},
-  };
-  cf_estimator_enqueue(estimator, &measurement);
 }
 
 static float std_of(const cf_flow_driver_t *driver) {
@@ -67,18 +48,10 @@ static void read_flow(cf_flow_driver_t *driver, cf_estimator_t *estimator, uint3
   cf_estimator_enqueue(estimator, &measurement);
 }
 
-void cf_flow_driver_read(cf_flow_driver_t *driver, cf_estimator_t *estimator, int what,
+void cf_flow_driver_read(cf_flow_driver_t *driver, cf_estimator_t *estimator,
                          const cf_flow_reading_t *reading, uint32_t tick) {
-  if (what & CF_FLOW_DECK_RANGE) {
-    driver->reading.range = reading->range;
-    read_range(driver, estimator, tick);
-  }
-  if (what & CF_FLOW_DECK_FLOW) {
-    const uint16_t range  = driver->reading.range;
-    driver->reading       = *reading;
-    driver->reading.range = range;
-    read_flow(driver, estimator, tick);
-  }
+  driver->reading = *reading;
+  read_flow(driver, estimator, tick);
 }
 
 static const cf_variable_t PARAMETERS[] = {
@@ -86,9 +59,6 @@ static const cf_variable_t PARAMETERS[] = {
     CF_ROW("motion", "adaptive", UINT8, 0, cf_flow_driver_t, adaptive),
     CF_ROW("motion", "flowStdFixed", FLOAT, CF_CORE, cf_flow_driver_t, fixed_std),
 };
-
-#define RANGE(name_, direction_) \
-  CF_ROW("range", name_, UINT16, CF_CORE, cf_flow_driver_t, ranges[direction_])
 
 static const cf_variable_t LOGS[] = {
     CF_ROW("motion", "motion", UINT8, 0, cf_flow_driver_t, reading.motion),
@@ -101,12 +71,6 @@ static const cf_variable_t LOGS[] = {
     CF_ROW("motion", "outlierCount", UINT8, 0, cf_flow_driver_t, outliers),
     CF_ROW("motion", "squal", UINT8, 0, cf_flow_driver_t, reading.squal),
     CF_ROW("motion", "std", FLOAT, 0, cf_flow_driver_t, std),
-    RANGE("front", CF_RANGE_FRONT),
-    RANGE("back", CF_RANGE_BACK),
-    RANGE("up", CF_RANGE_UP),
-    RANGE("left", CF_RANGE_LEFT),
-    RANGE("right", CF_RANGE_RIGHT),
-    RANGE("zrange", CF_RANGE_DOWN),
 };
 
 cf_variables_t cf_flow_driver_parameters(void) {

@@ -3,22 +3,21 @@
 #include <math.h>
 
 #include "vehicle/random_inline.h"
+#include "vehicle/ranger.h"
 #include "vehicle/valid.h"
 
 #define RANGE_TICKS 25
 #define FLOW_TICKS 10
 #define SURFACE_QUALITY 100
 
-static const float TICK              = 0.001f;    // [s]
-static const float PIXELS            = 35.0f;     // N, across the field of view
-static const float FIELD_OF_VIEW     = 0.71674f;  // 2 sin(42 deg / 2)
-static const float COUNTS_PER_PIXEL  = 10.0f;
-static const float LOWEST_UPRIGHT    = 0.1f;   // R22 of a tilt of 84 deg
-static const float LONGEST_RANGE     = 5.0f;   // [m]
-static const float LARGEST_RANGE_STD = 0.2f;   // [m], what sigma(d) reaches at 4 m
-static const float LOWEST_FLOW       = 0.08f;  // [m], out of focus below
-static const float LOWEST_MODEL      = 0.1f;   // [m], below it the filter assumes this height
-static const float LARGEST_REGISTER  = 32767.0f;
+static const float TICK             = 0.001f;    // [s]
+static const float PIXELS           = 35.0f;     // N, across the field of view
+static const float FIELD_OF_VIEW    = 0.71674f;  // 2 sin(42 deg / 2)
+static const float COUNTS_PER_PIXEL = 10.0f;
+static const float LOWEST_UPRIGHT   = 0.1f;   // R22 of a tilt of 84 deg
+static const float LOWEST_FLOW      = 0.08f;  // [m], out of focus below
+static const float LOWEST_MODEL     = 0.1f;   // [m], below it the filter assumes this height
+static const float LARGEST_REGISTER = 32767.0f;
 
 // standard deviation [counts] = 0.0007984 shutter + 0.4335 (section 13.2)
 static const float SHUTTER_SLOPE  = 0.0007984f;
@@ -42,6 +41,22 @@ cf_status_t cf_flow_deck_init(cf_flow_deck_t *deck, const cf_flow_deck_config_t 
   return CF_OK;
 }
 
+bool cf_flow_deck_will_look_down(const cf_flow_deck_t *deck) {
+  return deck->range_countdown == 1;
+}
+
+void cf_flow_deck_look_down(cf_flow_deck_t *deck, const float position[3], const float rotation[9],
+                            const cf_surroundings_t *surroundings) {
+  const float upright = rotation[8];
+  if (!(upright > LOWEST_UPRIGHT)) {
+    return;
+  }
+  const float distance = cf_ranger_look_down(position, rotation, surroundings);
+  // over the floor exactly zero: a drone in a swarm flies like one alone, to the last bit
+  const bool is_floor = distance == position[2] / upright;
+  deck->surface       = is_floor ? 0.0f : position[2] - distance * upright;
+}
+
 static uint16_t range_of(cf_flow_deck_t *deck, float height, float upright) {
   const float normal = cf_random_normal(&deck->random);
   const float wrong  = cf_mishap_error(&deck->config.range_mishap, &deck->mishap_random);
@@ -51,17 +66,7 @@ static uint16_t range_of(cf_flow_deck_t *deck, float height, float upright) {
     return CF_RANGE_NOTHING;
   }
   const float true_distance = height / upright;
-  if (!(true_distance < LONGEST_RANGE)) {
-    return CF_RANGE_NOTHING;
-  }
-  const float told        = cf_range_std(true_distance);
-  const float deviation   = told < LARGEST_RANGE_STD ? told : LARGEST_RANGE_STD;
-  const float noise       = deck->config.range_noise_scale * deviation * normal;
-  const float millimeters = (true_distance + noise + wrong) * 1000.0f + 0.5f;
-  if (!(millimeters < 1000.0f * LONGEST_RANGE)) {
-    return CF_RANGE_NOTHING;
-  }
-  return (uint16_t)fmaxf(millimeters, 0.0f);
+  return cf_ranger_reading(true_distance, deck->config.range_noise_scale, normal, wrong);
 }
 
 // A whole number of counts, negative along the axis of the chip.

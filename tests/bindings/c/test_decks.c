@@ -97,7 +97,6 @@ static void every_register_of_the_flow_deck_is_fine(void) {
   for (int value = -32768; value <= 32767; value += 7) {
     for (uint8_t adaptive = 0; adaptive < 2; adaptive++) {
       const cf_flow_reading_t reading = {
-          .range   = (uint16_t)(value + 32768),
           .delta_x = (int16_t)value,
           .delta_y = (int16_t)(-1 - value),
           .shutter = (uint16_t)(value + 32768),
@@ -105,11 +104,23 @@ static void every_register_of_the_flow_deck_is_fine(void) {
           .squal   = (uint8_t)value,
       };
       driver.adaptive = adaptive;
-      cf_flow_driver_read(&driver, &estimator, CF_FLOW_DECK_RANGE | CF_FLOW_DECK_FLOW, &reading,
-                          (uint32_t)value);
-      CHECK(estimator.queue_count <= 2 && driver.std >= 0.0f);
+      cf_flow_driver_read(&driver, &estimator, &reading, (uint32_t)value);
+      CHECK(estimator.queue_count <= 1 && driver.std >= 0.0f);
       drain(&estimator);
     }
+  }
+}
+
+static void every_range_is_fine(void) {
+  cf_estimator_t     estimator = {0};
+  cf_ranger_driver_t driver    = {.ranges = {0}};
+  for (int value = 0; value <= UINT16_MAX; value += 7) {
+    for (int direction = 0; direction < CF_RANGE_COUNT; direction++) {
+      cf_ranger_driver_read(&driver, &estimator, direction, (uint16_t)value, 3);
+      CHECK(driver.ranges[direction] == value);
+    }
+    CHECK(estimator.queue_count == (value < 5000));
+    drain(&estimator);
   }
 }
 
@@ -141,6 +152,7 @@ static void boot_with(cf_t *cf, cf_positioning_t positioning) {
   CHECK(cf_config_default(&config, CF_PLATFORM_CF2) == CF_OK);
   config.vehicle.positioning = positioning;
   config.loco_is_planar      = 1;
+  config.vehicle.rangers     = (cf_rangers_config_t){.has_multiranger = true, .has_zranger = true};
   config.loco_height         = 0.5f;
   CHECK(cf_init(cf, &config) == CF_OK);
 }
@@ -175,6 +187,7 @@ int main(void) {
   every_number_of_light_is_fine();
   every_id_of_a_sweep_is_fine();
   every_register_of_the_flow_deck_is_fine();
+  every_range_is_fine();
   every_ranging_is_fine();
   parameters_may_hold_anything();
   return 0;

@@ -8,7 +8,6 @@ from queued import take
 
 from crazychoir_fw._core import ffi, lib
 
-BOTH = lib.CF_FLOW_DECK_RANGE | lib.CF_FLOW_DECK_FLOW
 
 
 class Driver:
@@ -19,40 +18,20 @@ class Driver:
         self.estimator = ffi.new("cf_estimator_t *")
         lib.cf_flow_driver_init(self.driver, 0)
 
-    def read(self, what: int, tick: int = 10, **registers: int) -> list[Any]:
+    def read(self, tick: int = 10, **registers: int) -> list[Any]:
         registers = {"motion": lib.CF_FLOW_MOTION, **registers}
         reading = ffi.new("cf_flow_reading_t *", registers)
-        lib.cf_flow_driver_read(self.driver, self.estimator, what, reading, tick)
+        lib.cf_flow_driver_read(self.driver, self.estimator, reading, tick)
         return take(self.estimator)
-
-    def range(self, millimeters: int, tick: int = 25) -> list[Any]:
-        return self.read(lib.CF_FLOW_DECK_RANGE, tick, range=millimeters)
 
     def flow(self, x: int = 0, y: int = 0, tick: int = 10, **registers: int) -> list[Any]:
         """Read counts along x and y of the body."""
-        return self.read(lib.CF_FLOW_DECK_FLOW, tick, delta_x=-y, delta_y=-x, **registers)
+        return self.read(tick, delta_x=-y, delta_y=-x, **registers)
 
 
 @pytest.fixture
 def driver() -> Driver:
     return Driver()
-
-
-@pytest.mark.parametrize("millimeters", [0, 15, 1234, 4999])
-def test_range_becomes_meters_with_its_deviation(driver: Driver, millimeters: int) -> None:
-    (measurement,) = driver.range(millimeters, tick=77)
-    tof = measurement.data.tof
-    assert measurement.type == lib.MeasurementTypeTOF
-    assert tof.timestamp == 77
-    assert tof.distance == np.float32(millimeters) * np.float32(0.001)
-    assert tof.stdDev == lib.cf_range_std(tof.distance)
-    assert tof.coneHalfAngle == pytest.approx(np.radians(7.5))
-
-
-@pytest.mark.parametrize("millimeters", [5000, lib.CF_RANGE_NOTHING, 65535])
-def test_far_range_is_logged_but_not_used(driver: Driver, millimeters: int) -> None:
-    assert driver.range(millimeters) == []
-    assert driver.driver.ranges[lib.CF_RANGE_DOWN] == millimeters
 
 
 def test_flow_is_turned_into_the_body_frame(driver: Driver) -> None:
@@ -93,12 +72,11 @@ def test_flow_without_motion_is_not_used_but_takes_its_time(driver: Driver) -> N
     assert driver.flow(tick=20)[0].data.flow.dt == pytest.approx(0.01)
 
 
-def test_disabled_flow_does_not_reach_the_estimator_but_ranges_do(driver: Driver) -> None:
+def test_disabled_flow_does_not_reach_the_estimator(driver: Driver) -> None:
     driver.driver.disable = 1
-    (measurement,) = driver.read(BOTH, range=500)
-    assert measurement.type == lib.MeasurementTypeTOF
+    assert driver.flow() == []
     driver.driver.disable = 0
-    assert len(driver.read(BOTH, range=500, tick=20)) == 2
+    assert len(driver.flow(tick=20)) == 1
 
 
 @pytest.mark.parametrize(("shutter", "std"), [(0, 0.4335), (710, 1.000364), (2000, 2.0303), (65535, 52.7566)], ids=str)
@@ -115,11 +93,3 @@ def test_deviation_is_fixed_at_two_counts(driver: Driver) -> None:
     assert (flow.stdDevX, flow.stdDevY) == (2.0, 2.0)
     driver.driver.fixed_std = 5.0
     assert driver.flow(tick=20)[0].data.flow.stdDevX == 5.0
-
-
-def test_registers_that_were_not_read_stay(driver: Driver) -> None:
-    driver.range(1234)
-    driver.flow(5, 6, shutter=99, squal=12)
-    driver.range(1235)
-    reading = driver.driver.reading
-    assert (reading.range, reading.delta_y, reading.shutter, reading.squal) == (1235, -5, 99, 12)

@@ -1,0 +1,24 @@
+/* Contacts of drones that begin: what MuJoCo detected in a step, told once. Internal to the plugin.
+ *
+ * What a drone touches already is remembered in the drone (contacts.h), so that a restored flight
+ * tells the same. What has been told waits here until somebody takes it. */
+#ifndef CF_MUJOCO_PLUGIN_COLLISIONS_H
+#define CF_MUJOCO_PLUGIN_COLLISIONS_H
+
+#include "mujoco_plugin/collision.h"
+#include "mujoco_plugin/mujoco_api.h"
+
+struct swarm_s;
+
+#define CF_MOST_COLLISIONS 512
+
+typedef struct {
+  int            count;
+  uint32_t       lost;  // begun while there was no room
+  cf_collision_t list[CF_MOST_COLLISIONS];
+} cf_collisions_t;
+
+// Looks at the contacts of the step that just ended, before the ticks that follow it.
+void cf_collisions_look(struct swarm_s *swarm, const mjModel *model, mjData *data);
+
+#endif  // CF_MUJOCO_PLUGIN_COLLISIONS_H
