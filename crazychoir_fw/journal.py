@@ -20,6 +20,7 @@ THE_WORLD = -1
 
 _SCALARS = frozenset("bif")
 _CODES = {bool: "b", float: "f", str: "s", bytes: "y", type(None): "n"}
+_CODES_OF_VALUES = frozenset("bifsyjn")
 _EXACT = 2**53  # whole numbers up to here survive as float64
 
 
@@ -242,14 +243,16 @@ class _Cursor:
 
     def next(self) -> tuple[Any, ...]:
         codes = iter(self._kind.signature)
-        return tuple(self._value(code, codes) for code in codes)
+        return tuple([self._value(code, codes) for code in codes])
 
     def _value(self, code: str, codes: Iterator[str]) -> Any:
         if code == "[":
             items = []
-            while (inner := next(codes)) != "]":
+            while (inner := next(codes, "")) != "]":
                 items.append(self._value(inner, codes))
             return items
+        if code not in _CODES_OF_VALUES:
+            raise IndexError("a signature is cut off")
         if code == "n":
             return None
         number = self._kind.numbers[self._number]
@@ -259,7 +262,7 @@ class _Cursor:
         if code in "bi":
             return bool(number) if code == "b" else int(number)
         end = self._byte + int(number)
-        if end > len(self._kind.blob):
+        if not self._byte <= end <= len(self._kind.blob):
             raise IndexError("bytes are missing")
         raw = bytes(self._kind.blob[self._byte : end])
         self._byte = end

@@ -92,9 +92,7 @@ class FlightLog:
         events = np.array(json.dumps(self.events))
         drone_ids = np.array(self.drone_ids, dtype=np.str_)
         with replacing(path) as temporary, temporary.open("wb") as file:
-            np.savez_compressed(
-                file, time=self.time, drone_ids=drone_ids, metadata=metadata, events=events, **members
-            )
+            np.savez_compressed(file, time=self.time, drone_ids=drone_ids, metadata=metadata, events=events, **members)
 
     @classmethod
     def load(cls, path: Path) -> "FlightLog":

@@ -23,16 +23,13 @@ _MEANINGS = {
 }
 """What to say of a world that differs in a part, the most telling one first."""
 
-_OPTIONS = (
-    "timestep gravity wind magnetic density viscosity integrator cone solver iterations tolerance disableflags "
-    "enableflags"
-).split()
-_BODIES = "body_parentid body_pos body_quat body_ipos body_iquat body_mass body_inertia".split()
-_JOINTS = "jnt_type jnt_bodyid jnt_pos jnt_axis jnt_range dof_damping dof_armature dof_frictionloss qpos0".split()
-_GEOMS = (
-    "geom_type geom_bodyid geom_contype geom_conaffinity geom_condim geom_size geom_pos geom_quat geom_friction "
-    "geom_solref geom_solimp geom_margin geom_gap"
-).split()
+_OPTIONS = ("timestep", "gravity", "wind", "magnetic", "density", "viscosity", "integrator", "cone", "solver")
+_OPTIONS += ("iterations", "tolerance", "disableflags", "enableflags")
+_BODIES = ("body_parentid", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia")
+_JOINTS = ("jnt_type", "jnt_bodyid", "jnt_pos", "jnt_axis", "jnt_range", "qpos0")
+_JOINTS += ("dof_damping", "dof_armature", "dof_frictionloss")
+_GEOMS = ("geom_type", "geom_bodyid", "geom_contype", "geom_conaffinity", "geom_condim", "geom_size", "geom_pos")
+_GEOMS += ("geom_quat", "geom_friction", "geom_solref", "geom_solimp", "geom_margin", "geom_gap")
 
 Fingerprint = Mapping[str, str]
 """Parts of what a world is, by name; short texts and digests."""
@@ -54,10 +51,8 @@ def fingerprint(model: mujoco.MjModel, providers: Iterable[int]) -> dict[str, st
     if np.any(model.geom_type[collides] == mujoco.mjtGeom.mjGEOM_MESH):
         physics.append(model.mesh_vert)
     physics.append(model.hfield_data)
-    layouts = [
-        [(name, row.offset, str(row.dtype)) for table in (log_table(n), parameter_table(n)) for name, row in table.items()]
-        for n in numbers
-    ]
+    tables = [table for number in numbers for table in (log_table(number), parameter_table(number))]
+    layouts = [[(name, row.offset, str(row.dtype)) for name, row in table.items()] for table in tables]
     return {
         "versions": f"crazychoir_fw {build['version']} over MuJoCo {build['mujoco']}",
         "providers": "; ".join(_provider(number) for number in numbers),
@@ -78,7 +73,8 @@ def difference(theirs: Fingerprint, ours: Fingerprint) -> str | None:
 
 def _provider(number: int) -> str:
     known: dict[str, Any] = provider_identity(number)
-    return " ".join(str(known[key]) for key in ("provider", "version", "platform", "compiler", "content") if key in known)
+    keys = ("provider", "version", "platform", "compiler", "content")
+    return " ".join(str(known[key]) for key in keys if key in known)
 
 
 def _names(model: mujoco.MjModel) -> list[bytes]:

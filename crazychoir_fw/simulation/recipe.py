@@ -23,7 +23,7 @@ def write_recipe(
     """Return the recipe of a world; what JSON can hold.
 
     Args:
-        drones: The drones as the user configured them.
+        drones: The drones as the user configured them, without those that the scene brings.
         scene: Word or MJCF file.
         seed: Seed of all noise.
         fingerprint: What came out (`crazychoir_fw.simulation.fingerprint`).
@@ -45,14 +45,14 @@ def read_drones(recipe: Mapping[str, Any]) -> list[DroneConfig]:
         CrazychoirError: If this version does not know how to build them.
     """
     known = {field.name for field in dataclasses.fields(DroneConfig)}
+    if "drones" not in recipe:
+        raise CrazychoirError("the recipe of the world names no drones")
     drones = []
-    for config in recipe.get("drones", ()):
+    for config in recipe["drones"]:
         unknown = sorted(set(config) - known)
         if unknown:
             raise CrazychoirError(f"{config.get('id')}: this version knows nothing of {', '.join(unknown)}")
         drones.append(DroneConfig(**{key: value for key, value in config.items() if key != _ABSENT}))
-    if not drones:
-        raise CrazychoirError("the recipe of the world names no drones")
     return drones
 
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.core import identity, provider_identity
 from crazychoir_fw.errors import RangeError
+from crazychoir_fw.journal import Journal
 from crazychoir_fw.report.flight_log import FlightLog
 from crazychoir_fw.simulation.swarm_views import swarm_parts
 from crazychoir_fw.simulation.world import TICKS_PER_SECOND, World
@@ -50,6 +51,7 @@ class FlightRecorder:
         self._qpos: list[NDArray[np.float64]] = []
         self._motion: list[NDArray[np.float64]] = []
         self._requests: list[int] = []  # before each sample
+        self._journals: list[Journal] = []  # of the world, each once: another one after a return to a snapshot
 
     def sample(self) -> None:
         """Take one sample of the present instant."""
@@ -61,6 +63,8 @@ class FlightRecorder:
         self._qpos.append(self._world.data.qpos.copy())
         self._motion.append(self._world.data.qvel[self._dofs])
         self._requests.append(len(self._world.journal))
+        if not self._journals or self._journals[-1] is not self._world.journal:
+            self._journals.append(self._world.journal)
 
     def run(self, seconds: float) -> None:
         """Advance the world and sample on the way."""
@@ -83,6 +87,8 @@ class FlightRecorder:
         signals = {**self._signals(), **self._true_motion()}
         journal = self._world.journal.copy()
         journal.samples = list(self._requests)
+        if len(self._journals) > 1:
+            journal.gap = "the world was taken back in time while it was recorded"
         return FlightLog(
             time=self.times,
             drone_ids=[drone.id for drone in self._world.drones],

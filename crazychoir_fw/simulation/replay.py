@@ -40,7 +40,7 @@ class Deviation:
     tick: int
     """First tick (ms) at which they differ."""
     drone: str | None
-    """Name of the first drone that differs then; None when it is the world's events."""
+    """Name of the first drone that differs then; None when the records are not alike in form."""
     signals: tuple[str, ...]
     """What of it differs then."""
     recorded: float | str
@@ -67,7 +67,7 @@ class Replay:
     warnings: tuple[str, ...]
     """What is not as it was when the flight was recorded, one sentence each."""
     deviation: Deviation | None
-    """Where record and replay part; None when every signal and event is the same to the last bit."""
+    """Where record and replay part; None when every signal is the same to the last bit."""
 
 
 def load_flight(path: str | Path) -> FlightLog:
@@ -103,13 +103,19 @@ def check_before(log: FlightLog) -> list[str]:
     return [*warnings, changed] if changed else warnings
 
 
-def replay(log: FlightLog | str | Path, threads: int | None = None, observe: Progress | None = None) -> Replay:
+def replay(
+    log: FlightLog | str | Path,
+    threads: int | None = None,
+    observe: Progress | None = None,
+    warn: Callable[[str], None] | None = None,
+) -> Replay:
     """Fly a recorded flight again and compare.
 
     Args:
         log: A log with a journal, its file, or the folder of a flight.
         threads: Threads that share the drones; the result does not depend on it.
         observe: Called at every sample.
+        warn: Called before the flight with everything that is not as it was when it was recorded.
 
     Raises:
         ReplayError: If it cannot be flown again; the text says why.
@@ -120,9 +126,14 @@ def replay(log: FlightLog | str | Path, threads: int | None = None, observe: Pro
     warnings = check_before(log)
     journal = _journal(log)
     world = build(journal, threads)
-    differs = difference(journal.recipe.get("fingerprint", {}), world.fingerprint)
-    if differs is not None and not any(warning.startswith("recorded with") for warning in warnings):
+    # versions have been compared in detail
+    theirs = {**journal.recipe.get("fingerprint", {}), "versions": world.fingerprint["versions"]}
+    differs = difference(theirs, world.fingerprint)
+    if differs is not None:
         warnings.append(f"the recorded world {differs}")
+    if warn is not None:
+        for warning in warnings:
+            warn(warning)
 
     recorder = FlightRecorder(world)
     reader = _Reader(world, journal)
@@ -193,7 +204,7 @@ def _journal(log: FlightLog) -> Journal:
     if len(samples) != len(log.time) or (len(samples) and (samples[0] < 0 or samples[-1] > len(journal))):
         raise ReplayError("journal and signals are not of the same flight")
     if np.any(np.diff(samples) < 0):
-        raise ReplayError("the world was taken back in time while it was recorded")
+        raise ReplayError("the samples of the journal run backwards")
     n = len(log.drone_ids)
     if any(not THE_WORLD <= request.drone < n for request in journal):
         raise ReplayError("the journal names drones that the log does not have")
@@ -204,7 +215,10 @@ def _journal(log: FlightLog) -> Journal:
 
 
 def compare(recorded: FlightLog, replayed: FlightLog) -> Deviation | None:
-    """Return where two records of a flight part, or None when they are the same to the last bit."""
+    """Return where two records of a flight part, or None when they are the same to the last bit.
+
+    Events do not count: those that a script noted of its own accord are not noted again.
+    """
     if (shape := _shape_deviation(recorded, replayed)) is not None:
         return shape
     first: tuple[int, int] | None = None  # sample, drone
@@ -220,7 +234,7 @@ def compare(recorded: FlightLog, replayed: FlightLog) -> Deviation | None:
         values = [log.signals[names[0]][sample, drone].item() for log in (recorded, replayed)]
         tick = round(float(recorded.time[sample]) * TICKS_PER_SECOND)
         return Deviation(tick, recorded.drone_ids[drone], tuple(names), *values)
-    return _event_deviation(recorded, replayed)
+    return None
 
 
 def _first_difference(one: NDArray[Any], other: NDArray[Any]) -> tuple[int, int] | None:
@@ -246,16 +260,4 @@ def _shape_deviation(recorded: FlightLog, replayed: FlightLog) -> Deviation | No
         sample = int(np.argmax(recorded.time != replayed.time))
         times = [float(log.time[sample]) for log in (recorded, replayed)]
         return Deviation(round(times[0] * TICKS_PER_SECOND), None, ("time",), *times)
-    return None
-
-
-def _event_deviation(recorded: FlightLog, replayed: FlightLog) -> Deviation | None:
-    import itertools
-    import json
-
-    for one, other in itertools.zip_longest(recorded.events, replayed.events):
-        texts = [json.dumps(event, sort_keys=True) for event in (one, other)]
-        if texts[0] != texts[1]:
-            known = one or other
-            return Deviation(round(known["time"] * TICKS_PER_SECOND), known["drone"], ("event",), *texts)
     return None

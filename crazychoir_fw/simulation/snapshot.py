@@ -19,8 +19,8 @@ from crazychoir_fw.simulation.events import Event
 from crazychoir_fw.simulation.fingerprint import Fingerprint, difference
 
 STATE = mujoco.mjtState.mjSTATE_INTEGRATION
-"""What MuJoCo calls the state: time, motion, warm start of the solver, applied forces, active equality constraints, poses
-of mocap bodies, memory of plugins, and with it every byte of every drone."""
+"""What MuJoCo calls the state: time, motion, warm start of the solver, applied forces, active equality constraints,
+poses of mocap bodies, memory of plugins, and with it every byte of every drone."""
 
 BESIDE_THE_STATE = ("tree_asleep",)
 """Arrays of mjData that the next step depends on and that are not part of that state. This is the place to add one."""
