@@ -15,9 +15,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-THE_WORLD = -1
-"""In place of the number of a drone: the request was one to the world itself."""
-
 _SCALARS = frozenset("bif")
 _CODES = {bool: "b", float: "f", str: "s", bytes: "y", type(None): "n"}
 _CODES_OF_VALUES = frozenset("bifsyjn")
@@ -30,7 +27,7 @@ class Request(NamedTuple):
     tick: int
     """Milliseconds since the start of the world."""
     drone: int
-    """Number of the drone in its world, from 0; `THE_WORLD` for a request to the world itself."""
+    """Number of the drone in its world, from 0."""
     verb: str
     """What was asked for (`crazychoir_fw.simulation.clients.uplink`)."""
     arguments: tuple[Any, ...]

@@ -19,7 +19,7 @@ scalars = st.one_of(
 )
 arguments = st.lists(st.recursive(scalars, lambda inner: st.lists(inner, max_size=4), max_leaves=8), max_size=5)
 requests = st.lists(
-    st.tuples(st.integers(-1, 5), st.sampled_from(["cf_go_to", "param", "packet"]), arguments), max_size=12
+    st.tuples(st.integers(0, 5), st.sampled_from(["cf_go_to", "param", "packet"]), arguments), max_size=12
 )
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.journal import THE_WORLD, Journal, Request
+from crazychoir_fw.journal import Journal, Request
 from crazychoir_fw.report.flight_log import FlightLog
 from crazychoir_fw.simulation.fingerprint import difference
 from crazychoir_fw.simulation.recipe import read_drones, scene_differs
@@ -181,10 +181,8 @@ class _Reader:
         self._world.step(max(0, tick - self._world.tick))
 
     def _carry_out(self, request: Request) -> None:
-        world = self._world
-        uplink = world.uplink if request.drone == THE_WORLD else world.drones[request.drone].uplink
         try:
-            uplink.deliver(request.verb, *request.arguments)
+            self._world.drones[request.drone].uplink.deliver(request.verb, *request.arguments)
         except CrazychoirError:
             pass  # the drone refused it in the flight as well
         except (AttributeError, TypeError, IndexError, OverflowError) as error:
@@ -206,7 +204,7 @@ def _journal(log: FlightLog) -> Journal:
     if np.any(np.diff(samples) < 0):
         raise ReplayError("the samples of the journal run backwards")
     n = len(log.drone_ids)
-    if any(not THE_WORLD <= request.drone < n for request in journal):
+    if any(not 0 <= request.drone < n for request in journal):
         raise ReplayError("the journal names drones that the log does not have")
     return journal
 

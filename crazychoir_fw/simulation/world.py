@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from crazychoir_fw._core import lib
 from crazychoir_fw.core import register_plugin
 from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
-from crazychoir_fw.journal import THE_WORLD, Journal
+from crazychoir_fw.journal import Journal
 from crazychoir_fw.simulation.agenda import Agenda
 from crazychoir_fw.simulation.builder import build_model
-from crazychoir_fw.simulation.clients import Param, Uplink
+from crazychoir_fw.simulation.clients import Param
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.events import Event
@@ -96,13 +96,10 @@ class World:
         """What the world is; worlds with equal ones understand each other's snapshots."""
         self.is_replay = False
         """Whether its requests come from a journal."""
-        self.uplink = Uplink(None)
-        """Requests to the world itself, for verbs that have a handler; the journal keeps them as those to drones."""
         self.journal = Journal()
         """Every request so far, and how to build the world."""
-        for number, uplink in enumerate([drone.uplink for drone in self.drones]):
-            uplink.listeners.append(partial(self._write_down, number))
-        self.uplink.listeners.append(partial(self._write_down, THE_WORLD))
+        for number, drone in enumerate(self.drones):
+            drone.uplink.listeners.append(partial(self._write_down, number))
         self.agenda = Agenda()
         """What happens at simulated times: faults, plugins, replays."""
         self.events: list[Event] = []

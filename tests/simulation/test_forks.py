@@ -59,6 +59,16 @@ def test_forks_may_be_stepped_in_threads_of_their_own(expected, pool):
     assert results == expected + expected
 
 
+def test_python_goes_on_while_a_world_is_stepped():
+    """One call of MuJoCo makes 3000 steps; with Python's lock held nobody would count meanwhile."""
+    thread = threading.Thread(target=airborne().run, args=(3.0,))
+    thread.start()
+    count = 0
+    while thread.is_alive():
+        count += 1
+    assert count > 100
+
+
 def test_forks_of_forks_and_forks_made_in_threads(expected):
     world = airborne(threads=2)
     results = [None] * 4
