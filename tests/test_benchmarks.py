@@ -13,6 +13,7 @@ SMALLEST = {
     "provider_cost.py": ["--drones", "1", "--repeats", "1"],
     "swarm_scale.py": ["--drones", "1", "2", "--threads", "1", "--seconds", "0.02", "--repeats", "1"],
     "tick_cost.py": ["--drones", "1", "--repeats", "1"],
+    "time_machine.py": ["--drones", "1", "--repeats", "1", "--futures", "2", "--seconds", "0.02"],
 }
 
 

@@ -1,4 +1,4 @@
-"""The command line: `crazychoir fly`, `run`, `info`, `variables`, `app` and `firmware`.
+"""The command line: `crazychoir fly`, `run`, `replay`, `export`, `info`, `variables`, `app` and `firmware`.
 
 One module per command. Whatever is slow to import, a command imports when it runs.
 """
@@ -6,9 +6,11 @@ One module per command. Whatever is slow to import, a command imports when it ru
 import typer
 
 from crazychoir_fw.cli.app import app as app_commands
+from crazychoir_fw.cli.export import export
 from crazychoir_fw.cli.firmware import firmware
 from crazychoir_fw.cli.fly import fly
 from crazychoir_fw.cli.info import info
+from crazychoir_fw.cli.replay import replay
 from crazychoir_fw.cli.run import run
 from crazychoir_fw.cli.shim import install_shim
 from crazychoir_fw.cli.variables import variables
@@ -21,6 +23,8 @@ app = typer.Typer(
 )
 app.command()(fly)
 app.command()(run)
+app.command()(replay)
+app.command()(export)
 app.command()(info)
 app.command()(variables)
 app.add_typer(app_commands, name="app")

@@ -33,6 +33,7 @@ class Request:
     threads: int | None
     overrides: dict[str, Any]
     """`seed`, `provider` and `app`, stronger than the mission file."""
+    mcap: bool = False
 
 
 def fly(
@@ -49,11 +50,14 @@ def fly(
         list[Path] | None,
         typer.Option(help="C file with a controller or an estimator of yours; repeatable."),
     ] = None,
+    mcap: Annotated[
+        bool, typer.Option("--mcap", help="Write log.mcap too, for Foxglove, PlotJuggler and rosbag.")
+    ] = False,
     watch: Annotated[bool, typer.Option("--watch", help="Fly again whenever the app or the mission is saved.")] = False,
 ) -> None:
     """Fly a mission in simulation and report on every drone."""
     overrides = {"seed": seed, "provider": provider, "app": app or None}
-    request = Request(mission, not watch if video is None else video, view, out, threads, overrides)
+    request = Request(mission, not watch if video is None else video, view, out, threads, overrides, mcap)
     if watch:
         from crazychoir_fw.cli.again import fly_again_on_save
 
@@ -79,9 +83,17 @@ def attempt(request: Request, loaded: "Callable[[Mission], None] | None" = None)
         if loaded is not None:
             loaded(mission)
         folder = _make_folder(folder if folder is not None else Path("out") / mission.name)
+        if request.mcap:
+            from crazychoir_fw.report.mcap_file import require_mcap
+
+            require_mcap()
         reason = _no_video_because(request.video)
         result = _fly(mission, request.threads, request.view, FRAMES_PER_SECOND if reason is None else 0)
         _write(result, folder, reason)
+        if request.mcap:
+            from crazychoir_fw.report.mcap_file import write_mcap
+
+            write_mcap(result.log, folder / "log.mcap")
     except CrazychoirError as error:
         complain_of(error)
         return BAD_INPUT

@@ -1,8 +1,8 @@
 """The record of a flight: named signals of every drone over one time axis.
 
 Names are those of the onboard log (`stateEstimate.x`, `ctrltarget.x`, `motor.m1`, `pm.vbat`), with the onboard units.
-The truth of the simulator stands beside them as `sim.x`, `sim.y`, `sim.z` (m), `sim.vx`, ... (m/s, world frame) and
-`sim.roll`, `sim.pitch`, `sim.yaw` (deg).
+The truth of the simulator stands beside them as `sim.x`, `sim.y`, `sim.z` (m), `sim.vx`, ... (m/s, world frame),
+`sim.roll`, `sim.pitch`, `sim.yaw` (deg) and `sim.wx`, ... (rad/s, body frame).
 """
 
 import json
@@ -14,9 +14,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.journal import Journal
 from crazychoir_fw.replacing import replacing
 
 _SIGNAL = "signal/"  # prefix of the signals among the members of the file
+_JOURNAL = "journal/"
 
 
 @dataclass(repr=False)
@@ -34,6 +36,12 @@ class FlightLog:
 
     metadata: dict[str, Any] = field(default_factory=dict)
     """What flew: mission, provider, version, seed and so on; anything that JSON can hold."""
+
+    events: list[dict[str, Any]] = field(default_factory=list)
+    """What happened at instants: `time` (s), `kind`, `drone` (or None) and `details` each."""
+
+    journal: Journal | None = None
+    """Every request that reached a drone, and how to build the world: what `crazychoir replay` flies from."""
 
     def __post_init__(self) -> None:
         """Refuse shapes that do not fit together.
@@ -75,13 +83,16 @@ class FlightLog:
         """Write a compressed NPZ file; *path* is replaced in one step, or left alone if writing fails.
 
         Raises:
-            TypeError: If the metadata cannot be written as JSON.
+            TypeError: If metadata or events cannot be written as JSON.
         """
         members = {_SIGNAL + name: samples for name, samples in self.signals.items()}
+        if self.journal is not None:
+            members |= {_JOURNAL + name: values for name, values in self.journal.to_arrays().items()}
         metadata = np.array(json.dumps(self.metadata))
+        events = np.array(json.dumps(self.events))
         drone_ids = np.array(self.drone_ids, dtype=np.str_)
         with replacing(path) as temporary, temporary.open("wb") as file:
-            np.savez_compressed(file, time=self.time, drone_ids=drone_ids, metadata=metadata, **members)
+            np.savez_compressed(file, time=self.time, drone_ids=drone_ids, metadata=metadata, events=events, **members)
 
     @classmethod
     def load(cls, path: Path) -> "FlightLog":
@@ -93,11 +104,15 @@ class FlightLog:
         """
         try:
             with np.load(path, allow_pickle=False) as file:
+                journal = {name[len(_JOURNAL) :]: file[name] for name in file.files if name.startswith(_JOURNAL)}
                 return cls(
                     time=file["time"],
                     drone_ids=file["drone_ids"].tolist(),
                     signals={name[len(_SIGNAL) :]: file[name] for name in file.files if name.startswith(_SIGNAL)},
                     metadata=json.loads(str(file["metadata"])),
+                    # files of version 0.1.0 have neither
+                    events=json.loads(str(file["events"])) if "events" in file.files else [],
+                    journal=Journal.from_arrays(journal) if journal else None,
                 )
         except FileNotFoundError:
             raise

@@ -73,7 +73,7 @@ def _thinned(log: FlightLog) -> FlightLog:
     """Return the log with at most `_MOST_SAMPLES` instants."""
     stride = -(-len(log.time) // _MOST_SAMPLES) or 1
     signals = {name: samples[::stride] for name, samples in log.signals.items()}
-    return FlightLog(log.time[::stride], log.drone_ids, signals, log.metadata)
+    return FlightLog(log.time[::stride], log.drone_ids, signals, log.metadata, log.events)
 
 
 def _colors(drones: int) -> list[str]:

@@ -2,19 +2,25 @@
 
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
+from crazychoir_fw.simulation.episodes import Episodes
 from crazychoir_fw.simulation.motor_ctrl import MotorCtrl, MotorCtrlFPQR, MotorCtrlFRPY, MotorCtrlVel, MotorCtrlXYZ
 from crazychoir_fw.simulation.recorder import FlightRecorder
+from crazychoir_fw.simulation.replay import replay
+from crazychoir_fw.simulation.snapshot import Snapshot
 from crazychoir_fw.simulation.world import World, set_threads
 
 __all__ = [
     "Drone",
     "DroneConfig",
+    "Episodes",
     "FlightRecorder",
     "MotorCtrl",
     "MotorCtrlFPQR",
     "MotorCtrlFRPY",
     "MotorCtrlVel",
     "MotorCtrlXYZ",
+    "Snapshot",
     "World",
+    "replay",
     "set_threads",
 ]

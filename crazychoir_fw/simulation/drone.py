@@ -41,6 +41,7 @@ class Drone:
         self.id = config.id
         qpos, qvel, state = body_addresses(model, config.id)
         self.qpos_address = qpos
+        self.qvel_address = qvel
         size = int(model.plugin_statenum[model.body_plugin[model.body(config.id).id]])
         self._qpos = data.qpos[qpos : qpos + 7]
         self._qvel = data.qvel[qvel : qvel + 6]
@@ -57,6 +58,7 @@ class Drone:
         self.uplink.handle("packet", self._receive_packet)
         self.uplink.handle("setpoint", self._receive_setpoint)
         self.uplink.handle("place", self._place)
+        self.uplink.handle("restore", self._restore)
         self.commander = Commander(self.id, self.uplink)
         self.high_level_commander = HighLevelCommander(self.id, self._cf, self.uplink)
         self.loc = Localization(self.id, self._cf, self.uplink)
@@ -284,7 +286,10 @@ class Drone:
         return DroneSnapshot(self.memory, self._qpos, self._qvel)
 
     def restore(self, snapshot: DroneSnapshot) -> None:
-        """Make the drone what it was."""
+        """Make the drone what it was. A flight in which that was done cannot be replayed from its journal."""
+        self.uplink.deliver("restore", snapshot)
+
+    def _restore(self, snapshot: DroneSnapshot) -> None:
         self.memory[:] = snapshot.state
         self._qpos[:] = snapshot.qpos
         self._qvel[:] = snapshot.qvel

@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.core import identity, provider_identity
 from crazychoir_fw.errors import RangeError
+from crazychoir_fw.journal import Journal
 from crazychoir_fw.report.flight_log import FlightLog
 from crazychoir_fw.simulation.swarm_views import swarm_parts
 from crazychoir_fw.simulation.world import TICKS_PER_SECOND, World
 
 _TRUE_POSE = ("sim.x", "sim.y", "sim.z")
 _TRUE_VELOCITY = ("sim.vx", "sim.vy", "sim.vz")
+_TRUE_RATES = ("sim.wx", "sim.wy", "sim.wz")
 _TRUE_ATTITUDE = ("sim.roll", "sim.pitch", "sim.yaw")
 
 
@@ -42,10 +44,14 @@ class FlightRecorder:
         self._world = world
         self.ticks_per_sample = TICKS_PER_SECOND // rate_hz
         self._parts = swarm_parts(world)
+        # where each drone has its velocities in qvel, (N, 6)
+        self._dofs = np.array([drone.qvel_address for drone in world.drones])[:, None] + np.arange(6)
         self._times: list[float] = []
         self._samples: list[dict[str, list[NDArray]]] = [{name: [] for name in part.views} for part in self._parts]
         self._qpos: list[NDArray[np.float64]] = []
         self._motion: list[NDArray[np.float64]] = []
+        self._requests: list[int] = []  # before each sample
+        self._journals: list[Journal] = []  # of the world, each once: another one after a return to a snapshot
 
     def sample(self) -> None:
         """Take one sample of the present instant."""
@@ -55,7 +61,10 @@ class FlightRecorder:
             for name, view in part.views.items():
                 samples[name].append(view.copy())
         self._qpos.append(self._world.data.qpos.copy())
-        self._motion.append(np.array([drone.true_velocity for drone in self._world.drones]))
+        self._motion.append(self._world.data.qvel[self._dofs])
+        self._requests.append(len(self._world.journal))
+        if not self._journals or self._journals[-1] is not self._world.journal:
+            self._journals.append(self._world.journal)
 
     def run(self, seconds: float) -> None:
         """Advance the world and sample on the way."""
@@ -76,11 +85,17 @@ class FlightRecorder:
     def finish(self, metadata: Mapping[str, Any] | None = None) -> FlightLog:
         """Return everything recorded so far; the metadata also says what flew, how it was built, and the seed."""
         signals = {**self._signals(), **self._true_motion()}
+        journal = self._world.journal.copy()
+        journal.samples = list(self._requests)
+        if len(self._journals) > 1:
+            journal.gap = "the world was taken back in time while it was recorded"
         return FlightLog(
             time=self.times,
             drone_ids=[drone.id for drone in self._world.drones],
             signals=signals,
             metadata={**self._provenance(), **(metadata or {})},
+            events=[event.as_dict() for event in self._world.events],
+            journal=journal,
         )
 
     def _signals(self) -> dict[str, NDArray[Any]]:
@@ -106,11 +121,11 @@ class FlightRecorder:
         addresses = [drone.qpos_address for drone in self._world.drones]
         qpos = self.qpos
         pose = np.stack([qpos[:, address : address + 7] for address in addresses], axis=1)  # (T, N, 7)
-        velocity = np.array(self._motion)  # (T, N, 3)
+        motion = np.array(self._motion)  # (T, N, 6)
         angles = roll_pitch_yaw_deg(pose[..., 3:7])
         truth = {
             **{name: pose[..., i] for i, name in enumerate(_TRUE_POSE)},
-            **{name: velocity[..., i] for i, name in enumerate(_TRUE_VELOCITY)},
+            **{name: motion[..., i] for i, name in enumerate((*_TRUE_VELOCITY, *_TRUE_RATES))},
             **{name: angles[..., i] for i, name in enumerate(_TRUE_ATTITUDE)},
         }
         return {name: values.astype(np.float32) for name, values in truth.items()}

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from crazychoir_fw._core import lib
 from crazychoir_fw.core import register_plugin
 from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.journal import Journal
 from crazychoir_fw.simulation.agenda import Agenda
 from crazychoir_fw.simulation.builder import build_model
 from crazychoir_fw.simulation.cameras import Camera, Cameras
@@ -21,9 +23,13 @@ from crazychoir_fw.simulation.collisions import Collisions
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.events import Event
+from crazychoir_fw.simulation.fingerprint import Fingerprint, fingerprint
+from crazychoir_fw.simulation.fork import fork
 from crazychoir_fw.simulation.model_drones import drones_in
 from crazychoir_fw.simulation.motor_ctrl.pilots import Pilots
 from crazychoir_fw.simulation.provider_words import load_apps, load_providers
+from crazychoir_fw.simulation.recipe import write_recipe
+from crazychoir_fw.simulation.snapshot import Snapshot, put, take
 
 TICKS_PER_SECOND = 1000
 SETTLE_S = 2.0
@@ -40,6 +46,7 @@ class World:
         seed: int = 0,
         threads: int | None = None,
         visuals: bool = True,
+        is_replay: bool = False,
     ) -> None:
         """Build the world.
 
@@ -50,6 +57,8 @@ class World:
             seed: Seed of all noise; same seed and same commands give the same bits.
             threads: Threads that share the drones, for the whole process; None leaves the number as it is.
             visuals: False leaves out what is only seen, a tenth of the cost of a swarm; not a bit of a flight changes.
+            is_replay: The world is to be flown from a journal. Whoever would send requests of its own accord looks at
+                `World.is_replay` and stays away.
 
         Raises:
             RangeError: If a value is outside its range; the message names drone, value and range.
@@ -59,30 +68,62 @@ class World:
         register_plugin()
         if threads is not None:
             set_threads(threads)
-        drones = load_apps(drones)
-        load_providers((drone.provider, drone.platform) for drone in drones)
-        self.seed = seed
-        self.scene = str(scene)
-        self.model = build_model(drones, scene, seed, visuals)
-        drones = [*drones, *drones_in(self.model, {drone.id for drone in drones}, Path(scene).parent)]
-        self.data = mujoco.MjData(self.model)
-        mujoco.mj_forward(self.model, self.data)
-        self._watched: dict[str, Param] = {}  # parameters that somebody listens to
-        self.drones = tuple(Drone(self.model, self.data, config, self._watched) for config in drones)
-        self._by_id = {drone.id: drone for drone in self.drones}
-        self.visuals = visuals
-        self._cameras = Cameras(self)
-        for drone in self.drones:
-            drone.cameras = self._cameras
+        with_apps = load_apps(drones)
+        load_providers((drone.provider, drone.platform) for drone in with_apps)
+        model = build_model(with_apps, scene, seed, visuals)
+        in_scene = drones_in(model, {drone.id for drone in with_apps}, Path(scene).parent)
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        self._set_up([*with_apps, *in_scene], str(scene), seed, visuals, is_replay, model, data)
         self._set_parameters()
+        # what was set until here comes with the configurations
+        self.journal = Journal(write_recipe(drones, scene, seed, self.fingerprint))
+        self._pilots = Pilots(self)
+
+    def _set_up(
+        self,
+        configs: Sequence[DroneConfig],
+        scene: str,
+        seed: int,
+        visuals: bool,
+        is_replay: bool,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        known: Fingerprint | None = None,
+    ) -> None:
+        """Take possession of a model and its data; a fork does the same with those of another world."""
+        self.configs = tuple(configs)
+        self.scene = scene
+        self.seed = seed
+        self.visuals = visuals
+        self.model = model
+        self.data = data
+        self._watched: dict[str, Param] = {}  # parameters that somebody listens to
+        self.drones = tuple(Drone(model, data, config, self._watched) for config in configs)
+        self._by_id = {drone.id: drone for drone in self.drones}
+        self.fingerprint = known or fingerprint(model, dict.fromkeys(drone.provider_number for drone in self.drones))
+        """What the world is; worlds with equal ones understand each other's snapshots."""
+        self.is_replay = is_replay
+        """Whether its requests come from a journal."""
+        self.journal = Journal()
+        """Every request so far, and how to build the world."""
+        for number, drone in enumerate(self.drones):
+            drone.uplink.listeners.append(partial(self._write_down, number))
         self.agenda = Agenda()
         """What happens at simulated times: faults, plugins, replays."""
         self.events: list[Event] = []
         """What has happened so far."""
-        self._collisions = Collisions(self.model, self.data)
-        self._steps_per_tick = max(1, round(0.001 / self.model.opt.timestep))
-        self._ticks_per_step = max(1, round(self.model.opt.timestep / 0.001))
-        self._pilots = Pilots(self)
+        self._collisions = Collisions(model, data)
+        self._cameras = Cameras(self)
+        for drone in self.drones:
+            drone.cameras = self._cameras
+        self.when_forked: list[Callable[[World], None]] = []
+        """Called with every fork, to make anew in it what lives on the agenda or listens to drones."""
+        self._steps_per_tick = max(1, round(0.001 / model.opt.timestep))
+        self._ticks_per_step = max(1, round(model.opt.timestep / 0.001))
+
+    def _write_down(self, drone: int, verb: str, arguments: tuple[Any, ...]) -> None:
+        self.journal.add(self.tick, drone, verb, arguments)
 
     @classmethod
     def from_mjcf(cls, path: str | Path, seed: int = 0, threads: int | None = None) -> World:
@@ -199,6 +240,7 @@ class World:
         self.agenda.seek(self.tick)
         self._collisions.forget()
         self.events = [event for event in self.events if event.time <= self.time]
+        self.journal = Journal(self.journal.recipe)
 
     def _set_parameters(self) -> None:
         """Set the onboard parameters that the drones were configured with."""
@@ -206,21 +248,41 @@ class World:
             for name, value in drone.config.parameters.items():
                 drone.param[name] = value
 
-    def snapshot(self) -> NDArray[np.float64]:
-        """Return the whole state of the world: time, motion and every byte of every drone."""
-        spec = mujoco.mjtState.mjSTATE_INTEGRATION
-        state = np.empty(mujoco.mj_stateSize(self.model, spec))
-        mujoco.mj_getState(self.model, self.data, state, spec)
-        return state
+    def snapshot(self) -> Snapshot:
+        """Return everything that the world is now: time, motion, every byte of every drone, events, journal.
 
-    def restore(self, snapshot: NDArray[np.float64]) -> None:
-        """Make the world what it was."""
-        spec = mujoco.mjtState.mjSTATE_INTEGRATION
-        if snapshot.shape != (mujoco.mj_stateSize(self.model, spec),):
-            raise RangeError(f"snapshot of shape {snapshot.shape} belongs to another world")
-        mujoco.mj_setState(self.model, self.data, snapshot, spec)
-        self._time_has_changed()
+        It can be saved to a file and restored in another process.
+        """
+        return take(self.model, self.data, self.fingerprint, tuple(self.events), self.journal)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Make the world what it was, or what another one like it was. The agenda stays as it is.
+
+        Raises:
+            RangeError: If the snapshot is one of another world; the message says in what it differs.
+        """
+        put(snapshot, self.model, self.data, self.fingerprint)
+        self.agenda.seek(self.tick)
+        self._collisions.forget()
+        self.events = list(snapshot.events)
+        recipe = self.journal.recipe
+        self.journal = snapshot.journal.copy()
+        self.journal.recipe = recipe
         self._pilots.restored()
+
+    def fork(self, count: int = 1) -> list[World]:
+        """Return worlds that go on from the present instant, independent of this one and of each other.
+
+        They share the compiled model. Drones, events, journal and everything in `mjData` are carried over; what stands
+        on the agenda, gates of the radio and callbacks of parameters are not, except where `when_forked` does so.
+        Motor controls begin anew.
+
+        Each may be stepped in a thread of its own.
+
+        Raises:
+            RangeError: If the count is no positive number.
+        """
+        return fork(self, count)
 
     def camera(
         self,

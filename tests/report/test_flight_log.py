@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
+from crazychoir_fw.journal import Journal
 from crazychoir_fw.report.flight_log import FlightLog
 
 
@@ -131,3 +132,40 @@ def test_signals_stand_side_by_side(make_log):
 
 def test_a_log_says_what_it_holds(make_log):
     assert repr(make_log(4)) == "FlightLog(4 drones, 10 s, 10 signals)"
+
+
+def test_events_and_journal_come_back(tmp_path, make_log):
+    log = make_log(2, samples=3)
+    log.events = [{"time": 0.5, "kind": "collision", "drone": "cf0", "details": {"with": "floor"}}]
+    log.journal = Journal({"seed": 1})
+    log.journal.add(120, 1, "param", ("pid_rate.roll_kp", 200.0))
+    log.journal.samples = [0, 0, 1]
+    log.save(tmp_path / "log.npz")
+    loaded = FlightLog.load(tmp_path / "log.npz")
+    assert loaded.events == log.events
+    assert list(loaded.journal) == [(120, 1, "param", ("pid_rate.roll_kp", 200.0))]
+    assert loaded.journal.recipe == {"seed": 1}
+    assert loaded.journal.samples == [0, 0, 1]
+
+
+def test_files_without_events_and_journal_still_load(tmp_path, make_log):
+    """As version 0.1.0 wrote them."""
+    log = make_log(2, samples=3)
+    members = {f"signal/{name}": samples for name, samples in log.signals.items()}
+    path = tmp_path / "old.npz"
+    np.savez_compressed(path, time=log.time, drone_ids=np.array(log.drone_ids), metadata=np.array("{}"), **members)
+    loaded = FlightLog.load(path)
+    assert loaded.events == []
+    assert loaded.journal is None
+    assert loaded.signals.keys() == log.signals.keys()
+
+
+def test_a_broken_journal_is_no_flight_log(tmp_path, make_log):
+    log = make_log(1, samples=3)
+    log.journal = Journal()
+    log.save(tmp_path / "log.npz")
+    with np.load(tmp_path / "log.npz") as file:
+        members = {name: file[name] for name in file.files if name != "journal/ticks"}
+    np.savez_compressed(tmp_path / "broken.npz", **members)
+    with pytest.raises(ValueError, match="is not a flight log"):
+        FlightLog.load(tmp_path / "broken.npz")

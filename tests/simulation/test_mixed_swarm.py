@@ -9,7 +9,7 @@ import pytest
 from toy_library import load_toy
 
 from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
-from crazychoir_fw.simulation import DroneConfig, FlightRecorder, World
+from crazychoir_fw.simulation import DroneConfig, Episodes, FlightRecorder, World
 from crazychoir_fw.simulation.swarm_views import swarm_parts, swarm_views
 
 LONG = "TOY_PADDING=20000"
@@ -334,3 +334,22 @@ def test_the_log_of_a_mixed_swarm_has_gaps_where_a_drone_lacks_a_signal():
     assert log.signals["stateEstimate.z"][-1] == pytest.approx([d.log["stateEstimate.z"] for d in world.drones])
     assert [provider["provider"] for provider in log.metadata["providers"]] == ["builtin", "toy", "long-toy"]
     assert log.metadata["drones"]["cf4"] == {"provider": "long-toy", "platform": "cf2"}
+
+
+def test_forks_and_episodes_carry_what_a_library_remembers():
+    """In threads that Python and MuJoCo started, each with a copy of the library of its own."""
+    pytest.importorskip("mujoco.batch", reason="this MuJoCo has no batches")
+    world = make_mixed_world(["toy", "builtin", "long-toy"])
+    take_off(world, 0.3)
+    episodes = Episodes(world, 4, 2)
+    forks = world.fork(2)
+    threads = [threading.Thread(target=fork.run, args=(0.3,)) for fork in forks]
+    for thread in threads:
+        thread.start()
+    episodes.run(0.3)
+    for thread in threads:
+        thread.join()
+    world.run(0.3)
+    end = world.snapshot().tobytes()
+    assert [fork.snapshot().tobytes() for fork in forks] == [end] * 2
+    assert [episodes.snapshot(i).tobytes() for i in range(4)] == [end] * 4

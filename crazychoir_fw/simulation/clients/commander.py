@@ -28,6 +28,11 @@ class Commander:
     def _check(self, status: int, call: str) -> None:
         check(status, f"{self._name}: {call}")
 
+    @property
+    def is_client_xmode(self) -> bool:
+        """Whether `send_setpoint` turns roll and pitch."""
+        return self._is_x_mode
+
     def set_client_xmode(self, enabled: bool) -> None:
         """Turn roll and pitch of `send_setpoint` by 45 deg, for a frame whose forward is between two motors."""
         self._is_x_mode = enabled

@@ -29,7 +29,7 @@ class Pilots:
         self._cancel: list[Callable[[], None]] = []
         classes: dict[str, type[MotorCtrl]] = {}  # each file is executed once
         for drone in world.drones:
-            if drone.config.motor_ctrl is not None:
+            if drone.config.motor_ctrl is not None and not world.is_replay:
                 drone.motor_ctrl = _class_of(drone, classes)()
         self.begin()
 

@@ -1,0 +1,60 @@
+"""`crazychoir replay`: fly a recorded flight again from its journal, and compare it bit by bit."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+
+from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, complaints, console
+
+REPLAYED = "replay.npz"
+
+
+def replay(
+    log: Annotated[Path, typer.Argument(help="Log of a flight (NPZ), or the folder with its log.npz.", metavar="LOG")],
+    check: Annotated[
+        bool, typer.Option("--check", help="Only compare: exit code 0 when every bit is the same, 1 when not.")
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(help="File for the new log; otherwise, without --check, replay.npz beside LOG.")
+    ] = None,
+    threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,
+) -> None:
+    """Fly a recorded flight again and compare every signal with the record."""
+    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.simulation.replay import load_flight
+    from crazychoir_fw.simulation.replay import replay as fly_again
+
+    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
+    try:
+        recorded = load_flight(log)
+        with Progress(*columns, console=complaints, transient=True, disable=not complaints.is_terminal) as bar:
+            task = bar.add_task(f"{len(recorded.drone_ids)} drones, {len(recorded.time)} samples", total=None)
+            flown = fly_again(
+                recorded, threads, lambda now, end: bar.update(task, completed=now, total=end), warn=_warn
+            )
+        if out is None and not check:
+            out = (log if log.is_dir() else log.parent) / REPLAYED
+        if out is not None:
+            flown.log.save(out)
+            console.print(f"Written to {out}", markup=False, highlight=False)
+    except CrazychoirError as error:
+        complain_of(error)
+        raise typer.Exit(BAD_INPUT) from None
+    except OSError as error:
+        complain(f"{error.filename or out} cannot be written: {error.strerror}")
+        raise typer.Exit(BAD_INPUT) from None
+
+    if flown.deviation is None:
+        requests = recorded.journal.samples[-1] if recorded.journal and recorded.journal.samples else 0
+        size = f"{len(recorded.signals)} signals of {len(recorded.drone_ids)} drones at {len(recorded.time)} instants"
+        console.print(f"Same to the last bit: {size}, {requests} requests", markup=False, highlight=False)
+        return
+    complain(f"The replay differs: {flown.deviation}")
+    if check:
+        raise typer.Exit(FLIGHT_FAILED)
+
+
+def _warn(sentence: str) -> None:
+    complaints.print(f"Note: {sentence}", style="yellow", markup=False, highlight=False, soft_wrap=True)

@@ -1,0 +1,94 @@
+"""What makes two worlds the same, so that one may take the other's place: versions, providers, drones, physics."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from crazychoir_fw.core import identity, provider_identity
+from crazychoir_fw.variables import log_table, parameter_table
+
+_MEANINGS = {
+    "versions": "was made with {theirs}, this is {ours}",
+    "providers": "has other onboard software: {theirs}, here flies {ours}",
+    "memory": "keeps its drones in another layout of memory",
+    "size": "has {theirs}, this one {ours}",
+    "drones": "has drones that are configured differently or another seed",
+    "physics": "has another scene or other vehicles",
+}
+"""What to say of a world that differs in a part, the most telling one first."""
+
+_OPTIONS = ("timestep", "gravity", "wind", "magnetic", "density", "viscosity", "integrator", "cone", "solver")
+_OPTIONS += ("iterations", "tolerance", "disableflags", "enableflags")
+_BODIES = ("body_parentid", "body_pos", "body_quat", "body_ipos", "body_iquat", "body_mass", "body_inertia")
+_JOINTS = ("jnt_type", "jnt_bodyid", "jnt_pos", "jnt_axis", "jnt_range", "qpos0")
+_JOINTS += ("dof_damping", "dof_armature", "dof_frictionloss")
+_GEOMS = ("geom_type", "geom_bodyid", "geom_contype", "geom_conaffinity", "geom_condim", "geom_size", "geom_pos")
+_GEOMS += ("geom_quat", "geom_friction", "geom_solref", "geom_solimp", "geom_margin", "geom_gap")
+
+Fingerprint = Mapping[str, str]
+"""Parts of what a world is, by name; short texts and digests."""
+
+
+def fingerprint(model: mujoco.MjModel, providers: Iterable[int]) -> dict[str, str]:
+    """Return what a world is; what is only seen does not count.
+
+    Args:
+        model: The compiled world.
+        providers: Numbers of the providers that its drones ask for.
+    """
+    build = identity()
+    numbers = list(providers)
+    collides = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+    physics = [np.asarray(getattr(model.opt, name)) for name in _OPTIONS]
+    physics += [getattr(model, name) for name in (*_BODIES, *_JOINTS)]
+    physics += [getattr(model, name)[collides] for name in _GEOMS]
+    if np.any(model.geom_type[collides] == mujoco.mjtGeom.mjGEOM_MESH):
+        physics.append(model.mesh_vert)
+    physics.append(model.hfield_data)
+    tables = [table for number in numbers for table in (log_table(number), parameter_table(number))]
+    layouts = [[(name, row.offset, str(row.dtype)) for name, row in table.items()] for table in tables]
+    return {
+        "versions": f"crazychoir_fw {build['version']} over MuJoCo {build['mujoco']}",
+        "providers": "; ".join(_provider(number) for number in numbers),
+        "memory": _digest([json.dumps(layouts).encode()]),
+        "size": f"{np.count_nonzero(model.body_plugin >= 0)} drones and {_state_size(model)} numbers of state",
+        "drones": _digest([model.plugin_attr.tobytes(), *_names(model)]),
+        "physics": _digest(np.ascontiguousarray(part).tobytes() for part in physics),
+    }
+
+
+def difference(theirs: Fingerprint, ours: Fingerprint) -> str | None:
+    """Return in what a world differs from this one, as the end of a sentence about it, or None."""
+    for part, meaning in _MEANINGS.items():
+        if theirs.get(part) != ours.get(part):
+            return meaning.format(theirs=theirs.get(part), ours=ours.get(part))
+    return None
+
+
+def _provider(number: int) -> str:
+    known: dict[str, Any] = provider_identity(number)
+    keys = ("provider", "version", "platform", "compiler", "content")
+    return " ".join(str(known[key]) for key in keys if key in known)
+
+
+def _names(model: mujoco.MjModel) -> list[bytes]:
+    """Return the names of the bodies with plugins; other names belong to what is only seen."""
+    return [model.body(int(body)).name.encode() for body in np.flatnonzero(model.body_plugin >= 0)]
+
+
+def _state_size(model: mujoco.MjModel) -> int:
+    return mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_INTEGRATION)
+
+
+def _digest(parts: Iterable[bytes]) -> str:
+    digest = hashlib.sha256()
+    for part in parts:
+        digest.update(len(part).to_bytes(8, "little"))
+        digest.update(part)
+    return digest.hexdigest()[:32]
