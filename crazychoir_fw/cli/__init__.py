@@ -1,4 +1,4 @@
-"""The command line: `crazychoir fly MISSION.yaml`, `crazychoir info`, `variables`, `app` and `firmware`.
+"""The command line: `crazychoir fly MISSION.yaml`, `crazychoir info`, `variables`, `vehicle`, `app` and `firmware`.
 
 One module per command. Whatever is slow to import, a command imports when it runs.
 """
@@ -11,6 +11,7 @@ from crazychoir_fw.cli.fly import fly
 from crazychoir_fw.cli.info import info
 from crazychoir_fw.cli.shim import install_shim
 from crazychoir_fw.cli.variables import variables
+from crazychoir_fw.cli.vehicle import vehicle
 
 app = typer.Typer(
     help="Swarms of Crazyflies in MuJoCo, flown by their own onboard software.",
@@ -21,6 +22,7 @@ app = typer.Typer(
 app.command()(fly)
 app.command()(info)
 app.command()(variables)
+app.command()(vehicle)
 app.add_typer(app_commands, name="app")
 firmware.command()(install_shim)
 app.add_typer(firmware, name="firmware")
