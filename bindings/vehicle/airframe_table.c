@@ -92,4 +92,5 @@ const cf_parameter_facts_t CF_PARAMETER_FACTS[] = {
 };
 // clang-format on
 
-const int CF_PARAMETER_FACTS_COUNT = (int)(sizeof CF_PARAMETER_FACTS / sizeof CF_PARAMETER_FACTS[0]);
+const int CF_PARAMETER_FACTS_COUNT =
+    (int)(sizeof CF_PARAMETER_FACTS / sizeof CF_PARAMETER_FACTS[0]);

@@ -75,7 +75,8 @@ def table() -> str:
             "};",
             "// clang-format on",
             "",
-            "const int CF_PARAMETER_FACTS_COUNT = (int)(sizeof CF_PARAMETER_FACTS / sizeof CF_PARAMETER_FACTS[0]);",
+            "const int CF_PARAMETER_FACTS_COUNT =",
+            "    (int)(sizeof CF_PARAMETER_FACTS / sizeof CF_PARAMETER_FACTS[0]);",
             "",
         ]
     )

@@ -1,4 +1,4 @@
-"""The command line: `crazychoir fly`, `run`, `replay`, `export`, `info`, `variables`, `app` and `firmware`.
+"""The command line: `crazychoir fly`, `run`, `replay`, `export`, `info`, `variables`, `vehicle`, `app` and `firmware`.
 
 One module per command. Whatever is slow to import, a command imports when it runs.
 """
@@ -14,6 +14,7 @@ from crazychoir_fw.cli.replay import replay
 from crazychoir_fw.cli.run import run
 from crazychoir_fw.cli.shim import install_shim
 from crazychoir_fw.cli.variables import variables
+from crazychoir_fw.cli.vehicle import vehicle
 
 app = typer.Typer(
     help="Swarms of Crazyflies in MuJoCo, flown by their own onboard software.",
@@ -27,6 +28,7 @@ app.command()(replay)
 app.command()(export)
 app.command()(info)
 app.command()(variables)
+app.command()(vehicle)
 app.add_typer(app_commands, name="app")
 firmware.command()(install_shim)
 app.add_typer(firmware, name="firmware")

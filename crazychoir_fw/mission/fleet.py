@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
@@ -18,6 +19,8 @@ from crazychoir_fw.mission.values import (
     plain_properties,
     point,
     source_files,
+    switch,
+    vehicle_parameters,
     whole,
     word,
 )
@@ -39,6 +42,19 @@ START_DISTANCE = 0.15
 """Least distance between two drones at start (m): the span of a Crazyflie with its propellers."""
 
 Start = Annotated[tuple[float, ...], point("x", "y", "[z]", floor=0.0)]
+
+
+class Payload(Section):
+    """What a drone carries."""
+
+    mass: Annotated[float, number(1e-5, 0.2, "kg")]
+    """Mass (kg)."""
+
+    offset: Annotated[tuple[float, ...], point("x", "y", "z", low=-0.5, high=0.5)] = (0.0, 0.0, 0.0)
+    """Where it is fixed, seen from the body (m)."""
+
+    detachable: Annotated[bool, switch()] = False
+    """Whether it hangs on a hook that can let go."""
 
 
 class Settings(Section):
@@ -73,6 +89,13 @@ class Settings(Section):
 
     mass: Annotated[float, number(0.005, 0.5, "kg")] | None = None
     """Mass of the vehicle (kg); without it, that of the airframe."""
+
+    vehicle: Annotated[Mapping[str, Any], vehicle_parameters()] | None = None
+    """Parameters of the vehicle by dotted name, such as `rotors.thrust_scale`; or a YAML file with some, `kit`,
+    `legacy`, `markers`; or a list of these."""
+
+    payload: Payload | None = None
+    """What the drone carries."""
 
     parameters: Annotated[Mapping[str, float], parameter_values()] | None = None
     """Onboard parameters by their cflib names, such as `colAv.enable`, set before the flight."""
@@ -167,13 +190,22 @@ class Drone:
     noise: float = 1.0
     battery: float = 1.0
     mass: float | None = None  # [kg]
+    vehicle: Mapping[str, Any] = field(default_factory=dict)
+    payload: Mapping[str, Any] | None = None
     parameters: Mapping[str, float] = field(default_factory=dict)
     motor_ctrl: str | None = None
     motor_ctrl_properties: Mapping[str, str | float] = field(default_factory=dict)
 
 
-def decide(drones: list[DroneEntry] | Layout, defaults: Settings) -> tuple[Drone, ...]:
+def decide(
+    drones: list[DroneEntry] | Layout, defaults: Settings, wind: Mapping[str, Any] = MappingProxyType({})
+) -> tuple[Drone, ...]:
     """Return every drone with its settings decided, in the order of the file.
+
+    Args:
+        drones: The drones of the mission.
+        defaults: Settings of those that do not say otherwise.
+        wind: Parameters of the vehicles that describe the wind, before both.
 
     Raises:
         MissionError: If a drone has to fly somebody's own C and carries none.
@@ -183,6 +215,7 @@ def decide(drones: list[DroneEntry] | Layout, defaults: Settings) -> tuple[Drone
     fleet = []
     for entry in entries:
         settings = common | entry.model_dump(exclude_none=True)
+        settings["vehicle"] = {**wind, **(defaults.vehicle or {}), **(entry.vehicle or {})}
         settings["parameters"] = {**(defaults.parameters or {}), **(entry.parameters or {})}
         drone = Drone(**settings)
         for key in ("controller", "estimator"):

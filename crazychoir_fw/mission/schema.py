@@ -1,15 +1,17 @@
 """The mission file: what may stand in it, and what each key means."""
 
+from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated
+from types import MappingProxyType
+from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
 
 from crazychoir_fw.mission.fleet import Drone, Drones, Settings, decide
 from crazychoir_fw.mission.phases import Phase
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, did_you_mean, number, refusal, whole, word
+from crazychoir_fw.mission.values import choice, did_you_mean, number, refusal, whole, wind_parameters, word
 
 SCENES = ("arena", "flight_lab", "gates", "pillars", "room")
 
@@ -41,6 +43,9 @@ class Mission(Section):
 
     seed: Annotated[int, whole(0, 2**32 - 1)] = 0
     """Seed of all noise: the same seed gives the same flight, to the last bit."""
+
+    wind: Annotated[Mapping[str, Any], wind_parameters()] = MappingProxyType({})
+    """Wind over all drones: `velocity` [x, y, z] (m/s), `turbulence` (none, indoor or dryden) and its numbers."""
 
     backend: Annotated[str, choice("sim")] = "sim"
     """Where the drones live."""
@@ -74,4 +79,4 @@ class Mission(Section):
     @cached_property
     def fleet(self) -> tuple[Drone, ...]:
         """Every drone with its settings decided, in the order of the file."""
-        return decide(self.drones, self.defaults)
+        return decide(self.drones, self.defaults, self.wind)

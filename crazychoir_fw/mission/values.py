@@ -9,12 +9,15 @@ from collections.abc import Collection, Mapping, Sequence
 from difflib import get_close_matches
 from numbers import Integral, Real
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pydantic import BeforeValidator, ValidationInfo
 from pydantic_core import PydanticCustomError
 
+from crazychoir_fw.errors import CrazychoirError
 from crazychoir_fw.variables import parameter_table
+from crazychoir_fw.vehicles import overrides, parameters
 
 _LARGEST = float(np.finfo(np.float32).max)
 
@@ -95,6 +98,17 @@ def choices(*known: str) -> BeforeValidator:
             if item not in known:
                 raise refusal(must + did_you_mean(item, known))
         return tuple(dict.fromkeys(value))
+
+    return BeforeValidator(check)
+
+
+def switch() -> BeforeValidator:
+    """True or false."""
+
+    def check(value: object) -> bool:
+        if not isinstance(value, bool):
+            raise refusal("true or false")
+        return value
 
     return BeforeValidator(check)
 
@@ -197,6 +211,35 @@ def parameter_values() -> BeforeValidator:
                 what = "a whole number" if is_whole else "a number"
                 raise refusal(f"a mapping with {what} in [{low:g}, {high:g}] for {name}")
         return dict(value)
+
+    return BeforeValidator(check)
+
+
+def vehicle_parameters() -> BeforeValidator:
+    """Parameters of the vehicle, the name of a YAML file with some, or a list of these; as a flat mapping."""
+
+    def check(value: object, info: ValidationInfo) -> dict[str, Any]:
+        try:
+            return overrides(value, (info.context or {}).get("folder", Path()))  # type: ignore[arg-type]
+        except CrazychoirError as error:
+            must = "parameters of the vehicle, or a YAML file with some"
+            raise refusal(f"{must}; {str(error).removeprefix('vehicle: ')}") from error
+
+    return BeforeValidator(check)
+
+
+def wind_parameters() -> BeforeValidator:
+    """The parameters `wind.*` of the vehicles, without their prefix; as a flat mapping with it."""
+    of_vehicles = vehicle_parameters().func
+
+    def check(value: object, info: ValidationInfo) -> dict[str, Any]:
+        known = [name.removeprefix("wind.") for name in parameters() if name.startswith("wind.")]
+        if not isinstance(value, Mapping):
+            raise refusal(f"a mapping with some of {', '.join(known)}")
+        for key in value:
+            if key not in known:
+                raise unknown_key(key, known)
+        return of_vehicles({"wind": value} if value else {}, info)  # type: ignore[call-arg]
 
     return BeforeValidator(check)
 

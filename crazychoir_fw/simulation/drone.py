@@ -14,6 +14,7 @@ from crazychoir_fw.errors import RangeError, StateError
 from crazychoir_fw.simulation.builder import body_addresses
 from crazychoir_fw.simulation.clients import Commander, HighLevelCommander, Localization, Log, Param, Uplink
 from crazychoir_fw.simulation.drone_config import DroneConfig
+from crazychoir_fw.simulation.loading import Payload
 from crazychoir_fw.variables import log_table, parameter_table
 
 if TYPE_CHECKING:
@@ -49,6 +50,10 @@ class Drone:
         self._subtree_mass = model.body_subtreemass[model.body(config.id).id :][:1]
         self.memory: NDArray[np.uint8] = data.plugin_state[state : state + size].view(np.uint8)
         self._cf: Any = struct_view("cf_t", address_of(self.memory))
+
+        is_detachable = bool(config.payload and config.payload.get("detachable"))
+        self.payload = Payload(model, data, config.id) if is_detachable else None
+        """What hangs on its hook, where that can be detached."""
 
         self.provider_number = int(self._cf.config.provider)
         """Number of its provider in the core (`crazychoir_fw.core.provider_identity`)."""
@@ -267,6 +272,30 @@ class Drone:
     def _receive_setpoint(self, data: bytes) -> int:
         return lib.cf_send_setpoint_bytes(self._cf, data, len(data))
 
+    # ---------------------------------------------------------------- what happens to it
+
+    def blow_gust(self, peak: tuple[float, float, float], duration_s: float) -> None:
+        """Let a gust begin now: the wind rises by `peak` (m/s, world) and is back after `duration_s`, as 1 - cosine.
+
+        Raises:
+            RangeError: If a component is beyond 50 m/s, or the duration outside 0.001 to 3600 s.
+        """
+        vehicle = ffi.addressof(self._cf, "vehicle")
+        status = lib.cf_vehicle_gust(vehicle, [float(speed) for speed in peak], float(duration_s))
+        check(status, f"{self.id}: blow_gust({peak}, {duration_s})")
+
+    def drop_payload(self) -> None:
+        """Let the payload fall.
+
+        Raises:
+            StateError: If there is none that can be detached, or it has been dropped.
+        """
+        if self.payload is None:
+            raise StateError(f"{self.id}: carries nothing detachable; configure payload with detachable: true")
+        if not self.payload.is_attached:
+            raise StateError(f"{self.id}: has dropped its payload already")
+        self.payload.drop()
+
     # ---------------------------------------------------------------- snapshots
 
     def place(self, position: NDArray | tuple[float, float, float], yaw_deg: float = 0.0) -> None:
@@ -279,6 +308,8 @@ class Drone:
         half_yaw = np.radians(yaw_deg) / 2
         self._qpos[:] = [*position, np.cos(half_yaw), 0.0, 0.0, np.sin(half_yaw)]
         self._qvel[:] = 0.0
+        if self.payload is not None:
+            self.payload.follow(self._qpos)
         self._cf.has_last_velocity = False
 
     def snapshot(self) -> DroneSnapshot:

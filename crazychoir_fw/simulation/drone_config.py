@@ -42,7 +42,7 @@ class DroneConfig:
     """Parameters of the vehicle that differ from the platform's, by dotted name (``{"rotors.thrust_scale": 0.95}``), a
     YAML file with such, ``kit``, ``legacy`` or ``markers``, or a list of these. `crazychoir vehicle` lists them."""
     payload: Mapping[str, Any] | None = None
-    """What it carries: ``{"mass": kg, "offset": (x, y, z) m, "detachable": bool}``; the offset is seen from the body."""
+    """What it carries: ``{"mass": kg, "offset": (x, y, z) m, "detachable": bool}``, the offset in the body frame."""
 
     platform: str = "cf2"
     """Airframe: ``cf2`` (Crazyflie 2.1+) or ``cf21bl`` (2.1 Brushless)."""

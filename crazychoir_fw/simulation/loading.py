@@ -19,6 +19,42 @@ _FLOOR_BIT = 1  # what stands in the world collides with this bit; hulls of dron
 _STIFF = (0.004, 1.0)  # time constant (s) and damping ratio of the hook
 
 
+class Payload:
+    """What hangs on a drone's hook in one world."""
+
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drone_id: str) -> None:
+        name = payload_name(drone_id)
+        joint = int(model.body_jntadr[model.body(name).id])
+        self._hook = model.equality(name).id
+        self._data = data
+        self._pose = data.qpos[model.jnt_qposadr[joint] :][:7]
+        self._twist = data.qvel[model.jnt_dofadr[joint] :][:6]
+        self._offset = model.eq_data[self._hook, 3:6].copy()
+
+    @property
+    def is_attached(self) -> bool:
+        """Whether it still hangs there."""
+        return bool(self._data.eq_active[self._hook])
+
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """Where it is (m, world), shape (3,)."""
+        return self._pose[:3].copy()
+
+    def drop(self) -> None:
+        """Let it fall; what lies on the floor stays there."""
+        self._data.eq_active[self._hook] = 0
+
+    def follow(self, drone_pose: NDArray[np.float64]) -> None:
+        """Go along with a drone that was put somewhere else, shape (7,), at rest."""
+        if self.is_attached:
+            rotation = np.zeros(9)
+            mujoco.mju_quat2Mat(rotation, drone_pose[3:])
+            self._pose[:3] = drone_pose[:3] + rotation.reshape(3, 3) @ self._offset
+            self._pose[3:] = drone_pose[3:]
+            self._twist[:] = 0.0
+
+
 def payload_name(drone_id: str) -> str:
     """Return the name of the body and of the hook of a drone's payload."""
     return f"{drone_id}/payload"

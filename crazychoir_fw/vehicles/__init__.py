@@ -14,6 +14,7 @@ from numbers import Real
 from pathlib import Path
 from typing import Any, TypeAlias
 
+import numpy as np
 import yaml
 
 from crazychoir_fw.errors import RangeError, UnknownNameError
@@ -82,10 +83,11 @@ class Parameter:
             if isinstance(word, str) and word in self.choices:
                 return word
         elif self.size == 1:
+            value = _number(value)
             if self._is_number(value):
                 return float(value)
-        elif not isinstance(value, str | Mapping) and isinstance(value, Sequence) or hasattr(value, "tolist"):
-            numbers = list(value)
+        elif isinstance(value, Sequence | np.ndarray) and not isinstance(value, str):
+            numbers = [_number(number) for number in value]
             if len(numbers) == self.size and all(self._is_number(number) for number in numbers):
                 return tuple(float(number) for number in numbers)
         raise RangeError(f"vehicle: {self.name} is {str(value)[:60]!r}, allowed: {self.allowed}")
@@ -93,6 +95,16 @@ class Parameter:
     def _is_number(self, value: Any) -> bool:
         is_number = isinstance(value, Real) and not isinstance(value, bool) and self.lowest <= value <= self.highest
         return is_number and (not self.is_whole or float(value).is_integer())
+
+
+def _number(value: Any) -> Any:
+    # YAML reads 1e-4, without a dot, as text
+    if isinstance(value, str):
+        try:
+            return float(value)
+        except ValueError:
+            return value
+    return value
 
 
 def _read(path: Path) -> Mapping[str, Any]:

@@ -1,0 +1,63 @@
+"""`crazychoir vehicle`: the numbers of a platform, with unit and source."""
+
+from fnmatch import fnmatchcase
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich.table import Table
+from rich.text import Text
+
+from crazychoir_fw.cli.console import console, echo_json, refuse
+
+if TYPE_CHECKING:
+    from crazychoir_fw.vehicles import Parameter, Value
+
+
+def vehicle(
+    platform: Annotated[str, typer.Argument(help="cf2 or cf21bl.")] = "cf2",
+    pattern: Annotated[str, typer.Argument(help="Names to show, e.g. 'wind.*'.")] = "*",
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs.")] = False,
+) -> None:
+    """List the numbers of a vehicle: value, unit, allowed range, meaning, source."""
+    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.vehicles import parameters
+
+    try:
+        table = parameters(platform)
+    except CrazychoirError as error:
+        refuse(str(error))
+    rows = [parameter for name, parameter in table.items() if fnmatchcase(name, pattern)]
+    if as_json:
+        echo_json([_row(parameter) for parameter in rows])
+        return
+    _print(rows)
+
+
+def _row(parameter: "Parameter") -> dict[str, Any]:
+    return {**vars(parameter), "allowed": parameter.allowed}
+
+
+def _print(rows: "list[Parameter]") -> None:
+    table = Table(box=None, pad_edge=False)
+    table.add_column("parameter", no_wrap=True)
+    for title in ("value", "allowed", "meaning", "source"):
+        table.add_column(title, overflow="fold")
+    for parameter in rows:
+        unit = "" if parameter.unit in ("", "1") else f" {parameter.unit}"
+        source = f"{parameter.source}; {parameter.note}" if parameter.note else parameter.source
+        allowed = " | ".join(parameter.choices) or f"{parameter.lowest:g} to {parameter.highest:g}"
+        table.add_row(
+            Text(parameter.name, style="bold"),
+            _text(parameter.value) + unit,
+            allowed,
+            parameter.meaning,
+            Text(source, style="dim"),
+        )
+    console.print(table)
+    console.print(f"{len(rows)} parameter{'' if len(rows) == 1 else 's'}", style="dim")
+
+
+def _text(value: "Value") -> str:
+    if isinstance(value, tuple):
+        return ", ".join(f"{number:.5g}" for number in value)
+    return value if isinstance(value, str) else f"{value:.7g}"
