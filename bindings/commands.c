@@ -39,8 +39,8 @@ cf_status_t cf_send_setpoint_bytes(cf_t *cf, const uint8_t *bytes, uint32_t size
   }
   memcpy(&setpoint, bytes, sizeof setpoint);
   const setpoint_mode_t *m = &setpoint.mode;
-  const bool are_modes = is_mode(m->x) && is_mode(m->y) && is_mode(m->z) && is_mode(m->roll) &&
-                         is_mode(m->pitch) && is_mode(m->yaw) && is_mode(m->quat);
+  const bool are_modes     = is_mode(m->x) && is_mode(m->y) && is_mode(m->z) && is_mode(m->roll) &&
+                             is_mode(m->pitch) && is_mode(m->yaw) && is_mode(m->quat);
   return are_modes ? cf_send_setpoint(cf, &setpoint) : CF_ERR_VALUE;
 }
 

@@ -10,6 +10,7 @@ import pytest
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 SMALLEST = {
     "flight_matrix.py": ["--platforms", "cf2", "--controllers", "pid", "--positioning", "mocap"],
+    "motor_ctrl_cost.py": ["--drones", "1", "--seconds", "0.02", "--repeats", "1"],
     "provider_cost.py": ["--drones", "1", "--repeats", "1"],
     "swarm_scale.py": ["--drones", "1", "2", "--threads", "1", "--seconds", "0.02", "--repeats", "1"],
     "tick_cost.py": ["--drones", "1", "--repeats", "1"],

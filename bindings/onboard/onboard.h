@@ -124,7 +124,7 @@ typedef struct {
   cf_decks_t             decks;
   cf_peer_localization_t peers;
   cf_console_t           console;
-  char                   failure[CF_FAILURE_BYTES];  // with CF_FAULT_SOFTWARE or PILOT; ends with a zero
+  char                   failure[CF_FAILURE_BYTES];  // ends with a zero
 } cf_onboard_t;
 
 // Boots everything at tick 0, but leaves the console alone, on which the provider may have printed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -72,9 +73,9 @@ class Devices:
     def roll_pitch_yaw(self) -> NDArray[np.float64]:
         """Attitude (rad), shape (3,): right-handed, so that positive pitch lowers the nose."""
         w, x, y, z = self.drone.true_quat_wxyz.tolist()
-        roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-        pitch = np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
-        yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
+        roll = math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
+        pitch = math.asin(min(max(2 * (w * y - z * x), -1.0), 1.0))
+        yaw = math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
         return np.array([roll, pitch, yaw])
 
     @property
@@ -160,7 +161,7 @@ class Devices:
     @property
     def weight(self) -> float:
         """Weight of the body (N): the thrust of a hover."""
-        return self.mass * float(np.linalg.norm(self.world.model.opt.gravity))
+        return self.mass * math.hypot(*self.world.model.opt.gravity)
 
     @property
     def max_thrust(self) -> float:

@@ -194,7 +194,9 @@ class MotorCtrl(Devices):
         return bytes(self._client)
 
     def _request(self, data: bytes) -> None:
-        check(self.drone.uplink.request("setpoint", data), self._who("setpoint"))
+        status = self.drone.uplink.request("setpoint", data)
+        if status != lib.CF_OK:
+            check(status, self._who("setpoint"))
 
     def _who(self, what: str) -> str:
         return f"{self.drone.id}: {type(self).__name__}: {what}"

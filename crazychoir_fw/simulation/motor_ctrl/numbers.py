@@ -23,12 +23,19 @@ def finite(who: str, **values: object) -> list[float]:
     """
     numbers = []
     for name, value in values.items():
-        # NumPy's scalars and arrays of one number come out of most control laws
-        number = value.item() if isinstance(value, np.ndarray | np.generic) and value.size == 1 else value
-        if not isinstance(number, Real) or isinstance(number, bool) or not math.isfinite(number):
-            raise RangeError(f"{who}: {name} is {_shown(value)}, allowed: a finite number")
-        numbers.append(float(number))
+        # floats first, also those of NumPy: nearly all commands are
+        if not (isinstance(value, float) and math.isfinite(value)):
+            value = _checked(who, name, value)
+        numbers.append(float(value))
     return numbers
+
+
+def _checked(who: str, name: str, value: object) -> Real:
+    # NumPy's scalars and arrays of one number come out of most control laws
+    number = value.item() if isinstance(value, np.ndarray | np.generic) and value.size == 1 else value
+    if not isinstance(number, Real) or isinstance(number, bool) or not math.isfinite(number):
+        raise RangeError(f"{who}: {name} is {_shown(value)}, allowed: a finite number")
+    return number
 
 
 def three(who: str, name: str, values: object) -> Sequence[object]:
