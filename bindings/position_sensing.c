@@ -56,9 +56,9 @@ static void sense_flow(cf_t *cf, const cf_motion_t *motion) {
   if (motion->surroundings != NULL && cf_flow_deck_will_look_down(deck)) {
     cf_flow_deck_look_down(deck, motion->position, motion->rotation, motion->surroundings);
   }
-  const float       height = motion->position[2] - deck->surface;
-  cf_decks_t       *decks  = &cf->onboard.decks;
-  cf_flow_reading_t reading;
+  const float       height  = motion->position[2] - deck->surface;
+  cf_decks_t       *decks   = &cf->onboard.decks;
+  cf_flow_reading_t reading = {0};
   const int what = cf_vehicle_flow_deck(&cf->vehicle, height, motion->rotation, motion->velocity,
                                         motion->rates, &reading);
   if (what & CF_FLOW_DECK_RANGE) {

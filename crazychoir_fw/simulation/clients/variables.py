@@ -17,7 +17,7 @@ from crazychoir_fw.variables import Variable, find
 UpdateCallback = Callable[[str, str], None]
 """Called with the complete name of a parameter and its value as text."""
 
-_LAZY_LOG_GROUPS = ("stateEstimateZ.", "ctrltargetZ.")
+_LAZY_LOG_GROUPS = ("stateEstimateZ.", "ctrltargetZ.", "sim.contacts")
 """Log groups that the core computes only when somebody reads them (`cf_refresh_logs`)."""
 
 
