@@ -7,7 +7,7 @@ import typer
 
 from crazychoir_fw.cli.app import app as app_commands
 from crazychoir_fw.cli.firmware import firmware
-from crazychoir_fw.cli.fly import fly
+from crazychoir_fw.cli.fly import FlyCommand, fly
 from crazychoir_fw.cli.info import info
 from crazychoir_fw.cli.shim import install_shim
 from crazychoir_fw.cli.variables import variables
@@ -18,7 +18,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_show_locals=False,
 )
-app.command()(fly)
+app.command(cls=FlyCommand)(fly)
 app.command()(info)
 app.command()(variables)
 app.add_typer(app_commands, name="app")

@@ -174,9 +174,7 @@ def film_flight(
                 progress(frame + 1, count)
 
 
-def _checked_targets(
-    targets: ArrayLike | None, names: Sequence[str] | None, frames: int
-) -> NDArray[np.float64] | None:
+def _checked_targets(targets: ArrayLike | None, names: Sequence[str] | None, frames: int) -> NDArray[np.float64] | None:
     if targets is None:
         return None
     told = np.asarray(targets, dtype=float)

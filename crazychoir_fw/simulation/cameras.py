@@ -20,7 +20,7 @@ from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
 if TYPE_CHECKING:
     from crazychoir_fw.report.renderer import Renderer
     from crazychoir_fw.report.viewpoint import Viewpoint
-    from crazychoir_fw.simulation.world import World
+    from crazychoir_fw.simulation.agenda import Agenda
 
 FPV_SIZE = (324, 244)
 """Width and height of an onboard picture (pixels), as the camera of the AI deck gives them."""
@@ -38,15 +38,14 @@ Look = Callable[[mujoco.MjData], "Viewpoint | mujoco.MjvCamera"]
 class Cameras:
     """What the cameras of one world share."""
 
-    def __init__(self, world: World) -> None:
-        self._world = weakref.proxy(world)  # the world owns this
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, agenda: Agenda, visuals: bool) -> None:
+        self.agenda = agenda
+        """Where pictures at a rate are appointed."""
+        self._model = model
+        self._data = data
+        self._visuals = visuals
         self._scene_data: mujoco.MjData | None = None
         self._renderer: Renderer | None = None
-
-    @property
-    def world(self) -> World:
-        """The world that is looked at."""
-        return self._world
 
     def on_board(
         self, drone_id: str, name: str, width: int | None, height: int | None, fov_deg: float | None, tilt_deg: float
@@ -60,7 +59,7 @@ class Cameras:
             own = f"{drone_id}/{name}"
             names = self._names()
             return self.in_room(own if own in names else name, width, height, fov_deg, also=["fpv", "chase"])
-        body = int(self._world.model.body(drone_id).id)
+        body = int(self._model.body(drone_id).id)
         size, usual_fov = (FPV_SIZE, FPV_FOV_DEG) if name == "fpv" else (CHASE_SIZE, _CHASE_FOV_DEG)
         fov = usual_fov if fov_deg is None else _checked_fov(fov_deg)
 
@@ -89,7 +88,7 @@ class Cameras:
                 return fixed
             from crazychoir_fw.report.viewpoint import Viewpoint
 
-            right, up, backward = data.cam_xmat[number].reshape(3, 3).T
+            _, up, backward = data.cam_xmat[number].reshape(3, 3).T
             return Viewpoint(data.cam_xpos[number].copy(), -backward, up, fov_deg)
 
         if fov_deg is not None:
@@ -102,7 +101,7 @@ class Cameras:
         """Return a camera that stands at one point and looks at another (m, world)."""
         from crazychoir_fw.report.viewpoint import looking_at
 
-        fov = float(self._world.model.vis.global_.fovy) if fov_deg is None else _checked_fov(fov_deg)
+        fov = float(self._model.vis.global_.fovy) if fov_deg is None else _checked_fov(fov_deg)
         try:
             view = looking_at(position, look_at, fov)
         except ValueError as error:
@@ -110,7 +109,7 @@ class Cameras:
         return Camera(self, "fixed", width or CHASE_SIZE[0], height or CHASE_SIZE[1], lambda _: view)
 
     def _names(self) -> list[str]:
-        model = self._world.model
+        model = self._model
         return [model.camera(k).name for k in range(model.ncam)]
 
     def expose(self, width: int, height: int, look: Look) -> Renderer:
@@ -122,11 +121,10 @@ class Cameras:
         """
         from crazychoir_fw.report.renderer import Renderer
 
-        model = self._world.model
-        if not self._world.visuals:
+        if not self._visuals:
             raise StateError("the world was built with visuals=False, so that its drones cannot be seen")
         if self._renderer is None:
-            self._renderer = Renderer(model, width, height)
+            self._renderer = Renderer(self._model, width, height)
             # also at the end of the process, while OpenGL is still there
             weakref.finalize(self, self._renderer.close)
         self._renderer.resize(width, height)
@@ -136,7 +134,7 @@ class Cameras:
 
     def _present(self) -> mujoco.MjData:
         """Return a copy of what moves, with kinematics of this very instant; those of the world are a step older."""
-        model, moving = self._world.model, self._world.data
+        model, moving = self._model, self._data
         if self._scene_data is None:
             self._scene_data = mujoco.MjData(model)
         data = self._scene_data
@@ -214,7 +212,7 @@ class Camera:
             raise RangeError(f"camera {self.name}: rate_hz is {rate_hz!r}, allowed: a whole number from 1 to 1000")
         together = gcd(rate_hz, _TICKS_PER_SECOND)  # so many times a second the pattern begins anew
         period, pictures = _TICKS_PER_SECOND // together, rate_hz // together
-        agenda = self._cameras.world.agenda
+        agenda = self._cameras.agenda
         cancels = [
             agenda.every(period, lambda: callback(self.image()), phase=k * _TICKS_PER_SECOND // rate_hz)
             for k in range(pictures)

@@ -65,13 +65,12 @@ class World:
         self._watched: dict[str, Param] = {}  # parameters that somebody listens to
         self.drones = tuple(Drone(self.model, self.data, config, self._watched) for config in drones)
         self._by_id = {drone.id: drone for drone in self.drones}
-        self.visuals = visuals
-        self._cameras = Cameras(self)
-        for drone in self.drones:
-            drone.cameras = self._cameras
         self._set_parameters()
         self.agenda = Agenda()
         """What happens at simulated times: faults, plugins, replays."""
+        self._cameras = Cameras(self.model, self.data, self.agenda, visuals)
+        for drone in self.drones:
+            drone.cameras = self._cameras
         self.events: list[Event] = []
         """What has happened so far."""
         self._steps_per_tick = max(1, round(0.001 / self.model.opt.timestep))

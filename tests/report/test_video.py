@@ -126,7 +126,7 @@ def test_filming_changes_no_model(tmp_path, two_drones, drawing):
         ({"times": [0.0, np.nan, 1.0]}, "must increase"),
         ({"speed": 0.0}, "speed"),
         ({"speed": np.nan}, "speed"),
-        ({"camera": "nobody"}, "there are follow, overview, track"),
+        ({"camera": "nobody"}, "there are follow, fpv:NAME, chase:NAME, overview, track"),
     ],
 )
 def test_a_flight_that_cannot_be_filmed_is_refused(tmp_path, two_drones, change, message):
