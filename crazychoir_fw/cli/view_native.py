@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-import time
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.cli.pace import Pace
 from crazychoir_fw.errors import CrazychoirError, StateError
+from crazychoir_fw.report.likeness import Likeness
 from crazychoir_fw.report.overlays import drone_colors, place_ghost, place_name
 from crazychoir_fw.simulation.targets import Targets
 
@@ -47,16 +48,24 @@ def open_window(say: Callable[[str], None]) -> Iterator[Observer]:
     except ImportError as error:
         raise CrazychoirError(f"--view native: MuJoCo's viewer cannot be imported ({error})") from None
 
-    viewer = overlay = None
+    viewer = overlay = likeness = None
+    threads: list[threading.Thread] = []
     pace = Pace(_FRAME_S)
 
     def show(world: World, progress: Progress) -> None:
-        nonlocal viewer, overlay
+        nonlocal viewer, overlay, likeness
         if viewer is None:
-            switches = Switches()
+            switches, likeness = Switches(), Likeness(world.model)
+            before = set(threading.enumerate())
+            # on a copy: it computes forces with what it is given, and a mouse can pull at drones
             viewer = mujoco.viewer.launch_passive(
-                world.model, world.data, show_left_ui=False, show_right_ui=False, key_callback=switches.press
+                world.model,
+                likeness.update(world.data),
+                show_left_ui=False,
+                show_right_ui=False,
+                key_callback=switches.press,
             )
+            threads.extend(set(threading.enumerate()) - before)
             _look_at_drones(viewer.cam, world)
             overlay = Overlay(world, viewer.user_scn, switches)
             say(f"MuJoCo's window is open (keys: {KEYS}); closing it ends the flight")
@@ -64,6 +73,7 @@ def open_window(say: Callable[[str], None]) -> Iterator[Observer]:
             raise StateError("the window was closed before the end of the flight")
         if pace.is_frame(progress.sim_seconds):
             with viewer.lock():
+                likeness.update(world.data)
                 overlay.draw()
             viewer.sync()
         pace.wait(progress.sim_seconds)
@@ -73,8 +83,9 @@ def open_window(say: Callable[[str], None]) -> Iterator[Observer]:
     finally:
         if viewer is not None:
             viewer.close()
-            # its thread still lets go of OpenGL; a process that ends meanwhile would crash
-            time.sleep(0.2)
+            # they still let go of OpenGL, and a process that ends meanwhile crashes
+            for thread in threads:
+                thread.join(timeout=10.0)
 
 
 class Switches:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.cli.pace import Pace
 from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.report.likeness import Likeness
 from crazychoir_fw.report.overlays import drone_colors
 from crazychoir_fw.simulation.targets import Targets
 
@@ -118,6 +119,7 @@ class Page:
     def __init__(self, server: viser.ViserServer, world: World) -> None:
         self._server = server
         self._world = world
+        self._likeness = Likeness(world.model)
         self._targets = Targets(world)
         self._names = [drone.id for drone in world.drones]
         bodies = [int(world.model.body(name).id) for name in self._names]
@@ -160,7 +162,7 @@ class Page:
         """Draw everything but the drones. Returns the bodies that may move, with their handles."""
         from crazychoir_fw.cli.web_scene import body_mesh
 
-        model, data = self._world.model, self._world.data
+        model, data = self._world.model, self._likeness.update(self._world.data)
         self._server.scene.set_up_direction("+z")
         # shadows take most of the time of a browser without a graphics card
         self._server.scene.configure_default_lights(cast_shadow=False)
@@ -223,7 +225,7 @@ class Page:
         with self._server.atomic():
             for drones, handle in self._batches:
                 handle.batched_positions, handle.batched_wxyzs = pose[drones, :3], pose[drones, 3:]
-            data = self._world.data
+            data = self._likeness.update(self._world.data) if self._moving else None
             for body, handle in self._moving:
                 handle.position, handle.wxyz = data.xpos[body], data.xquat[body]
             self._draw_ghosts()

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
 
 if TYPE_CHECKING:
+    from crazychoir_fw.report.likeness import Likeness
     from crazychoir_fw.report.renderer import Renderer
     from crazychoir_fw.report.viewpoint import Viewpoint
     from crazychoir_fw.simulation.agenda import Agenda
@@ -44,7 +45,7 @@ class Cameras:
         self._model = model
         self._data = data
         self._visuals = visuals
-        self._scene_data: mujoco.MjData | None = None
+        self._likeness: Likeness | None = None
         self._renderer: Renderer | None = None
 
     def on_board(
@@ -119,6 +120,7 @@ class Cameras:
             RenderingError: If there is no OpenGL on this machine.
             StateError: If the drones of the world cannot be seen.
         """
+        from crazychoir_fw.report.likeness import Likeness
         from crazychoir_fw.report.renderer import Renderer
 
         if not self._visuals:
@@ -128,26 +130,11 @@ class Cameras:
             # also at the end of the process, while OpenGL is still there
             weakref.finalize(self, self._renderer.close)
         self._renderer.resize(width, height)
-        data = self._present()
+        if self._likeness is None:
+            self._likeness = Likeness(self._model)
+        data = self._likeness.update(self._data)
         self._renderer.update(data, look(data))
         return self._renderer
-
-    def _present(self) -> mujoco.MjData:
-        """Return a copy of what moves, with kinematics of this very instant; those of the world are a step older."""
-        model, moving = self._model, self._data
-        if self._scene_data is None:
-            self._scene_data = mujoco.MjData(model)
-        data = self._scene_data
-        data.time = moving.time
-        data.qpos[:], data.mocap_pos[:], data.mocap_quat[:] = moving.qpos, moving.mocap_pos, moving.mocap_quat
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_camlight(model, data)
-        if model.nflex:
-            mujoco.mj_flex(model, data)
-        if model.ntendon:
-            mujoco.mj_tendon(model, data)
-        return data
 
     def close(self) -> None:
         """Free what the graphics driver holds; the next picture takes it again."""
