@@ -8,7 +8,7 @@ import typer
 from crazychoir_fw.cli.app import app as app_commands
 from crazychoir_fw.cli.export import export
 from crazychoir_fw.cli.firmware import firmware
-from crazychoir_fw.cli.fly import fly
+from crazychoir_fw.cli.fly import FlyCommand, fly
 from crazychoir_fw.cli.info import info
 from crazychoir_fw.cli.replay import replay
 from crazychoir_fw.cli.run import run
@@ -22,7 +22,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_show_locals=False,
 )
-app.command()(fly)
+app.command(cls=FlyCommand)(fly)
 app.command()(run)
 app.command()(replay)
 app.command()(export)

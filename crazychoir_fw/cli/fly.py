@@ -3,14 +3,17 @@
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from typer.core import TyperCommand
 
-from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console
+from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console, refuse
 from crazychoir_fw.cli.tables import flight_table, verdict
+from crazychoir_fw.cli.view import WAYS
 
 if TYPE_CHECKING:
     from crazychoir_fw.mission.runner import FlightResult, Observer
@@ -22,13 +25,27 @@ FRAMES_PER_SECOND = 25
 SUCCESS = 0
 
 
+class FlyCommand(TyperCommand):
+    """`fly` with an option whose value may be left out: `--view` alone means `--view auto`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Put in the value that was left out."""
+        complete = []
+        for word, following in zip_longest(args, args[1:]):
+            complete += [word] if word != "--view" or following in WAYS else [word, "auto"]
+        return super().parse_args(ctx, complete)
+
+
 @dataclass(frozen=True)
 class Request:
     """What the command line asks for."""
 
     mission: Path
     video: bool
-    view: bool
+    camera: str
+    """Of the film."""
+    view: str | None
+    """`auto`, `native` or `web`; None shows nothing."""
     out: Path | None
     threads: int | None
     overrides: dict[str, Any]
@@ -41,7 +58,17 @@ def fly(
     video: Annotated[
         bool | None, typer.Option("--video/--no-video", help="Render flight.mp4 (by default, except with --watch).")
     ] = None,
-    view: Annotated[bool, typer.Option("--view", help="Watch the flight in a window, in real time.")] = False,
+    camera: Annotated[
+        str,
+        typer.Option(help="Camera of flight.mp4: follow, fpv:DRONE, chase:DRONE or one of the scene.", metavar="NAME"),
+    ] = "follow",
+    view: Annotated[
+        str | None,
+        typer.Option(
+            help="Watch the flight in real time; alone, it opens a window, or a page where there is no display.",
+            metavar="[native|web]",
+        ),
+    ] = None,
     out: Annotated[Path | None, typer.Option(help="Output folder; otherwise out/ and the mission's name.")] = None,
     seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
     provider: Annotated[str | None, typer.Option(help="Provider of the onboard software.")] = None,
@@ -57,7 +84,9 @@ def fly(
 ) -> None:
     """Fly a mission in simulation and report on every drone."""
     overrides = {"seed": seed, "provider": provider, "app": app or None}
-    request = Request(mission, not watch if video is None else video, view, out, threads, overrides, mcap)
+    if view is not None and view not in WAYS:
+        refuse(f"--view is '{view}', allowed: {', '.join(WAYS)}, or nothing")
+    request = Request(mission, not watch if video is None else video, camera, view, out, threads, overrides, mcap)
     if watch:
         from crazychoir_fw.cli.again import fly_again_on_save
 
@@ -88,8 +117,8 @@ def attempt(request: Request, loaded: "Callable[[Mission], None] | None" = None)
 
             require_mcap()
         reason = _no_video_because(request.video)
-        result = _fly(mission, request.threads, request.view, FRAMES_PER_SECOND if reason is None else 0)
-        _write(result, folder, reason)
+        result = _fly(mission, request, FRAMES_PER_SECOND if reason is None else 0)
+        _write(result, folder, reason, request.camera)
         if request.mcap:
             from crazychoir_fw.report.mcap_file import write_mcap
 
@@ -123,15 +152,15 @@ def _no_video_because(wanted: bool) -> str | None:
     return rendering_available()
 
 
-def _fly(mission: "Mission", threads: int | None, view: bool, fps: int) -> "FlightResult":
-    """Fly, with a progress bar and perhaps a window."""
+def _fly(mission: "Mission", request: Request, fps: int) -> "FlightResult":
+    """Fly, with a progress bar and perhaps a window or a page."""
     from crazychoir_fw.mission.runner import fly as fly_mission
 
-    window: AbstractContextManager[Observer | None] = nullcontext(None)
-    if view:
-        from crazychoir_fw.cli.view import open_window
+    view: AbstractContextManager[Observer | None] = nullcontext(None)
+    if request.view is not None:
+        from crazychoir_fw.cli.view import open_view
 
-        window = open_window()
+        view = open_view(request.view, lambda line: console.print(line, soft_wrap=True, markup=False))
     columns = (
         TextColumn("{task.description}"),
         BarColumn(),
@@ -139,20 +168,33 @@ def _fly(mission: "Mission", threads: int | None, view: bool, fps: int) -> "Flig
         TextColumn("{task.fields[pace]}"),
         TimeRemainingColumn(),
     )
-    with window as show, Progress(*columns, console=console) as bar:
+    with view as show, Progress(*columns, console=console) as bar:
         task = bar.add_task(f"{mission.name}, {len(mission.fleet)} drones", total=None, pace="getting ready")
 
         def observe(world: "World", progress: "FlightProgress") -> None:
+            if fps > 0 and progress.sim_seconds == 0.0:
+                _check_camera(world, request.camera)
             pace = f"{progress.sim_seconds:.1f} s, {progress.real_time_factor:.1f} x real time"
             bar.update(task, completed=progress.sim_seconds, total=progress.total_seconds, pace=pace)
             if show is not None:
                 show(world, progress)
 
-        visuals = view or fps > 0
-        return fly_mission(mission, threads=threads, visuals=visuals, frames_per_second=fps, observe=observe)
+        visuals = request.view is not None or fps > 0
+        return fly_mission(mission, threads=request.threads, visuals=visuals, frames_per_second=fps, observe=observe)
 
 
-def _write(result: "FlightResult", folder: Path, no_video_because: str | None) -> None:
+def _check_camera(world: "World", camera: str) -> None:
+    """Refuse a camera that is not there before the flight, and not when it is over."""
+    from crazychoir_fw.errors import UnknownNameError
+    from crazychoir_fw.report.shots import find_shot
+
+    try:
+        find_shot(world.model, camera)
+    except ValueError as error:
+        raise UnknownNameError(f"--camera: {error}") from None
+
+
+def _write(result: "FlightResult", folder: Path, no_video_because: str | None, camera: str) -> None:
     """Write the summary, the log, the picture and the video of a flight."""
     from crazychoir_fw.mission.summary import write_summary
     from crazychoir_fw.report.plot import plot_flight
@@ -168,4 +210,11 @@ def _write(result: "FlightResult", folder: Path, no_video_because: str | None) -
     from crazychoir_fw.report.video import film_flight
 
     with console.status("Rendering flight.mp4"):
-        film_flight(result.world.model, result.film.qpos, result.film.times, folder / "flight.mp4", fps=result.film.fps)
+        film_flight(
+            result.world.model,
+            result.film.qpos,
+            result.film.times,
+            folder / "flight.mp4",
+            camera=camera,
+            fps=result.film.fps,
+        )

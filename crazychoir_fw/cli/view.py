@@ -1,62 +1,56 @@
-"""The window of `crazychoir fly --view`: the flight in MuJoCo's viewer, paced to real time."""
+"""`crazychoir fly --view`: which way a flight can be watched here."""
 
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
-from crazychoir_fw.errors import CrazychoirError, StateError
+from crazychoir_fw.errors import CrazychoirError
 
 if TYPE_CHECKING:
-    from mujoco import MjvCamera
+    from crazychoir_fw.mission.runner import Observer
 
-    from crazychoir_fw.mission.runner import Observer, Progress
-    from crazychoir_fw.simulation import World
-
-FRAME = 1.0 / 60.0  # [s]
+WAYS = ("auto", "native", "web")
 
 
-def _look_at_drones(camera: "MjvCamera", world: "World") -> None:
-    """Put the camera where it sees the whole swarm and a meter of air above it."""
-    positions = world.positions()
-    middle = (positions.min(axis=0) + positions.max(axis=0)) / 2
-    camera.lookat[:] = middle[0], middle[1], 0.5
-    camera.distance = 1.8 + 1.5 * float(abs(positions - middle).max())
-    camera.azimuth, camera.elevation = 120.0, -20.0
+def open_view(way: str, say: Callable[[str], None]) -> AbstractContextManager[Observer]:
+    """Return a context manager that yields an observer which shows the flight.
 
-
-@contextmanager
-def open_window() -> Iterator["Observer"]:
-    """Yield an observer that shows the flight; the window opens with its first sample.
+    Args:
+        way: ``native`` (MuJoCo's window), ``web`` (a page), or ``auto``: the window if there is a display.
+        say: Called with one line about what was opened.
 
     Raises:
-        CrazychoirError: If the viewer is not installed or there is no display.
-        StateError: From the observer, when the window is closed during the flight.
+        CrazychoirError: If that way is not open here; the text says what is missing.
     """
+    if way == "native" and (reason := no_window_because()):
+        raise CrazychoirError(f"--view native: {reason}; --view web shows the flight in a browser")
+    if way == "native" or (way == "auto" and not no_window_because()):
+        from crazychoir_fw.cli.view_native import open_window
+
+        return open_window(say)
+    from crazychoir_fw.cli.view_web import open_page
+
+    return open_page(say)
+
+
+def no_window_because() -> str | None:
+    """Return why no window can be opened here, None if one can."""
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        return "there is no display"
+    if sys.platform == "darwin" and "mjpython" not in os.environ.get("_", ""):
+        return "macOS opens MuJoCo's window under mjpython only"
     try:
-        import mujoco.viewer
-    except ImportError:
-        raise CrazychoirError("--view needs MuJoCo's viewer: run pip install 'crazychoir-fw[viz]'") from None
-
-    viewer = None
-    wall_start = last_frame = 0.0
-
-    def show(world: "World", progress: "Progress") -> None:
-        nonlocal viewer, wall_start, last_frame
-        if viewer is None:
-            viewer = mujoco.viewer.launch_passive(world.model, world.data, show_left_ui=False, show_right_ui=False)
-            _look_at_drones(viewer.cam, world)
-            wall_start = time.perf_counter() - progress.sim_seconds
-        if not viewer.is_running():
-            raise StateError("the window was closed before the end of the flight")
-        if progress.sim_seconds - last_frame >= FRAME:
-            last_frame = progress.sim_seconds
-            viewer.sync()
-        # the one place where simulated time waits for the clock on the wall
-        time.sleep(max(0.0, progress.sim_seconds - (time.perf_counter() - wall_start)))
-
-    try:
-        yield show
-    finally:
-        if viewer is not None:
-            viewer.close()
+        import glfw
+    except ImportError as error:
+        return f"windows need the package glfw ({error})"
+    with warnings.catch_warnings(record=True) as complaints:
+        warnings.simplefilter("always")
+        if glfw.init():
+            return None
+    said = str(complaints[-1].message) if complaints else "GLFW cannot start"
+    return f"no window can be opened ({said})"

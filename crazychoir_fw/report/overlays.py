@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 _GHOST_RADIUS_M = 0.025
 _GHOST_ALPHA = 0.35
-_NAME_ABOVE_M = 0.07
+_NAME_PLACE = np.array([0.0, 0.0, 0.07])  # [m], over the drone
 _NO_ROTATION = np.eye(3).ravel()
 _ZERO = np.zeros(3)
 
@@ -28,7 +28,6 @@ def add_ghosts(scene: mujoco.MjvScene, targets: NDArray[np.float64], colors: NDA
         if geom is None:
             return
         place_ghost(geom, target, color)
-        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
 
 
 def place_ghost(geom: mujoco.MjvGeom, target: NDArray[np.float64], color: NDArray[np.float64]) -> None:
@@ -37,6 +36,7 @@ def place_ghost(geom: mujoco.MjvGeom, target: NDArray[np.float64], color: NDArra
     rgba = np.array([*color, _GHOST_ALPHA if known else 0.0], dtype=np.float32)
     size = np.full(3, _GHOST_RADIUS_M if known else 1e-6)
     mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_SPHERE, size, target if known else _ZERO, _NO_ROTATION, rgba)
+    geom.category = mujoco.mjtCatBit.mjCAT_DECOR
 
 
 def add_names(scene: mujoco.MjvScene, positions: NDArray[np.float64], names: Sequence[str]) -> None:
@@ -52,14 +52,14 @@ def add_names(scene: mujoco.MjvScene, positions: NDArray[np.float64], names: Seq
         if geom is None:
             return
         place_name(geom, position, name)
-        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
 
 
 def place_name(geom: mujoco.MjvGeom, position: NDArray[np.float64], name: str) -> None:
     """Make a geom the name of a drone that is at a position."""
-    above = np.where(np.isfinite(position), position, 0.0) + [0.0, 0.0, _NAME_ABOVE_M]
+    above = np.where(np.isfinite(position), position, 0.0) + _NAME_PLACE
     color = np.array([0.1, 0.1, 0.1, 1.0], dtype=np.float32)
     mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_LABEL, np.full(3, 0.01), above, _NO_ROTATION, color)
+    geom.category = mujoco.mjtCatBit.mjCAT_DECOR
     # a longer one would not fit into the geom
     geom.label = name[:99] if np.isfinite(position).all() else ""
 

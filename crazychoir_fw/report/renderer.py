@@ -96,7 +96,7 @@ class Renderer:
         return picture[::-1]
 
     def draw_depth(self) -> NDArray[np.float32]:
-        """Return how far things are along the axis of the view (m), shape (height, width); infinite where nothing is."""
+        """Return how far things are along the axis of the view (m), shape (height, width); infinite for the sky."""
         depth = np.empty((self.height, self.width), dtype=np.float32)
         with self._flags():
             mujoco.mjr_render(self._rectangle, self.scene, self.drawer)

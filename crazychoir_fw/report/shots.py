@@ -18,14 +18,14 @@ Shot = Callable[[mujoco.MjData, int], "mujoco.MjvCamera | Viewpoint"]
 """Where the camera is in a frame, from a state whose kinematics are up to date."""
 
 
-def find_shot(model: mujoco.MjModel, word: str, path: CameraPath, aspect: float) -> Shot:
+def find_shot(model: mujoco.MjModel, word: str, path: CameraPath | None = None, aspect: float = 1.0) -> Shot:
     """Return what a word for a camera means.
 
     Args:
         model: The world.
         word: ``follow`` for the whole swarm, ``fpv:NAME`` or ``chase:NAME`` with the name of a drone, else the name of
             a camera of the model.
-        path: The path of ``follow``.
+        path: The path of ``follow``; None if it is only asked whether there is such a camera.
         aspect: Width of the picture over its height.
 
     Raises:

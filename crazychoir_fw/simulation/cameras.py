@@ -18,9 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
 
 if TYPE_CHECKING:
+    from crazychoir_fw.report.likeness import Likeness
     from crazychoir_fw.report.renderer import Renderer
     from crazychoir_fw.report.viewpoint import Viewpoint
-    from crazychoir_fw.simulation.world import World
+    from crazychoir_fw.simulation.agenda import Agenda
 
 FPV_SIZE = (324, 244)
 """Width and height of an onboard picture (pixels), as the camera of the AI deck gives them."""
@@ -38,15 +39,14 @@ Look = Callable[[mujoco.MjData], "Viewpoint | mujoco.MjvCamera"]
 class Cameras:
     """What the cameras of one world share."""
 
-    def __init__(self, world: World) -> None:
-        self._world = weakref.proxy(world)  # the world owns this
-        self._scene_data: mujoco.MjData | None = None
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, agenda: Agenda, visuals: bool) -> None:
+        self.agenda = agenda
+        """Where pictures at a rate are appointed."""
+        self._model = model
+        self._data = data
+        self._visuals = visuals
+        self._likeness: Likeness | None = None
         self._renderer: Renderer | None = None
-
-    @property
-    def world(self) -> World:
-        """The world that is looked at."""
-        return self._world
 
     def on_board(
         self, drone_id: str, name: str, width: int | None, height: int | None, fov_deg: float | None, tilt_deg: float
@@ -60,7 +60,7 @@ class Cameras:
             own = f"{drone_id}/{name}"
             names = self._names()
             return self.in_room(own if own in names else name, width, height, fov_deg, also=["fpv", "chase"])
-        body = int(self._world.model.body(drone_id).id)
+        body = int(self._model.body(drone_id).id)
         size, usual_fov = (FPV_SIZE, FPV_FOV_DEG) if name == "fpv" else (CHASE_SIZE, _CHASE_FOV_DEG)
         fov = usual_fov if fov_deg is None else _checked_fov(fov_deg)
 
@@ -89,7 +89,7 @@ class Cameras:
                 return fixed
             from crazychoir_fw.report.viewpoint import Viewpoint
 
-            right, up, backward = data.cam_xmat[number].reshape(3, 3).T
+            _, up, backward = data.cam_xmat[number].reshape(3, 3).T
             return Viewpoint(data.cam_xpos[number].copy(), -backward, up, fov_deg)
 
         if fov_deg is not None:
@@ -102,7 +102,7 @@ class Cameras:
         """Return a camera that stands at one point and looks at another (m, world)."""
         from crazychoir_fw.report.viewpoint import looking_at
 
-        fov = float(self._world.model.vis.global_.fovy) if fov_deg is None else _checked_fov(fov_deg)
+        fov = float(self._model.vis.global_.fovy) if fov_deg is None else _checked_fov(fov_deg)
         try:
             view = looking_at(position, look_at, fov)
         except ValueError as error:
@@ -110,7 +110,7 @@ class Cameras:
         return Camera(self, "fixed", width or CHASE_SIZE[0], height or CHASE_SIZE[1], lambda _: view)
 
     def _names(self) -> list[str]:
-        model = self._world.model
+        model = self._model
         return [model.camera(k).name for k in range(model.ncam)]
 
     def expose(self, width: int, height: int, look: Look) -> Renderer:
@@ -120,36 +120,21 @@ class Cameras:
             RenderingError: If there is no OpenGL on this machine.
             StateError: If the drones of the world cannot be seen.
         """
+        from crazychoir_fw.report.likeness import Likeness
         from crazychoir_fw.report.renderer import Renderer
 
-        model = self._world.model
-        if not self._world.visuals:
+        if not self._visuals:
             raise StateError("the world was built with visuals=False, so that its drones cannot be seen")
         if self._renderer is None:
-            self._renderer = Renderer(model, width, height)
+            self._renderer = Renderer(self._model, width, height)
             # also at the end of the process, while OpenGL is still there
             weakref.finalize(self, self._renderer.close)
         self._renderer.resize(width, height)
-        data = self._present()
+        if self._likeness is None:
+            self._likeness = Likeness(self._model)
+        data = self._likeness.update(self._data)
         self._renderer.update(data, look(data))
         return self._renderer
-
-    def _present(self) -> mujoco.MjData:
-        """Return a copy of what moves, with kinematics of this very instant; those of the world are a step older."""
-        model, moving = self._world.model, self._world.data
-        if self._scene_data is None:
-            self._scene_data = mujoco.MjData(model)
-        data = self._scene_data
-        data.time = moving.time
-        data.qpos[:], data.mocap_pos[:], data.mocap_quat[:] = moving.qpos, moving.mocap_pos, moving.mocap_quat
-        mujoco.mj_kinematics(model, data)
-        mujoco.mj_comPos(model, data)
-        mujoco.mj_camlight(model, data)
-        if model.nflex:
-            mujoco.mj_flex(model, data)
-        if model.ntendon:
-            mujoco.mj_tendon(model, data)
-        return data
 
     def close(self) -> None:
         """Free what the graphics driver holds; the next picture takes it again."""
@@ -214,7 +199,7 @@ class Camera:
             raise RangeError(f"camera {self.name}: rate_hz is {rate_hz!r}, allowed: a whole number from 1 to 1000")
         together = gcd(rate_hz, _TICKS_PER_SECOND)  # so many times a second the pattern begins anew
         period, pictures = _TICKS_PER_SECOND // together, rate_hz // together
-        agenda = self._cameras.world.agenda
+        agenda = self._cameras.agenda
         cancels = [
             agenda.every(period, lambda: callback(self.image()), phase=k * _TICKS_PER_SECOND // rate_hz)
             for k in range(pictures)

@@ -114,7 +114,7 @@ class World:
         self.events: list[Event] = []
         """What has happened so far."""
         self._collisions = Collisions(model, data)
-        self._cameras = Cameras(self)
+        self._cameras = Cameras(model, data, self.agenda, visuals)
         for drone in self.drones:
             drone.cameras = self._cameras
         self.when_forked: list[Callable[[World], None]] = []

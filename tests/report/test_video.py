@@ -126,7 +126,7 @@ def test_filming_changes_no_model(tmp_path, two_drones, drawing):
         ({"times": [0.0, np.nan, 1.0]}, "must increase"),
         ({"speed": 0.0}, "speed"),
         ({"speed": np.nan}, "speed"),
-        ({"camera": "nobody"}, "there are follow, overview, track"),
+        ({"camera": "nobody"}, "there are follow, fpv:NAME, chase:NAME, overview, track"),
     ],
 )
 def test_a_flight_that_cannot_be_filmed_is_refused(tmp_path, two_drones, change, message):
@@ -151,3 +151,43 @@ def test_states_between_the_recorded_ones_are_interpolated(two_drones):
 def test_one_state_is_a_film_of_one_picture(two_drones):
     states, _ = hover(two_drones, 1)
     np.testing.assert_array_equal(resample(two_drones, states, np.zeros(1), np.zeros(1)), states)
+
+
+@pytest.mark.parametrize("camera", ["fpv:red", "chase:blue"])
+def test_a_flight_is_filmed_from_a_drone(tmp_path, two_drones, drawing, camera):
+    states, times = hover(two_drones, 5)
+    states[:, 3:7] = states[:, 10:14] = [0.0, 0.0, 0.0, 1.0]  # both look along -x, red sees blue
+    with drawing:
+        film_flight(two_drones, states, times, tmp_path / "a.mp4", camera=camera, width=192, height=108, fps=4.0)
+        last = iio.imread(tmp_path / "a.mp4")[-1].astype(int)
+        assert (last[..., 2] - last[..., 0] > 60).sum() > 5
+        # at the edges, red sees its own front propellers
+        middle = last[:, 48:-48]
+        assert (middle[..., 0] - middle[..., 2] > 60).sum() == 0
+
+
+def test_ghosts_are_filmed_where_drones_are_told_to_be(tmp_path, two_drones, drawing):
+    states, times = hover(two_drones, 5)
+    targets = np.full((5, 1, 3), np.nan)
+    targets[2:] = [0.25, 0.0, 1.3]
+    options = {"camera": "chase:blue", "width": 320, "height": 180, "fps": 4.0, "trail_s": 0.0}
+    with drawing:
+        film_flight(two_drones, states, times, tmp_path / "a.mp4", names=["red"], targets=targets, **options)
+        first, *_, last = iio.imread(tmp_path / "a.mp4").astype(int)
+        red = [(p[..., 0] - p[..., 2] > 50).sum() for p in (first, last)]
+        assert red[1] > red[0] + 30
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"camera": "fpv:green"}, "no drone 'green' for the camera; there are red, blue"),
+        ({"names": ["green"]}, "no drone 'green'"),
+        ({"names": ["red"], "targets": np.zeros((3, 2, 3))}, r"targets has shape \(3, 2, 3\), expected \(3, 1, 3\)"),
+        ({"targets": np.zeros((3, 2, 3))}, "expected"),
+    ],
+)
+def test_drones_that_are_not_there_are_refused(tmp_path, two_drones, change, message):
+    states, times = hover(two_drones, 3)
+    with pytest.raises(ValueError, match=message):
+        film_flight(two_drones, states, times, tmp_path / "a.mp4", **change)

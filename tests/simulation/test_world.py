@@ -191,5 +191,5 @@ def test_world_draws_itself_or_says_why_not(ready_world, camera):
 
 
 def test_unknown_camera_is_refused(ready_world):
-    with pytest.raises(ValueError, match="no camera 'eye'; there are follow, overview, track"):
+    with pytest.raises(ValueError, match="no camera 'eye'; there are follow, fpv:NAME, chase:NAME, overview, track"):
         ready_world.render(camera="eye")
