@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -70,6 +70,11 @@ class FlightResult:
         """What went wrong, one sentence each."""
         return self.summary["failures"]
 
+    @property
+    def expected_failures(self) -> list[str]:
+        """What went wrong with drones that may fail, one sentence each."""
+        return self.summary["expected_failures"]
+
 
 Observer = Callable[["World", Progress], None]
 
@@ -128,12 +133,13 @@ class Flight:
         self._observe = observe
         self._recorder = recorder
         self._failures: list[str] = []
+        self._expected: dict[str, str] = {}  # what happened to those that may fail, by id
 
     def run(self) -> FlightResult:
         """Fly to the end and return the result."""
         wall_start = time.perf_counter()
         start = 0.0
-        if self._get_ready():
+        if self._get_ready() and self._plan_faults(self._world.time):
             start = self._world.time
             self._follow_plan()
         else:
@@ -141,10 +147,13 @@ class Flight:
             self._recorder.sample()
         wall_seconds = time.perf_counter() - wall_start
 
-        log = self._recorder.finish({"mission": self._mission.name, "description": self._mission.description})
+        faults = [fault.as_dict() for fault in self._world.faults.planned]
+        about = {"mission": self._mission.name, "description": self._mission.description, "faults": faults}
+        log = self._recorder.finish(about)
         if not self._failures:
             self._failures = judge(self._mission, self._plan, log, start)
-        summary = summarize(self._mission, self._plan, self._world, log, start, wall_seconds, self._failures)
+        expected = list(self._expected.values())
+        summary = summarize(self._mission, self._plan, self._world, log, start, wall_seconds, self._failures, expected)
         return FlightResult(self._mission, self._world, log, self._film, summary)
 
     def _get_ready(self) -> bool:
@@ -158,6 +167,23 @@ class Flight:
         except CrazychoirError as error:
             self._failures.append(str(error))
         return not self._failures
+
+    def _plan_faults(self, start: float) -> bool:
+        """Plan what goes wrong, in times of the world; return whether all of it can."""
+        try:
+            for entry in self._mission.faults:
+                fault = entry.fault
+                self._world.add_fault(replace(fault, at=fault.at + start))
+        except CrazychoirError as error:
+            self._failures.append(str(error))
+        return not self._failures
+
+    def _fail(self, drone: str, sentence: str) -> None:
+        """Remember a failure; that of a drone that may fail is no end of the flight, and its first one is enough."""
+        if drone in self._mission.may_fail:
+            self._expected.setdefault(drone, sentence)
+        else:
+            self._failures.append(sentence)
 
     def _follow_plan(self) -> None:
         """Send the commands at their ticks until the end or the first failure."""
@@ -205,19 +231,19 @@ class Flight:
                 drone.arm()
             return
         if command.verb == "takeoff" and not drone.can_fly:
-            self._failures.append(f"{drone.id}: is not ready to take off ({drone.supervisor_state})")
+            self._fail(drone.id, f"{drone.id}: is not ready to take off ({drone.supervisor_state})")
             return
         try:
             getattr(drone.high_level_commander, command.verb)(**command.arguments)
         except CrazychoirError as error:
-            self._failures.append(str(error))
+            self._fail(drone.id, str(error))
 
     def _look_for_failures(self) -> None:
         """Note every drone that crashed, locked or stopped."""
         for drone in self._world.drones:
             if drone.failure:
                 # a sentence with drone and time
-                self._failures.append(drone.failure)
+                self._fail(drone.id, drone.failure)
             elif drone.is_crashed or drone.is_locked:
                 what = "crashed" if drone.is_crashed else "locked up"
-                self._failures.append(f"{drone.id}: {what} at {self._world.time:.2f} s")
+                self._fail(drone.id, f"{drone.id}: {what} at {self._world.time:.2f} s")

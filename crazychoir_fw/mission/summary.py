@@ -4,6 +4,7 @@ import json
 import math
 import os
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,6 +48,8 @@ def judge(mission: Mission, plan: FlightPlan, log: "FlightLog", start: float) ->
     failures = []
     position = _vector(log, TRUE_POSITION)
     for waypoint in plan.waypoints:
+        if plan.fleet[waypoint.drone] in mission.may_fail:
+            continue
         due = start + waypoint.tick / TICKS_PER_SECOND
         first, last = np.searchsorted(log.time, [due - SLACK / 2, due + SLACK])
         path = position[first:last, waypoint.drone]
@@ -57,7 +60,7 @@ def judge(mission: Mission, plan: FlightPlan, log: "FlightLog", start: float) ->
                 f"tolerance {mission.tolerance.waypoint:g} m"
             )
     for name, miss in zip(plan.fleet, endpoint_errors(plan, log), strict=True):
-        if not miss <= mission.tolerance.endpoint:
+        if name not in mission.may_fail and not miss <= mission.tolerance.endpoint:
             failures.append(f"{name}: ended {miss:.2f} m from its target, tolerance {mission.tolerance.endpoint:g} m")
     return failures
 
@@ -70,6 +73,7 @@ def summarize(
     start: float,
     wall_seconds: float,
     failures: list[str],
+    expected_failures: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Return the content of summary.json.
 
@@ -79,6 +83,7 @@ def summarize(
     `hover_thrust_percent` is the mean thrust command over the steadiest second, before battery compensation; the
     firmware logs none for a controller that commands newtons, as one that an app brings may. A figure that a flight
     does not have is null.
+    `expected_failures` are those of drones that may fail, `faults` what was planned to go wrong, in times of the world.
     `providers` says once per provider what it was built from.
     """
     measured = flight_figures(plan, log, start)
@@ -102,6 +107,8 @@ def summarize(
         "seed": mission.seed,
         "success": not failures,
         "failures": failures,
+        "expected_failures": list(expected_failures),
+        "faults": log.metadata.get("faults", []),
         "sim_seconds": _rounded(world.time),
         "wall_seconds": _rounded(wall_seconds),
         "real_time_factor": _rounded(world.time / wall_seconds if wall_seconds > 0 else math.nan),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +19,7 @@ from crazychoir_fw.simulation.clients import Param
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.events import Event
+from crazychoir_fw.simulation.faults import Fault, FaultSchedule
 from crazychoir_fw.simulation.provider_words import load_apps, load_providers
 
 TICKS_PER_SECOND = 1000
@@ -36,6 +37,7 @@ class World:
         seed: int = 0,
         threads: int | None = None,
         visuals: bool = True,
+        faults: Iterable[Fault] = (),
     ) -> None:
         """Build the world.
 
@@ -45,6 +47,7 @@ class World:
             seed: Seed of all noise; same seed and same commands give the same bits.
             threads: Threads that share the drones, for the whole process; None leaves the number as it is.
             visuals: False leaves out what is only seen, a tenth of the cost of a swarm; not a bit of a flight changes.
+            faults: What is to go wrong, see `add_fault`.
 
         Raises:
             RangeError: If a value is outside its range; the message names drone, value and range.
@@ -69,8 +72,12 @@ class World:
         """What happens at simulated times: faults, plugins, replays."""
         self.events: list[Event] = []
         """What has happened so far."""
+        self.faults = FaultSchedule(self)
+        """What goes wrong, and when."""
         self._steps_per_tick = max(1, round(0.001 / self.model.opt.timestep))
         self._ticks_per_step = max(1, round(self.model.opt.timestep / 0.001))
+        for fault in faults:
+            self.add_fault(fault)
 
     def __repr__(self) -> str:
         return f"<World {self.scene} with {len(self.drones)} drones at {self.time:.3f} s>"
@@ -93,6 +100,16 @@ class World:
     def note(self, kind: str, drone: str | None = None, **details: Any) -> None:
         """Remember that something happened at the present instant; `details` are what JSON can hold."""
         self.events.append(Event(self.time, kind, drone, details))
+
+    def add_fault(self, fault: Fault) -> None:
+        """Let something go wrong: a motor, a sensor, the radio, …, at a simulated time.
+
+        Raises:
+            RangeError: If its time is over.
+            UnknownNameError: If it names a drone that does not exist.
+            StateError: If a drone cannot have it, such as one that has no payload to drop.
+        """
+        self.faults.add(fault)
 
     def step(self, n_ticks: int = 1) -> None:
         """Advance by whole milliseconds.

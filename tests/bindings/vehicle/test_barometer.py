@@ -29,9 +29,7 @@ def make_barometer(make_config: Make, seed: int = 1, **changes: float) -> Any:
     return barometer
 
 
-def watch(
-    barometer: Any, ticks: int, height: float = 0.0, vibration: float = 0.0
-) -> tuple[list[int], np.ndarray]:
+def watch(barometer: Any, ticks: int, height: float = 0.0, vibration: float = 0.0) -> tuple[list[int], np.ndarray]:
     """Return the ticks of the samples and their pressures (Pa)."""
     pressure, temperature = ffi.new("float *"), ffi.new("float *")
     when, samples = [], []
@@ -142,9 +140,7 @@ def test_wash_falls_off_with_height_and_needs_turning_rotors(make_config):
     np.testing.assert_allclose(shifts(make_config, 0.5, 0.0), on_floor / 2, atol=STEP)
 
 
-@pytest.mark.parametrize(
-    "wrong", [{"wash_low": 0.6}, {"wash_high": -0.4}, {"wash_low": -11.0}, {"wash_height": 0.0}]
-)
+@pytest.mark.parametrize("wrong", [{"wash_low": 0.6}, {"wash_high": -0.4}, {"wash_low": -11.0}, {"wash_height": 0.0}])
 def test_impossible_wash_is_refused(make_config, wrong):
     config = make_config("cf2").barometer
     for name, value in wrong.items():
