@@ -133,6 +133,7 @@ class Flight:
         self._observe = observe
         self._recorder = recorder
         self._failures: list[str] = []
+        self._faults: list[dict[str, Any]] = []  # what was planned to go wrong, in times of the world
         self._expected: dict[str, str] = {}  # what happened to those that may fail, by id
 
     def run(self) -> FlightResult:
@@ -147,8 +148,7 @@ class Flight:
             self._recorder.sample()
         wall_seconds = time.perf_counter() - wall_start
 
-        faults = [fault.as_dict() for fault in self._world.faults.planned]
-        about = {"mission": self._mission.name, "description": self._mission.description, "faults": faults}
+        about = {"mission": self._mission.name, "description": self._mission.description, "faults": self._faults}
         log = self._recorder.finish(about)
         if not self._failures:
             self._failures = judge(self._mission, self._plan, log, start)
@@ -172,8 +172,9 @@ class Flight:
         """Plan what goes wrong, in times of the world; return whether all of it can."""
         try:
             for entry in self._mission.faults:
-                fault = entry.fault
-                self._world.add_fault(replace(fault, at=fault.at + start))
+                fault = replace(entry.fault, at=entry.fault.at + start)
+                self._world.add_fault(fault)
+                self._faults.append(fault.as_dict())
         except CrazychoirError as error:
             self._failures.append(str(error))
         return not self._failures

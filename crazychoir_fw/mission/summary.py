@@ -107,14 +107,14 @@ def summarize(
         "seed": mission.seed,
         "success": not failures,
         "failures": failures,
-        "expected_failures": list(expected_failures),
-        "faults": log.metadata.get("faults", []),
         "sim_seconds": _rounded(world.time),
         "wall_seconds": _rounded(wall_seconds),
         "real_time_factor": _rounded(world.time / wall_seconds if wall_seconds > 0 else math.nan),
         "drones": drones,
         "build": identity(),
         "providers": log.metadata.get("providers", []),
+        "expected_failures": list(expected_failures),
+        "faults": log.metadata.get("faults", []),
     }
 
 
