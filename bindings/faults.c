@@ -74,6 +74,11 @@ cf_status_t cf_inject_positioning_loss(cf_t *cf, bool is_lost) {
   return cf_vehicle_lose_positioning(&cf->vehicle, is_lost);
 }
 
+cf_status_t cf_inject_positioning_dropout(cf_t *cf, float share) {
+  const float well = cf->config.vehicle.mocap.mishap.dropout;
+  return cf_vehicle_drop_poses(&cf->vehicle, share > 0.0f ? share : well);
+}
+
 cf_status_t cf_inject_positioning_delay(cf_t *cf, uint32_t extra_ms) {
   const uint32_t well = cf->config.vehicle.mocap.latency_ms;
   return extra_ms > UINT32_MAX - well ? CF_ERR_CAPACITY

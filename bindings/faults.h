@@ -60,6 +60,10 @@ cf_status_t cf_inject_imu(struct cf *cf, const cf_imu_fault_t *fault, uint64_t s
 // there is none.
 cf_status_t cf_inject_positioning_loss(struct cf *cf, bool is_lost);
 
+// Loses a share [0, 1] of the poses of the motion capture; 0 brings back what is lost when all is
+// well. Returns CF_ERR_STATE when none is fitted, CF_ERR_VALUE for another share.
+cf_status_t cf_inject_positioning_dropout(struct cf *cf, float share);
+
 // Lets poses of the motion capture arrive `extra_ms` later than they do when all is well. Returns
 // CF_ERR_STATE when none is fitted, CF_ERR_CAPACITY when too many would be under way.
 cf_status_t cf_inject_positioning_delay(struct cf *cf, uint32_t extra_ms);

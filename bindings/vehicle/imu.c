@@ -45,8 +45,8 @@ static void shape_rest(cf_imu_t *imu, int sensor, float deviation, float density
   const float ratio  = deviation > 0.0f ? density * density * NYQUIST / (deviation * deviation) : 1;
   const float memory = ratio > 1.0f ? (ratio - 1.0f) / (ratio + 1.0f) : 0.0f;
   const float a      = memory < LONGEST_MEMORY ? memory : LONGEST_MEMORY;
-  imu->rest_memory[sensor] = a;
-  imu->rest_drive[sensor]  = deviation * sqrtf(1.0f - a * a);
+  imu->rest_memory[sensor]   = a;
+  imu->rest_variance[sensor] = deviation * deviation * (1.0f - a * a);
 }
 
 static void draw_turn_on_errors(cf_imu_t *imu, const cf_imu_config_t *config) {
@@ -63,6 +63,10 @@ static void draw_turn_on_errors(cf_imu_t *imu, const cf_imu_config_t *config) {
   }
 }
 
+static float squared(float x) {
+  return x * x;
+}
+
 cf_status_t cf_imu_init(cf_imu_t *imu, const cf_imu_config_t *config, cf_random_t random) {
   if (!is_valid(config)) {
     return CF_ERR_VALUE;
@@ -73,11 +77,12 @@ cf_status_t cf_imu_init(cf_imu_t *imu, const cf_imu_config_t *config, cf_random_
   const float walk  = config->bias_scale * sqrtf(WALK_TIME);
 
   cf_imu_t fresh = {
-      .flight = {noise * gyro * config->gyro_noise_flight, noise * acc * config->acc_noise_flight},
-      .drift  = {walk * gyro * config->gyro_drift, walk * acc * config->acc_drift},
-      .leash  = WALK_TIME / config->drift_time,
-      .countdown = WALK_TICKS,
-      .random    = random,
+      .flight_variance = {squared(noise * gyro * config->gyro_noise_flight),
+                          squared(noise * acc * config->acc_noise_flight)},
+      .drift           = {walk * gyro * config->gyro_drift, walk * acc * config->acc_drift},
+      .leash           = WALK_TIME / config->drift_time,
+      .countdown       = WALK_TICKS,
+      .random          = random,
   };
   const cf_status_t status = cf_rotor_vibration_init(&fresh.lines, &config->lines);
   if (status != CF_OK) {
@@ -106,14 +111,34 @@ static void walk(cf_imu_t *imu) {
   }
 }
 
+// The noise of one sensor at present: y = kept + e, kept <- a y + zero * e, e of this deviation.
+typedef struct {
+  float memory;     // a
+  float zero;       // [-1, 0]
+  float deviation;  // [LSB]
+} noise_t;
+
+// One pole with drive b^2 and white noise c^2 together have, behind the pole, the covariances
+// b^2 + (1 + a^2) c^2 and -a c^2, which s^2 (1 + zero^2) and s^2 zero have to be.
+static inline noise_t noise_of(const cf_imu_t *imu, int sensor, float vibration) {
+  const float a     = imu->rest_memory[sensor];
+  const float drive = imu->rest_variance[sensor];
+  const float white = imu->flight_variance[sensor] * vibration * vibration;
+  const float now   = drive + (1.0f + a * a) * white;
+  const float least = drive + (1.0f - a) * (1.0f - a) * white;
+  const float most  = drive + (1.0f + a) * (1.0f + a) * white;
+  const float s2    = 0.5f * (now + sqrtf(least * most));
+  const float zero  = s2 > 0.0f ? -a * white / s2 : 0.0f;
+  return (noise_t){.memory = a, .zero = zero, .deviation = sqrtf(s2)};
+}
+
 // One reading of one axis, rounded to the nearest step within 16 bits; written so that NaN becomes
 // the lowest step.
-static inline int16_t reading(cf_imu_t *imu, int axis, float motion, float flight, uint64_t bits) {
-  const int sensor    = axis < 3 ? GYRO : ACC;
-  imu->rest[axis]     = imu->rest_memory[sensor] * imu->rest[axis] +
-                        imu->rest_drive[sensor] * cf_normal_from_bits((uint32_t)bits);
-  const float noise   = imu->rest[axis] + flight * cf_normal_from_bits((uint32_t)(bits >> 32));
-  const float steps   = imu->gain[axis] * motion + imu->bias[axis] + noise;
+static inline int16_t reading(cf_imu_t *imu, int axis, float motion, noise_t noise, uint64_t bits) {
+  const float e       = noise.deviation * cf_normal_from_bits((uint32_t)bits);
+  const float y       = imu->kept[axis] + e;
+  imu->kept[axis]     = noise.memory * y + noise.zero * e;
+  const float steps   = imu->gain[axis] * motion + imu->bias[axis] + y;
   const float low     = steps > -32768.0f ? steps : -32768.0f;
   const float clipped = low < 32767.0f ? low : 32767.0f;
   return (int16_t)((int32_t)(clipped + 32768.5f) - 32768);
@@ -124,16 +149,18 @@ void cf_imu_sample(cf_imu_t *imu, const float rates_body[3], const float specifi
   if (--imu->countdown == 0) {
     walk(imu);
   }
-  const float gyro = imu->flight[GYRO] * vibration;
-  const float acc  = imu->flight[ACC] * vibration;
+  const noise_t gyro = noise_of(imu, GYRO, vibration);
+  const noise_t acc  = noise_of(imu, ACC, vibration);
 
-  // 64 bits per axis are two normal numbers
-  cf_random_t random = imu->random;
-  gyro_raw->x        = reading(imu, 0, rates_body[0], gyro, cf_next_bits(&random));
-  gyro_raw->y        = reading(imu, 1, rates_body[1], gyro, cf_next_bits(&random));
-  gyro_raw->z        = reading(imu, 2, rates_body[2], gyro, cf_next_bits(&random));
-  acc_raw->x         = reading(imu, 3, specific_force[0], acc, cf_next_bits(&random));
-  acc_raw->y         = reading(imu, 4, specific_force[1], acc, cf_next_bits(&random));
-  acc_raw->z         = reading(imu, 5, specific_force[2], acc, cf_next_bits(&random));
-  imu->random        = random;
+  // two normal numbers in 64 bits
+  const uint64_t x = cf_next_bits(&imu->random);
+  const uint64_t y = cf_next_bits(&imu->random);
+  const uint64_t z = cf_next_bits(&imu->random);
+
+  gyro_raw->x = reading(imu, 0, rates_body[0], gyro, x >> 32);
+  gyro_raw->y = reading(imu, 1, rates_body[1], gyro, y >> 32);
+  gyro_raw->z = reading(imu, 2, rates_body[2], gyro, z >> 32);
+  acc_raw->x  = reading(imu, 3, specific_force[0], acc, x);
+  acc_raw->y  = reading(imu, 4, specific_force[1], acc, y);
+  acc_raw->z  = reading(imu, 5, specific_force[2], acc, z);
 }

@@ -1,13 +1,16 @@
 /* The BMI088: raw gyroscope and accelerometer samples from the true motion.
  *
  *   raw = saturate(round(gain * (true + lines) + bias + rest + flight * vibration * normal)),
- *   rest <- a * rest + b * normal
+ *   rest <- a * rest + b * another normal
  *
  * `rest` is the noise of the chip, shaped by one pole in place of its own low-pass, so that both
  * its standard deviation and its density at low frequencies are those of the data sheet: white
  * noise of that deviation would have half the density. `flight` is what turning rotors add, white,
  * and `lines` what they add at their own frequencies (rotor_vibration.h; off by default). `bias` is
  * drawn at init, as the gain is, and walks from there on.
+ *
+ * A sum of one-pole and white noise is a process with one pole and one zero, driven by one normal
+ * number: that is how `rest` and `flight` are made, at the price of one of them.
  *
  * Ranges and steps are those of the onboard front end: +-2000 deg/s and +-24 g over 16 bits, with g
  * = 9.81 m/s^2 (estimators dossier section 12.1, vehicle dossier section 10). Left out: drift with
@@ -53,11 +56,11 @@ typedef struct {
 typedef struct {
   float gain[CF_IMU_AXES];  // [1/(rad/s)] and [1/(m/s^2)]
   float bias[CF_IMU_AXES];  // as it is now
-  float rest[CF_IMU_AXES];  // noise of the chip as it is now
+  float kept[CF_IMU_AXES];  // of the noise so far, what goes into the next sample
 
-  float rest_memory[2];  // a, of gyroscope and accelerometer
-  float rest_drive[2];   // b
-  float flight[2];       // standard deviation in hover
+  float rest_memory[2];      // a, of gyroscope and accelerometer
+  float rest_variance[2];    // b^2
+  float flight_variance[2];  // in hover
 
   float    turn_on_bias[CF_IMU_AXES];
   float    drift[2];   // standard deviation of a step of the walk

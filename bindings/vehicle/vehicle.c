@@ -281,6 +281,19 @@ cf_status_t cf_vehicle_delay_positioning(cf_vehicle_t *vehicle, uint32_t latency
   return has_mocap(vehicle) ? cf_mocap_set_latency(&vehicle->mocap, latency_ms) : CF_ERR_STATE;
 }
 
+cf_status_t cf_vehicle_drop_poses(cf_vehicle_t *vehicle, float share) {
+  if (!has_mocap(vehicle)) {
+    return CF_ERR_STATE;
+  }
+  cf_mishap_config_t mishap = vehicle->mocap.config.mishap;
+  mishap.dropout            = share;
+  const cf_status_t status  = cf_mishap_check(&mishap);
+  if (status == CF_OK) {
+    vehicle->mocap.config.mishap = mishap;
+  }
+  return status;
+}
+
 bool cf_vehicle_is_out_of_sight(const cf_vehicle_t *vehicle) {
   return has_mocap(vehicle) && vehicle->mocap.is_lost;
 }

@@ -127,6 +127,10 @@ cf_status_t cf_vehicle_lose_positioning(cf_vehicle_t *vehicle, bool is_lost);
 // Returns CF_ERR_STATE when none is fitted, CF_ERR_CAPACITY when too many would be under way.
 cf_status_t cf_vehicle_delay_positioning(cf_vehicle_t *vehicle, uint32_t latency_ms);
 
+// Sets the share [0, 1] of the poses of the motion capture that are lost. Returns CF_ERR_STATE when
+// none is fitted, CF_ERR_VALUE for another share.
+cf_status_t cf_vehicle_drop_poses(cf_vehicle_t *vehicle, float share);
+
 // Whether a motion capture has lost the drone, so that nobody can be told where it is.
 bool cf_vehicle_is_out_of_sight(const cf_vehicle_t *vehicle);
 

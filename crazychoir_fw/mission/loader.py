@@ -1,7 +1,7 @@
 """From a file to a `Mission`, or to one sentence that says what is wrong with it."""
 
 import reprlib
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +12,7 @@ from crazychoir_fw.errors import MissionError
 from crazychoir_fw.mission.fleet import BUILTIN, START_DISTANCE, Layout, Settings, close_pair
 from crazychoir_fw.mission.plan import plan_flight
 from crazychoir_fw.mission.schema import Mission
+from crazychoir_fw.mission.values import did_you_mean
 
 LARGEST_FILE = 4_000_000  # bytes
 
@@ -21,7 +22,7 @@ def load_mission(path: str | Path, **overrides: Any) -> Mission:
 
     Args:
         path: The mission file (YAML).
-        overrides: `seed`, `provider` or `app`, stronger than the file; None leaves the file alone.
+        overrides: `seed`, `provider`, `app` or `faults`, stronger than the file; None leaves the file alone.
 
     Raises:
         MissionError: If the file cannot be read or flown; the text is one sentence that names the file, the key, its
@@ -39,6 +40,7 @@ def parse_mission(
     seed: int | None = None,
     provider: str | None = None,
     app: Sequence[str | Path] | None = None,
+    faults: Sequence[Any] | None = None,
 ) -> Mission:
     """Make a mission from what a mission file holds.
 
@@ -50,6 +52,8 @@ def parse_mission(
         seed: Seed instead of that of *data*.
         provider: Provider instead of those of *data*, for all drones.
         app: C files that all drones carry instead of those of *data*, seen from where the program runs.
+        faults: List of faults instead of that of *data*: as in a file, or made in Python, with `at` in seconds
+            since the first phase.
 
     Raises:
         MissionError: As `load_mission`.
@@ -61,6 +65,8 @@ def parse_mission(
         data.setdefault("name", name)
     if seed is not None:
         data["seed"] = seed
+    if faults is not None:
+        data["faults"] = list(faults)
 
     overrides = {"provider": provider, "app": None if app is None else list(map(str, app))}
     try:
@@ -68,6 +74,7 @@ def parse_mission(
         mission = Mission.model_validate(data, context=context)
         mission = _with(mission, {key: value for key, value in overrides.items() if value is not None})
         _check_fleet(mission)
+        _check_faults(mission)
         plan_flight(mission)
     except ValidationError as error:
         raise MissionError(f"{source}: {_sentence(error)}") from None
@@ -162,6 +169,30 @@ def _check_fleet(mission: Mission) -> None:
             f"drones[{pair[1]}].position is {list(second.position)}, but {second.id} must start at least "
             f"{START_DISTANCE:g} m from {first.id}, and starts {pair[2]:.3g} m from it"
         )
+
+
+def _check_faults(mission: Mission) -> None:
+    """Refuse drones that nobody knows, and faults of what a drone does not have."""
+    fleet = {drone.id: drone for drone in mission.fleet}
+    for i, entry in enumerate(mission.faults):
+        path = f"faults[{i}].{entry.name}"
+        for name in entry.fault.drones or ():
+            _check_name(f"{path}.drones", name, fleet)
+        if entry.name == "positioning":
+            is_late = entry.positioning.get("delay", 0) > 0
+            for name in entry.fault.drones or fleet:
+                system = fleet[name].positioning
+                if system == "none" or (is_late and not system.startswith("mocap")):
+                    what = "a delay" if is_late else "a loss"
+                    raise MissionError(f"{path} befalls {name} with positioning '{system}', which knows no such {what}")
+    for name in mission.may_fail:
+        _check_name("may_fail", name, fleet)
+
+
+def _check_name(path: str, name: str, fleet: Collection[str]) -> None:
+    if name not in fleet:
+        hint = did_you_mean(name, fleet)
+        raise MissionError(f"{path} names '{name[:40]}', but must name drones of the mission{hint}")
 
 
 def _with(mission: Mission, settings: Mapping[str, Any]) -> Mission:

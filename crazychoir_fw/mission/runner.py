@@ -2,7 +2,7 @@
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -70,6 +70,11 @@ class FlightResult:
         """What went wrong, one sentence each."""
         return self.summary["failures"]
 
+    @property
+    def expected_failures(self) -> list[str]:
+        """What went wrong with drones that may fail, one sentence each."""
+        return self.summary["expected_failures"]
+
 
 Observer = Callable[["World", Progress], None]
 
@@ -130,12 +135,14 @@ class Flight:
         self._failures: list[str] = []
         self._own_failures: dict[str, str] = {}  # of drones that fly themselves: the others go on
         self._events_seen = 0
+        self._faults: list[dict[str, Any]] = []  # what was planned to go wrong, in times of the world
+        self._expected: dict[str, str] = {}  # what happened to those that may fail, by id
 
     def run(self) -> FlightResult:
         """Fly to the end and return the result."""
         wall_start = time.perf_counter()
         start = 0.0
-        if self._get_ready():
+        if self._get_ready() and self._plan_faults(self._world.time):
             start = self._world.time
             self._follow_plan()
         else:
@@ -143,11 +150,13 @@ class Flight:
             self._recorder.sample()
         wall_seconds = time.perf_counter() - wall_start
 
-        log = self._recorder.finish({"mission": self._mission.name, "description": self._mission.description})
+        about = {"mission": self._mission.name, "description": self._mission.description, "faults": self._faults}
+        log = self._recorder.finish(about)
         if not self._failures:
             self._failures = judge(self._mission, self._plan, log, start)
         self._failures += self._own_failures.values()
-        summary = summarize(self._mission, self._plan, self._world, log, start, wall_seconds, self._failures)
+        expected = list(self._expected.values())
+        summary = summarize(self._mission, self._plan, self._world, log, start, wall_seconds, self._failures, expected)
         return FlightResult(self._mission, self._world, log, self._film, summary)
 
     def _get_ready(self) -> bool:
@@ -161,6 +170,24 @@ class Flight:
         except CrazychoirError as error:
             self._failures.append(str(error))
         return not self._failures
+
+    def _plan_faults(self, start: float) -> bool:
+        """Plan what goes wrong, in times of the world; return whether all of it can."""
+        try:
+            for entry in self._mission.faults:
+                fault = replace(entry.fault, at=entry.fault.at + start)
+                self._world.add_fault(fault)
+                self._faults.append(fault.as_dict())
+        except CrazychoirError as error:
+            self._failures.append(str(error))
+        return not self._failures
+
+    def _fail(self, drone: str, sentence: str) -> None:
+        """Remember a failure; that of a drone that may fail is no end of the flight, and its first one is enough."""
+        if drone in self._mission.may_fail:
+            self._expected.setdefault(drone, sentence)
+        else:
+            self._failures.append(sentence)
 
     def _follow_plan(self) -> None:
         """Send the commands at their ticks until the end or the first failure."""
@@ -208,16 +235,17 @@ class Flight:
                 drone.arm()
             return
         if command.verb == "takeoff" and not drone.can_fly:
-            self._failures.append(f"{drone.id}: is not ready to take off ({drone.supervisor_state})")
+            self._fail(drone.id, f"{drone.id}: is not ready to take off ({drone.supervisor_state})")
             return
         try:
             getattr(drone.high_level_commander, command.verb)(**command.arguments)
         except CrazychoirError as error:
-            self._failures.append(str(error))
+            self._fail(drone.id, str(error))
 
     def _look_for_failures(self) -> None:
         """Note every drone that collided, crashed, locked or stopped; the flight ends with it unless it flies itself."""
-        self._failures += collision_failures(self._mission, self._world.events[self._events_seen :])
+        for name, sentence in collision_failures(self._mission, self._world.events[self._events_seen :]):
+            self._fail(name, sentence)
         self._events_seen = len(self._world.events)
         for drone in self._world.drones:
             sentence = None
@@ -229,7 +257,7 @@ class Flight:
                 sentence = f"{drone.id}: {what} at {self._world.time:.2f} s"
             if sentence is None:
                 continue
-            if drone.motor_ctrl is None:
-                self._failures.append(sentence)
-            else:
+            if drone.motor_ctrl is not None and drone.id not in self._mission.may_fail:
                 self._own_failures.setdefault(drone.id, sentence)
+            else:
+                self._fail(drone.id, sentence)

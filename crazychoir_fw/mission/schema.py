@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
 
+from crazychoir_fw.mission.faults import Faults
 from crazychoir_fw.mission.fleet import Drone, Drones, Settings, decide
 from crazychoir_fw.mission.phases import Phase
 from crazychoir_fw.mission.section import Section
@@ -58,6 +59,13 @@ class Mission(Section):
 
     flight: Annotated[list[Phase], Field(min_length=1, max_length=10000)]
     """The phases in order."""
+
+    faults: Faults = Field(default_factory=list)
+    """What goes wrong, with whom and when."""
+
+    may_fail: list[str] = Field(default_factory=list)
+    """Ids of the drones that are not expected to come home: the flight goes on without them, and is judged without
+    them."""
 
     tolerance: Tolerance = Tolerance()
     """When the flight counts as a success."""

@@ -49,6 +49,8 @@ def judge(mission: Mission, plan: FlightPlan, log: "FlightLog", start: float) ->
     failures = []
     position = _vector(log, TRUE_POSITION)
     for waypoint in plan.waypoints:
+        if plan.fleet[waypoint.drone] in mission.may_fail:
+            continue
         due = start + waypoint.tick / TICKS_PER_SECOND
         first, last = np.searchsorted(log.time, [due - SLACK / 2, due + SLACK])
         path = position[first:last, waypoint.drone]
@@ -61,20 +63,23 @@ def judge(mission: Mission, plan: FlightPlan, log: "FlightLog", start: float) ->
     for name, course, miss in zip(plan.fleet, plan.courses, endpoint_errors(plan, log), strict=True):
         if course.flies_itself:
             continue  # nobody here knows where it wants to be
-        if not miss <= mission.tolerance.endpoint:
+        if name not in mission.may_fail and not miss <= mission.tolerance.endpoint:
             failures.append(f"{name}: ended {miss:.2f} m from its target, tolerance {mission.tolerance.endpoint:g} m")
     return failures
 
 
-def collision_failures(mission: Mission, events: Sequence["Event"]) -> list[str]:
-    """Return the collisions that a mission does not forgive, one sentence each.
+def collision_failures(mission: Mission, events: Sequence["Event"]) -> list[tuple[str, str]]:
+    """Return the collisions that a mission does not forgive, each with its drone and a sentence.
 
     Those with drones and obstacles that were faster than `tolerance.collision_speed` are. How a drone came down on a
     floor is judged by its supervisor and by the place where it ends.
     """
     return [
-        f"{event.drone}: hit {event.details['other']} with {event.details['speed']:.2f} m/s at {event.time:.2f} s, "
-        f"tolerance {mission.tolerance.collision_speed:g} m/s"
+        (
+            event.drone or "",
+            f"{event.drone}: hit {event.details['other']} with {event.details['speed']:.2f} m/s at {event.time:.2f} s, "
+            f"tolerance {mission.tolerance.collision_speed:g} m/s",
+        )
         for event in events
         if event.kind == "collision"
         and event.details["what"] != "floor"
@@ -90,6 +95,7 @@ def summarize(
     start: float,
     wall_seconds: float,
     failures: list[str],
+    expected_failures: Sequence[str] = (),
 ) -> dict[str, Any]:
     """Return the content of summary.json.
 
@@ -100,6 +106,7 @@ def summarize(
     firmware logs none for a controller that commands newtons, as one that an app brings may. A figure that a flight
     does not have is null.
     `collisions` lists what drones hit, and how fast (see `crazychoir_fw.simulation.collisions`).
+    `expected_failures` are those of drones that may fail, `faults` what was planned to go wrong, in times of the world.
     `providers` says once per provider what it was built from.
     """
     measured = flight_figures(plan, log, start)
@@ -135,6 +142,8 @@ def summarize(
         ],
         "build": identity(),
         "providers": log.metadata.get("providers", []),
+        "expected_failures": list(expected_failures),
+        "faults": log.metadata.get("faults", []),
     }
 
 

@@ -37,6 +37,8 @@ class Agenda:
         self._done = 0  # single appointments that are over
         self._periodic: list[_Periodic] = []
         self._now = 0
+        self.when_sought: list[Callable[[int], None]] = []
+        """Called with the tick after a jump to another time."""
 
     def at(self, tick: int, call: Appointment) -> None:
         """Have `call` called when the world reaches a tick; at the present one, before the next step.
@@ -100,3 +102,5 @@ class Agenda:
         """Go to another time: what is due later is due again, what was due until then is over."""
         self._now = tick
         self._done = bisect.bisect_right(self._ticks, tick)
+        for call in self.when_sought:
+            call(tick)

@@ -34,6 +34,7 @@ def _fork(world: World) -> World:
     other.when_forked = list(world.when_forked)
     for drone, original in zip(other.drones, world.drones, strict=True):
         drone.commander.set_client_xmode(original.commander.is_client_xmode)
+    other.faults.go_on_from(world.faults)
     other._pilots = Pilots(other)
     for carry_over in world.when_forked:
         carry_over(other)

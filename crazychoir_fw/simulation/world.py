@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from crazychoir_fw.simulation.collisions import Collisions
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.events import Event
+from crazychoir_fw.simulation.faults import Fault, FaultSchedule
 from crazychoir_fw.simulation.fingerprint import Fingerprint, fingerprint
 from crazychoir_fw.simulation.fork import fork
 from crazychoir_fw.simulation.model_drones import drones_in
@@ -46,6 +47,7 @@ class World:
         seed: int = 0,
         threads: int | None = None,
         visuals: bool = True,
+        faults: Iterable[Fault] = (),
         is_replay: bool = False,
     ) -> None:
         """Build the world.
@@ -57,6 +59,7 @@ class World:
             seed: Seed of all noise; same seed and same commands give the same bits.
             threads: Threads that share the drones, for the whole process; None leaves the number as it is.
             visuals: False leaves out what is only seen, a tenth of the cost of a swarm; not a bit of a flight changes.
+            faults: What is to go wrong, see `add_fault`.
             is_replay: The world is to be flown from a journal. Whoever would send requests of its own accord looks at
                 `World.is_replay` and stays away.
 
@@ -79,6 +82,8 @@ class World:
         # what was set until here comes with the configurations
         self.journal = Journal(write_recipe(drones, scene, seed, self.fingerprint))
         self._pilots = Pilots(self)
+        for fault in faults:
+            self.add_fault(fault)
 
     def _set_up(
         self,
@@ -117,6 +122,8 @@ class World:
         self._cameras = Cameras(model, data, self.agenda, visuals)
         for drone in self.drones:
             drone.cameras = self._cameras
+        self.faults = FaultSchedule(self)
+        """What goes wrong, and when."""
         self.when_forked: list[Callable[[World], None]] = []
         """Called with every fork, to make anew in it what lives on the agenda or listens to drones."""
         self._steps_per_tick = max(1, round(0.001 / model.opt.timestep))
@@ -166,6 +173,16 @@ class World:
         `details` are what JSON can hold.
         """
         self.events.append(Event(self.time if at is None else at, kind, drone, details))
+
+    def add_fault(self, fault: Fault) -> None:
+        """Let something go wrong: a motor, a sensor, the radio, …, at a simulated time.
+
+        Raises:
+            RangeError: If its time is over.
+            UnknownNameError: If it names a drone that does not exist.
+            StateError: If a drone cannot have it, such as one that has no payload to drop.
+        """
+        self.faults.add(fault)
 
     def step(self, n_ticks: int = 1) -> None:
         """Advance by whole milliseconds.
@@ -273,9 +290,9 @@ class World:
     def fork(self, count: int = 1) -> list[World]:
         """Return worlds that go on from the present instant, independent of this one and of each other.
 
-        They share the compiled model. Drones, events, journal and everything in `mjData` are carried over; what stands
-        on the agenda, gates of the radio and callbacks of parameters are not, except where `when_forked` does so.
-        Motor controls begin anew.
+        They share the compiled model. Drones, events, journal, faults and everything in `mjData` are carried over; what
+        else stands on the agenda, requests on their way through a bad radio, and callbacks of parameters are not, except
+        where `when_forked` does so. Motor controls begin anew.
 
         Each may be stepped in a thread of its own.
 

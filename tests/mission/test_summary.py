@@ -14,6 +14,7 @@ from crazychoir_fw.mission.summary import hover_thrust, judge, summarize, write_
 TOP_KEYS = [
     *("mission", "provider", "platform", "seed", "success", "failures"),
     *("sim_seconds", "wall_seconds", "real_time_factor", "drones", "build", "providers"),
+    *("expected_failures", "faults"),
 ]
 DRONE_KEYS = [
     *("id", "provider", "rms_error_m", "max_error_m", "endpoint_error_m", "estimator_rms_m"),

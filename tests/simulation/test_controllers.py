@@ -123,7 +123,7 @@ def test_logs_of_the_controllers_show_the_one_that_flies():
     world, drone = hovering("indi")
     assert drone.log["ctrlINDI.cmd_thrust"] == drone.log["stabilizer.thrust"]
     assert drone.log["posCtrlIndi.T_incremented"] == drone.log["ctrlINDI.cmd_thrust"]
-    assert drone.log["posCtrlIndi.posRef_z"] == pytest.approx(-1.0)
+    assert drone.log["posCtrlIndi.posRef_z"] == pytest.approx(-1.0, abs=1e-5)
     drone.param["ctrlINDI.thrust_threshold"] = 400
     drone.param["posCtrlIndi.K_xi_x"] = 1.5
     drone.param["ctrlAtt.tau_xy"] = 0.4

@@ -184,3 +184,18 @@ def test_impossible_noise_is_refused(make_config, name, value):
     setattr(getattr(config, path[0]) if path else config, last, value)
     imu, random = ffi.new("cf_imu_t *"), ffi.new("cf_random_t *")
     assert lib.cf_imu_init(imu, ffi.addressof(config), random[0]) == lib.CF_ERR_VALUE
+
+
+@pytest.mark.parametrize("vibration", [0.1, 0.3, 1.0, 2.0])
+def test_noise_in_flight_is_the_sum_of_both(make_config, vibration):
+    """One pole and one zero in place of two noises: the same spectrum, also where both are alike."""
+    samples = GYRO_LSB * record(make_config, 60.0, vibration=vibration)[:, :3].astype(float)
+    assert samples.var(axis=0).mean() == pytest.approx(0.16**2 + vibration**2 + GYRO_LSB**2 / 12, rel=0.03)
+    frequency, power = welch(samples, RATE, nperseg=1000, axis=0)
+    white = (vibration**2 + GYRO_LSB**2 / 12) / 500
+    pole = 0.5858  # of 0.014 (deg/s)/sqrt(Hz) and 0.16 deg/s
+    turn = np.exp(-2j * np.pi * frequency / RATE)
+    shaped = 0.014**2 * (1 - pole) ** 2 / np.abs(1 - pole * turn) ** 2
+    for low, high in ((2, 20), (20, 80), (80, 200), (200, 498)):
+        band = (frequency > low) & (frequency < high)
+        assert power[band].mean() == pytest.approx((shaped[band] + white).mean(), rel=0.06)

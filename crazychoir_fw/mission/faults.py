@@ -1,0 +1,89 @@
+"""The list `faults` of a mission file: what goes wrong, with whom and when.
+
+Each entry has one key, the kind of the fault, like an entry of `flight`. Keys, ranges and defaults are those of the
+classes in `crazychoir_fw.simulation.faults`, which are the only place where they are written.
+"""
+
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BeforeValidator, model_validator
+
+from crazychoir_fw.errors import RangeError
+from crazychoir_fw.mission.section import Section
+from crazychoir_fw.mission.values import did_you_mean, refusal, unknown_key
+
+if TYPE_CHECKING:
+    from crazychoir_fw.simulation.faults import Fault
+
+
+class FaultEntry(Section):
+    """One entry of `faults`: exactly one of these keys, with a mapping of what the kind has."""
+
+    motor: Mapping[str, Any] | None = None
+    imu: Mapping[str, Any] | None = None
+    positioning: Mapping[str, Any] | None = None
+    radio: Mapping[str, Any] | None = None
+    battery: Mapping[str, Any] | None = None
+    payload: Mapping[str, Any] | None = None
+    kick: Mapping[str, Any] | None = None
+    gust: Mapping[str, Any] | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill(cls, data: Any) -> Any:
+        # "- payload" and "- payload:" have nothing set
+        if isinstance(data, str) and data in cls.model_fields:
+            return {data: {}}
+        if isinstance(data, Mapping):
+            return {key: {} if value is None else value for key, value in data.items()}
+        return data
+
+    @model_validator(mode="after")
+    def _understand(self) -> "FaultEntry":
+        if len(self.model_fields_set) != 1:
+            raise refusal("a mapping with exactly one of " + ", ".join(type(self).model_fields))
+        _ = self.fault
+        return self
+
+    @property
+    def name(self) -> str:
+        """The kind, such as "motor"."""
+        return next(iter(self.model_fields_set))
+
+    @property
+    def fault(self) -> "Fault":
+        """The fault, with `at` as it stands in the file: seconds since the first phase."""
+        # a mission without faults is checked before the simulation is loaded
+        from crazychoir_fw.simulation.faults import KINDS
+        from crazychoir_fw.simulation.faults.rules import Word
+
+        kind = KINDS[self.name]
+        values = getattr(self, self.name)
+        members = {member.name: member for member in fields(kind)}
+        for key, value in values.items():
+            if key not in members:
+                raise unknown_key(key, members)
+            rule = members[key].metadata["rule"]
+            if not (value is None and members[key].default is None) and not rule.allows(value):
+                hint = did_you_mean(value, rule.known) if isinstance(rule, Word) else ""
+                raise refusal(f"{rule}{hint}", f".{self.name}.{key}")
+        try:
+            return kind(**{key: tuple(value) if isinstance(value, list) else value for key, value in values.items()})
+        except RangeError as error:
+            raise refusal(f"another fault: {error}", f".{self.name}") from None
+
+
+def _from_script(value: Any) -> Any:
+    """Let a list hold faults made in Python beside those of a file."""
+    if not isinstance(value, list | tuple):
+        return value
+    return [{entry.kind: _members(entry)} if is_dataclass(entry) else entry for entry in value]
+
+
+def _members(fault: Any) -> dict[str, Any]:
+    return {member.name: getattr(fault, member.name) for member in fields(fault)}
+
+
+Faults = Annotated[list[FaultEntry], BeforeValidator(_from_script)]

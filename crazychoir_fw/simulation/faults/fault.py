@@ -1,0 +1,87 @@
+"""What all kinds of faults have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from crazychoir_fw.errors import RangeError
+from crazychoir_fw.simulation.faults.rules import Names, Number, ruled
+
+if TYPE_CHECKING:
+    from crazychoir_fw.simulation.drone import Drone
+    from crazychoir_fw.simulation.world import World
+
+TICKS_PER_SECOND = 1000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fault:
+    """Something that goes wrong at a simulated time.
+
+    What a fault does to a drone goes through `Uplink.deliver`, past the radio, so that a journal of requests holds it.
+
+    Raises:
+        RangeError: If a value is outside its range; the message names fault, member, value and range.
+    """
+
+    kind: ClassVar[str]
+    """Its word in mission files and logs."""
+
+    is_instant: ClassVar[bool] = False
+    """Whether it happens at once and has no end."""
+
+    at: float = ruled(Number(0.0, 1e6, "s"), 0.0)
+    """When it begins: simulated time (s) in a script, seconds since the first phase in a mission file."""
+
+    duration: float | None = ruled(Number(0.001, 1e6, "s"), None)
+    """How long it lasts (s); without it, for ever."""
+
+    drones: Sequence[str] | None = ruled(Names(), None)
+    """Ids of the drones that it befalls; without it, all."""
+
+    def __post_init__(self) -> None:
+        for member in fields(self):
+            value = getattr(self, member.name)
+            rule = member.metadata["rule"]
+            if not (value is None and member.default is None) and not rule.allows(value):
+                raise RangeError(f"{self.kind}: {member.name} is {value!r}, allowed: {rule}")
+        if self.is_instant and self.duration is not None:
+            raise RangeError(f"{self.kind}: duration is {self.duration!r}, but it happens at once and has no end")
+
+    @property
+    def begin_tick(self) -> int:
+        """Tick at which it begins; not 0, so that a world that goes back to its start meets it again."""
+        return max(1, round(self.at * TICKS_PER_SECOND))
+
+    @property
+    def end_tick(self) -> int | None:
+        """Tick at which it ends, if it does."""
+        if self.duration is None:
+            return None
+        return self.begin_tick + max(1, round(self.duration * TICKS_PER_SECOND))
+
+    def details(self) -> dict[str, Any]:
+        """Return what is special about it, as JSON can hold it: its members that are not at their defaults."""
+        common = {member.name for member in fields(Fault)}
+        return {
+            member.name: list(value) if isinstance(value, tuple) else value
+            for member in fields(self)
+            if member.name not in common and (value := getattr(self, member.name)) != member.default
+        }
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return all of it, as JSON can hold it."""
+        drones = None if self.drones is None else list(self.drones)
+        return {"kind": self.kind, "at": self.at, "duration": self.duration, "drones": drones, **self.details()}
+
+    def check(self, world: World, drone: Drone) -> None:
+        """Raise a `CrazychoirError` when this drone cannot have the fault."""
+
+    def begin(self, world: World, drone: Drone, seed: int) -> None:
+        """Let it happen to one drone; `seed` is that of this fault in this world."""
+        raise NotImplementedError
+
+    def end(self, world: World, drone: Drone) -> None:
+        """Make the drone well again."""
