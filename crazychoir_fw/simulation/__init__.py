@@ -3,7 +3,6 @@
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.episodes import Episodes
-from crazychoir_fw.simulation.motor_ctrl import MotorCtrl, MotorCtrlFPQR, MotorCtrlFRPY, MotorCtrlVel, MotorCtrlXYZ
 from crazychoir_fw.simulation.faults import (
     BatteryFault,
     Fault,
@@ -15,6 +14,7 @@ from crazychoir_fw.simulation.faults import (
     PositioningFault,
     RadioFault,
 )
+from crazychoir_fw.simulation.motor_ctrl import MotorCtrl, MotorCtrlFPQR, MotorCtrlFRPY, MotorCtrlVel, MotorCtrlXYZ
 from crazychoir_fw.simulation.recorder import FlightRecorder
 from crazychoir_fw.simulation.replay import replay
 from crazychoir_fw.simulation.snapshot import Snapshot
