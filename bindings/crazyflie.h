@@ -49,6 +49,16 @@ typedef struct {
   float specific_force[3];  // [m/s^2], body: +9.81 on z at rest
 } cf_motion_t;
 
+// How a drone that lies still is kept there by the simulator (mujoco_plugin/rest.h).
+typedef struct {
+  float   still_time;        // [s] with stopped rotors, up to now
+  bool    is_blown;          // let go by a blow, and not yet away from `pose`
+  bool    is_held;           // since it has been still for long enough
+  uint8_t contagious_steps;  // left, in which whom it touches is let go as well
+  double  pose[7];           // position [m] and quaternion (w, x, y, z) while it is held
+  double  load[6];           // generalized force [N, world; N m, body] of those that lean on it
+} cf_rest_t;
+
 // A drone whose provider needs more memory than the member has is longer, see cf_state_bytes.
 typedef struct {
   cf_config_t config;
@@ -59,6 +69,8 @@ typedef struct {
   // for the IMU: specific force is the change of velocity over a tick
   double last_velocity[3];  // [m/s], world, at the end of the last tick
   bool   has_last_velocity;
+
+  cf_rest_t rest;
 
   // here, because the world looks at both in every drone: one cache line less per look
   bool wants_peers;  // collision avoidance was on in the last tick

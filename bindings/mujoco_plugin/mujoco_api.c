@@ -25,5 +25,6 @@ int cf_mujoco_api_find(cf_mujoco_api_t *api, const char *libmujoco_path) {
   missing |= find(library, "mjp_registerPlugin", &api->register_plugin);
   missing |= find(library, "mjp_getPlugin", &api->get_plugin);
   missing |= find(library, "mj_version", &api->version);
+  missing |= find(library, "mjcb_contactfilter", &api->contact_filter);
   return missing;
 }

@@ -15,6 +15,7 @@ typedef struct {
   int (*register_plugin)(const mjpPlugin *plugin);
   const mjpPlugin *(*get_plugin)(const char *name, int *slot);
   int (*version)(void);
+  mjfConFilt *contact_filter;  // where the process keeps its filter
 } cf_mujoco_api_t;
 
 // Fills the table. Returns 0, or -1 when something is missing.

@@ -49,6 +49,16 @@ static void read_inertia(drone_t *drone, const mjModel *model) {
   rotated_diagonal(model->body_iquat + 4 * drone->body, inverse, drone->inverse_inertia);
 }
 
+static void read_weight(drone_t *drone, const mjModel *model) {
+  const double *gravity = model->opt.gravity;
+  const double  mass    = model->body_mass[drone->body];
+  drone->can_rest       = model->tree_dofnum[drone->tree] == 6 &&
+                          model->body_subtreemass[drone->body] <= mass &&
+                          model->body_gravcomp[drone->body] == 0;
+  drone->weight =
+      mass * sqrt(gravity[0] * gravity[0] + gravity[1] * gravity[1] + gravity[2] * gravity[2]);
+}
+
 // The estimator starts where the model places the drone, as careful users set kalman.initial*
 // (estimators dossier 18).
 static void read_start_pose(drone_t *drone, const mjModel *model) {
@@ -152,6 +162,7 @@ static void bind(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model
   drone->dof_address   = model->jnt_dofadr[joint];
   drone->state_address = model->plugin_stateadr[drone->instance];
   read_inertia(drone, model);
+  read_weight(drone, model);
   read_attributes(mj, drone, model, index);
   read_start_pose(drone, model);
   check_size(mj, drone, model);
@@ -159,21 +170,30 @@ static void bind(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model
 }
 
 swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot) {
-  swarm_t *swarm  = calloc(1, sizeof *swarm);
-  drone_t *drones = calloc((size_t)model->nplugin, sizeof *drones);
-  work_t  *work   = calloc((size_t)model->nplugin, sizeof *work);
+  swarm_t *swarm         = calloc(1, sizeof *swarm);
+  drone_t *drones        = calloc((size_t)model->nplugin, sizeof *drones);
+  work_t  *work          = calloc((size_t)model->nplugin, sizeof *work);
+  uint8_t *touched       = calloc((size_t)model->nplugin, sizeof *touched);
+  int     *drone_of_tree = malloc((size_t)(model->ntree + 1) * sizeof *drone_of_tree);
   // no test runs out of memory
-  if (swarm == NULL || drones == NULL || work == NULL ||
+  if (swarm == NULL || drones == NULL || work == NULL || touched == NULL || drone_of_tree == NULL ||
       !cf_peer_grid_new(&swarm->peers, model->nplugin)) {
     free(swarm);
     free(drones);
     free(work);
+    free(touched);
+    free(drone_of_tree);
     mj->error("crazyflie: out of memory");
     return NULL;
   }
 
-  swarm->drones = drones;
-  swarm->work   = work;
+  swarm->drones        = drones;
+  swarm->work          = work;
+  swarm->touched       = touched;
+  swarm->drone_of_tree = drone_of_tree;
+  for (int tree = 0; tree < model->ntree; tree++) {
+    drone_of_tree[tree] = -1;
+  }
   for (int instance = 0; instance < model->nplugin; instance++) {
     if (model->plugin[instance] == slot) {
       drone_t *drone       = &drones[swarm->count];
@@ -181,6 +201,7 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot)
       drone->instance      = instance;
       swarm->last_instance = instance;
       bind(mj, drone, model, swarm->count);
+      drone_of_tree[drone->tree] = swarm->count;
       swarm->count++;
     }
   }
@@ -190,6 +211,8 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot)
 void cf_swarm_free(swarm_t *swarm) {
   free(swarm->drones);
   free(swarm->work);
+  free(swarm->touched);
+  free(swarm->drone_of_tree);
   cf_peer_grid_free(&swarm->peers);
   free(swarm);
 }

@@ -6,8 +6,10 @@
 #include "mujoco_plugin/broadcast.h"
 #include "mujoco_plugin/forces.h"
 #include "mujoco_plugin/motion.h"
+#include "mujoco_plugin/rest.h"
 #include "mujoco_plugin/thread_pool.h"
 #include "mujoco_plugin/timing.h"
+#include "mujoco_plugin/touch.h"
 
 #define TICKS_PER_SECOND 1000.0
 #define BLOCK 8  // drones that go through each part of a tick together, so that it can be timed
@@ -33,6 +35,7 @@ static void sample_part(void *context, int begin, int end) {
   const swarm_t *swarm   = context;
   const double   elapsed = swarm->ticks / TICKS_PER_SECOND;
   for (int i = begin; i < end; i++) {
+    cf_rest_step(swarm, i, swarm->model, swarm->data, elapsed);
     cf_motion_sample(&swarm->drones[i], swarm->model, swarm->data, elapsed, &swarm->work[i].motion);
   }
 }
@@ -125,6 +128,7 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
   if (swarm->ticks < 1) {
     return;
   }
+  cf_touch_look(model, data, swarm);
   swarm->is_broadcast = cf_broadcast_is_due(before, now) && cf_broadcast_has_listeners(swarm);
   if (!swarm->is_overlapping && !swarm->is_broadcast) {
     cf_parallel_for(swarm->count, grain_of(swarm), sample_and_tick_part, swarm);
@@ -157,8 +161,11 @@ static void add_forces(const mjModel *model, mjData *data, const swarm_t *swarm,
   work_t         now;
   copy_coordinates(drone, data, now.coordinates);
   const double *force = work->force;
-  if (!swarm->has_forces ||
-      memcmp(now.coordinates, work->coordinates, sizeof now.coordinates) != 0) {
+  if (cf_rest_holds(drone, data)) {
+    cf_rest_force(drone, model, data, now.force);
+    force = now.force;
+  } else if (!swarm->has_forces ||
+             memcmp(now.coordinates, work->coordinates, sizeof now.coordinates) != 0) {
     cf_motion_of(drone, data, &now.motion);
     cf_forces_of(model, drone, cf_state_of(drone, data), &now.motion, rates_of(&now), now.force);
     force = now.force;

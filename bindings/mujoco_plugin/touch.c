@@ -1,0 +1,50 @@
+#include "mujoco_plugin/touch.h"
+
+#include <string.h>
+
+#include "mujoco_plugin/rest.h"
+
+const drone_t *cf_touch_drone_at(const swarm_t *swarm, const mjModel *model, int body) {
+  const int tree  = model->body_treeid[body];
+  const int index = tree >= 0 ? swarm->drone_of_tree[tree] : -1;
+  return index >= 0 ? &swarm->drones[index] : NULL;
+}
+
+bool cf_touch_is_fixed(const mjModel *model, int body) {
+  return model->body_treeid[body] < 0 && model->body_mocapid[model->body_rootid[body]] < 0;
+}
+
+// What a body is to a drone that it touches.
+static uint8_t touch_by(const swarm_t *swarm, const mjModel *model, mjData *data, int body) {
+  const drone_t *drone = cf_touch_drone_at(swarm, model, body);
+  if (drone != NULL) {
+    return cf_rest_is_lively(drone, data) ? CF_TOUCH_MOVER : CF_TOUCH_DRONE;
+  }
+  return cf_touch_is_fixed(model, body) ? CF_TOUCH_NONE : CF_TOUCH_MOVER;
+}
+
+static void note(swarm_t *swarm, const drone_t *drone, uint8_t touch) {
+  uint8_t *known     = &swarm->touched[drone - swarm->drones];
+  *known             = touch > *known ? touch : *known;
+  swarm->has_touches = true;
+}
+
+void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm) {
+  if (swarm->has_touches) {
+    memset(swarm->touched, CF_TOUCH_NONE, (size_t)swarm->count);
+    swarm->has_touches = false;
+  }
+  for (int i = 0; i < data->ncon; i++) {
+    const int *geom = data->contact[i].geom;
+    if (geom[0] < 0 || geom[1] < 0) {
+      continue;  // soft things have no geom
+    }
+    const int bodies[2] = {model->geom_bodyid[geom[0]], model->geom_bodyid[geom[1]]};
+    for (int side = 0; side < 2; side++) {
+      const drone_t *drone = cf_touch_drone_at(swarm, model, bodies[side]);
+      if (drone != NULL) {
+        note(swarm, drone, touch_by(swarm, model, data, bodies[1 - side]));
+      }
+    }
+  }
+}
