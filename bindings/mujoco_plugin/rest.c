@@ -110,10 +110,12 @@ static void hold_if_still(const drone_t *drone, mjData *data, cf_rest_t *rest, u
   keep_in_place(drone, data, rest);
 }
 
-// Whether a hand has put it elsewhere: farther away than its velocity leads in this time.
-static bool is_moved(const drone_t *drone, const mjData *data, const cf_rest_t *rest,
-                     double elapsed) {
-  const double *pose  = data->qpos + drone->qpos_address;
+bool cf_rest_is_displaced(const drone_t *drone, mjData *data, double elapsed) {
+  const cf_rest_t *rest = &cf_state_of(drone, data)->rest;
+  const double    *pose = data->qpos + drone->qpos_address;
+  if (!rest->is_held || memcmp(pose, rest->pose, sizeof rest->pose) == 0) {
+    return false;
+  }
   const double *twist = data->qvel + drone->dof_address;
   double        speed = 0;
   double        rate  = 0;
@@ -133,7 +135,7 @@ static bool is_moved(const drone_t *drone, const mjData *data, const cf_rest_t *
 static bool is_disturbed(const drone_t *drone, mjData *data, const cf_rest_t *rest, uint8_t touched,
                          double elapsed) {
   const bool is_bare = touched == CF_TOUCH_NONE && are_within(rest->load, 6, 0.0);
-  return touched == CF_TOUCH_MOVER || is_moved(drone, data, rest, elapsed) ||
+  return touched == CF_TOUCH_MOVER || cf_rest_is_displaced(drone, data, elapsed) ||
          (is_bare && !are_within(data->qvel + drone->dof_address, 6, ROUNDING)) ||
          is_pushed(drone, data);
 }

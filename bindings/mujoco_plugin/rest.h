@@ -19,6 +19,9 @@ void cf_rest_step(const swarm_t *swarm, int i, const mjModel *model, mjData *dat
 // Whether a drone disturbs those that it touches. Depends on the state only.
 bool cf_rest_is_lively(const drone_t *drone, mjData *data);
 
+// Whether a hand has put a held drone elsewhere: farther than its velocity leads in this time [s].
+bool cf_rest_is_displaced(const drone_t *drone, mjData *data, double elapsed);
+
 // Whether a drone is held at the pose and with the velocity that it has now. Depends on the state
 // only, and does not read what ticks write.
 bool cf_rest_holds(const drone_t *drone, mjData *data);

@@ -128,7 +128,7 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
   if (swarm->ticks < 1) {
     return;
   }
-  cf_touch_look(model, data, swarm);
+  cf_touch_look(model, data, swarm, swarm->ticks / TICKS_PER_SECOND);
   swarm->is_broadcast = cf_broadcast_is_due(before, now) && cf_broadcast_has_listeners(swarm);
   if (!swarm->is_overlapping && !swarm->is_broadcast) {
     cf_parallel_for(swarm->count, grain_of(swarm), sample_and_tick_part, swarm);

@@ -2,7 +2,10 @@
 
 #include <string.h>
 
+#include "mujoco_plugin/motion.h"
 #include "mujoco_plugin/rest.h"
+
+#define NEIGHBORHOOD 0.25  // [m], in which drones may touch each other
 
 const drone_t *cf_touch_drone_at(const swarm_t *swarm, const mjModel *model, int body) {
   const int tree  = model->body_treeid[body];
@@ -29,7 +32,23 @@ static void note(swarm_t *swarm, const drone_t *drone, uint8_t touch) {
   swarm->has_touches = true;
 }
 
-void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm) {
+// Those that leaned on a drone which a hand has taken away: they touch it no more, but they must
+// not hang in the air.
+static void note_orphans(swarm_t *swarm, mjData *data, const drone_t *gone) {
+  const double *place = cf_state_of(gone, data)->rest.pose;
+  for (int i = 0; i < swarm->count; i++) {
+    const drone_t *drone    = &swarm->drones[i];
+    const double  *position = data->qpos + drone->qpos_address;
+    const double   square   = (position[0] - place[0]) * (position[0] - place[0]) +
+                              (position[1] - place[1]) * (position[1] - place[1]) +
+                              (position[2] - place[2]) * (position[2] - place[2]);
+    if (square < NEIGHBORHOOD * NEIGHBORHOOD) {
+      note(swarm, drone, CF_TOUCH_MOVER);
+    }
+  }
+}
+
+void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm, double elapsed) {
   if (swarm->has_touches) {
     memset(swarm->touched, CF_TOUCH_NONE, (size_t)swarm->count);
     swarm->has_touches = false;
@@ -45,6 +64,11 @@ void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm) {
       if (drone != NULL) {
         note(swarm, drone, touch_by(swarm, model, data, bodies[1 - side]));
       }
+    }
+  }
+  for (int i = 0; i < swarm->count; i++) {
+    if (cf_rest_is_displaced(&swarm->drones[i], data, elapsed)) {
+      note_orphans(swarm, data, &swarm->drones[i]);
     }
   }
 }

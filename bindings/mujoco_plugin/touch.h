@@ -11,8 +11,9 @@ enum {
   CF_TOUCH_MOVER = 2,  // a body that moves, a drone that flies or was just let go
 };
 
-// Fills swarm->touched from the contacts of the step that just ended. One thread for all drones.
-void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm);
+// Fills swarm->touched from the contacts of the steps that just ended, a time [s] together. One
+// thread for all drones.
+void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm, double elapsed);
 
 // The drone that a body belongs to, or NULL.
 const drone_t *cf_touch_drone_at(const swarm_t *swarm, const mjModel *model, int body);
