@@ -9,9 +9,13 @@ import pytest
 
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 SMALLEST = {
+    "endurance.py": ["--hours", "0.02"],
     "flight_matrix.py": ["--platforms", "cf2", "--controllers", "pid", "--positioning", "mocap"],
     "provider_cost.py": ["--drones", "1", "--repeats", "1"],
-    "swarm_scale.py": ["--drones", "1", "2", "--threads", "1", "--seconds", "0.02", "--repeats", "1"],
+    "swarm_scale.py": [
+        *("--drones", "1", "2", "--threads", "1", "--seconds", "0.02", "--repeats", "1"),
+        *("--pile", "3", "2", "--start", "2"),
+    ],
     "tick_cost.py": ["--drones", "1", "--repeats", "1"],
 }
 

@@ -13,6 +13,11 @@
 #define STILL_TIME 0.5f        // [s] until it is held
 #define STILL_FACTOR_HEAP 3.0  // for one that touches another drone
 
+// Or it rocks, but stays where it is.
+#define PLACE 5e-3        // [m]
+#define PLACE_TURN 0.03   // of the quaternion, 3.4 deg
+#define PLACED_TIME 2.0f  // [s] until it is held
+
 // Rotors and wind that push with more than this share of the weight let a drone go. Friction keeps
 // a landed drone in place up to 60 %.
 #define LEAST_PUSH 0.02
@@ -35,10 +40,10 @@ static bool are_within(const double *numbers, int count, double limit) {
   return within;
 }
 
-static bool is_at(const double pose[7], const double now[7], double limit) {
+static bool is_at(const double pose[7], const double now[7], double limit, double limit_turn) {
   bool within = true;
   for (int i = 0; i < 7; i++) {
-    within = within && fabs(now[i] - pose[i]) <= limit;
+    within = within && fabs(now[i] - pose[i]) <= (i < 3 ? limit : limit_turn);
   }
   return within;
 }
@@ -65,6 +70,7 @@ static void let_go(cf_rest_t *rest, bool is_blown) {
   rest->is_held          = false;
   rest->is_blown         = is_blown;
   rest->still_time       = 0.0f;
+  rest->placed_time      = 0.0f;
   rest->contagious_steps = is_blown ? 0 : CONTAGIOUS_STEPS;
 }
 
@@ -85,29 +91,32 @@ static void keep_in_place(const drone_t *drone, mjData *data, const cf_rest_t *r
   memset(data->qacc_warmstart + drone->dof_address, 0, 6 * sizeof(mjtNum));
 }
 
-static void hold_if_still(const drone_t *drone, mjData *data, cf_rest_t *rest, uint8_t touched,
-                          double elapsed) {
-  const double *twist  = data->qvel + drone->dof_address;
-  const double  factor = touched == CF_TOUCH_DRONE ? STILL_FACTOR_HEAP : 1.0;
-  if (!are_within(twist, 3, factor * STILL_SPEED) ||
-      !are_within(twist + 3, 3, factor * STILL_RATE) || touched == CF_TOUCH_MOVER ||
-      !drone->can_rest) {
-    rest->still_time = 0.0f;
-    return;
-  }
-  rest->still_time += (float)elapsed;
-  if (rest->still_time < STILL_TIME) {
-    return;
-  }
-  if (is_pushed(drone, data)) {
-    rest->still_time = 0.0f;
-    return;
-  }
+static void hold(const drone_t *drone, mjData *data, cf_rest_t *rest) {
   memcpy(rest->pose, data->qpos + drone->qpos_address, sizeof rest->pose);
   memset(rest->load, 0, sizeof rest->load);
   rest->is_held  = true;
   rest->is_blown = false;
   keep_in_place(drone, data, rest);
+}
+
+// Counts for how long it has been slow, and for how long at one place.
+static void hold_if_still(const drone_t *drone, mjData *data, cf_rest_t *rest, uint8_t touched,
+                          double elapsed) {
+  const double *twist  = data->qvel + drone->dof_address;
+  const double  factor = touched == CF_TOUCH_DRONE ? STILL_FACTOR_HEAP : 1.0;
+  const bool    is_slow =
+      are_within(twist, 3, factor * STILL_SPEED) && are_within(twist + 3, 3, factor * STILL_RATE);
+  rest->still_time = is_slow ? rest->still_time + (float)elapsed : 0.0f;
+  if (is_at(rest->pose, data->qpos + drone->qpos_address, PLACE, PLACE_TURN)) {
+    rest->placed_time += (float)elapsed;
+  } else {
+    memcpy(rest->pose, data->qpos + drone->qpos_address, sizeof rest->pose);
+    rest->placed_time = 0.0f;
+  }
+  if ((rest->still_time >= STILL_TIME || rest->placed_time >= PLACED_TIME) &&
+      !is_pushed(drone, data)) {
+    hold(drone, data, rest);
+  }
 }
 
 bool cf_rest_is_displaced(const drone_t *drone, mjData *data, double elapsed) {
@@ -156,7 +165,10 @@ void cf_rest_step(const swarm_t *swarm, int i, const mjModel *model, mjData *dat
   if (rest->is_blown) {
     follow_the_blown(drone, data, rest);
   }
-  if (!rest->is_held) {
+  if (!rest->is_held && (swarm->touched[i] == CF_TOUCH_MOVER || cf_rest_is_lively(drone, data))) {
+    rest->still_time  = 0.0f;
+    rest->placed_time = 0.0f;
+  } else if (!rest->is_held) {
     hold_if_still(drone, data, rest, swarm->touched[i], elapsed);
   } else if (is_disturbed(drone, data, rest, swarm->touched[i], elapsed)) {
     let_go(rest, false);
@@ -173,7 +185,7 @@ void cf_rest_step(const swarm_t *swarm, int i, const mjModel *model, mjData *dat
 bool cf_rest_holds(const drone_t *drone, mjData *data) {
   const cf_rest_t *rest = &cf_state_of(drone, data)->rest;
   return rest->is_held && are_within(data->qvel + drone->dof_address, 6, ROUNDING) &&
-         is_at(rest->pose, data->qpos + drone->qpos_address, ROUNDING);
+         is_at(rest->pose, data->qpos + drone->qpos_address, ROUNDING, ROUNDING);
 }
 
 void cf_rest_force(const drone_t *drone, const mjModel *model, mjData *data, double out[6]) {

@@ -115,11 +115,21 @@ static double ticks_until(double time) {
   return floor(time * TICKS_PER_SECOND + 1e-3);
 }
 
+// MuJoCo adds up its time step by step, which drifts by 0.1 ms in a day. A time that is a whole
+// number of steps but for rounding is made one exactly.
+static void straighten_time(const mjModel *model, mjData *data) {
+  const double exact = nearbyint(data->time / model->opt.timestep) * model->opt.timestep;
+  if (fabs(exact - data->time) < 1e-9) {
+    data->time = exact;
+  }
+}
+
 void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
   finish(swarm);
   swarm->has_forces = false;
   swarm->model      = model;
   swarm->data       = data;
+  straighten_time(model, data);
 
   // ticks that fall into the step that just ended; MuJoCo has already advanced the time
   const double now    = ticks_until(data->time);
