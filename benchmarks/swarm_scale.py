@@ -1,10 +1,12 @@
 """How fast a swarm flies, by its size, beside the same world with a trivial thrust plugin.
 
-    python benchmarks/swarm_scale.py --drones 1 10 100 --threads 1 --seconds 2 --json scale.json
+    python benchmarks/swarm_scale.py --threads 1 2 --json scale.json
+    python benchmarks/swarm_scale.py --drones 1 10 100 1000 --threads 2 --crazyflow ~/crazyflow/bin/python
+    python benchmarks/swarm_scale.py --drones --pile 1000 300 --start 100
 
 Full stack: Kalman filter, controller, commander, planner, parameters and logs, vehicle at 1 kHz, poses at 100 Hz, all
 drones hovering in one world with contacts on and nothing to see. Each row is the median of several runs that alternate
-with the trivial world, so that a machine that slows down slows both.
+with the trivial world and with crazyflow, so that a machine that slows down slows all.
 """
 
 from __future__ import annotations
@@ -13,6 +15,8 @@ import argparse
 import json
 import platform
 import statistics
+import subprocess
+import sys
 import time
 from pathlib import Path
 from typing import Any
@@ -27,6 +31,7 @@ from crazychoir_fw.simulation import DroneConfig, World, set_threads
 
 SPACING = 0.5  # [m] between neighbors on a grid
 HEIGHT = 1.0  # [m]
+PILE_SETTLES_S = 8.0  # [s]
 
 
 def grid(count: int) -> list[tuple[float, float]]:
@@ -36,9 +41,12 @@ def grid(count: int) -> list[tuple[float, float]]:
     return [(i % side * SPACING - offset, i // side * SPACING - offset) for i in range(count)]
 
 
-def hovering_world(count: int, provider: str = "builtin") -> World:
-    """Return a world in which all drones hover."""
-    drones = [DroneConfig(f"cf{i + 1}", place, provider=provider) for i, place in enumerate(grid(count))]
+def hovering_world(count: int, provider: str = "builtin", attributes: dict[str, str] | None = None) -> World:
+    """Return a world in which all drones hover; `attributes` are of the engine plugin, for all of them."""
+    drones = [
+        DroneConfig(f"cf{i + 1}", place, provider=provider, attributes=attributes or {})
+        for i, place in enumerate(grid(count))
+    ]
     world = World(drones, seed=1, visuals=False)
     world.wait_until_ready()
     for drone in world.drones:
@@ -65,6 +73,34 @@ def trivial_world(count: int, disableflags: int) -> tuple[mujoco.MjModel, mujoco
     return model, mujoco.MjData(model)
 
 
+class Crazyflow:
+    """crazyflow with as many drones, in a process of its own; see peers/crazyflow_speed.py."""
+
+    def __init__(self, python: str, count: int) -> None:
+        script = Path(__file__).parent / "peers" / "crazyflow_speed.py"
+        self._process = subprocess.Popen(
+            [python, script, str(count)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            text=True,
+        )
+        while (line := self._process.stdout.readline()) != "ready\n":
+            if not line:
+                raise SystemExit(f"{python} {script} {count} does not run: try it by hand")
+
+    def fly(self, seconds: float) -> float:
+        """Simulate, and return how long it took (s)."""
+        self._process.stdin.write(f"{seconds}\n")
+        self._process.stdin.flush()
+        return float(self._process.stdout.readline())
+
+    def close(self) -> None:
+        """End the process."""
+        self._process.stdin.close()
+        self._process.wait()
+
+
 def wall_seconds(action: Any) -> float:
     """Return how long an action takes (s)."""
     start = time.perf_counter()
@@ -72,17 +108,24 @@ def wall_seconds(action: Any) -> float:
     return time.perf_counter() - start
 
 
-def measure(count: int, threads: int, seconds: float, repeats: int) -> dict[str, Any]:
+def measure(
+    count: int, threads: int, seconds: float, repeats: int, attributes: dict[str, str], crazyflow: str | None
+) -> dict[str, Any]:
     """Return one row of the table."""
     set_threads(threads)
-    world = hovering_world(count)
+    world = hovering_world(count, attributes=attributes)
+    peer = Crazyflow(crazyflow, count) if crazyflow else None
     model, data = trivial_world(count, world.model.opt.disableflags)
     ticks = max(1, round(seconds * 1000))
 
-    full, trivial = [], []
+    full, trivial, flow = [], [], []
     for _ in range(repeats):
         full.append(wall_seconds(lambda: world.step(ticks)))
         trivial.append(wall_seconds(lambda: mujoco.mj_step(model, data, nstep=ticks)))
+        if peer:
+            flow.append(peer.fly(seconds))
+    if peer:
+        peer.close()
 
     # timing the parts costs a little, so it is done apart from the rows above, and with one part after the other:
     # World.step lets the ticks of several threads run beside the physics
@@ -106,6 +149,59 @@ def measure(count: int, threads: int, seconds: float, repeats: int) -> dict[str,
         "us_vehicle": vehicle,
         "bytes_per_drone": lib.cf_state_bytes(0),
         "trivial_drone_seconds_per_second": count * seconds / statistics.median(trivial),
+        "crazyflow_drone_seconds_per_second": count * seconds / statistics.median(flow) if flow else None,
+    }
+
+
+def measure_pile(count: int, crashed: int, seconds: float, repeats: int, attributes: dict[str, str]) -> dict[str, Any]:
+    """Return what it costs that some of a swarm lie crashed in one pile, on one thread."""
+    set_threads(1)
+    flying, piled = (hovering_world(count, attributes=attributes) for _ in range(2))
+    side = max(1, round((crashed / 5) ** 0.5))
+    for i, drone in enumerate(piled.drones[count - crashed :]):
+        drone.emergency_stop()
+        column, row, layer = i % side, i // side % side, i // side**2
+        drone.place((50 + 0.1 * column, 50 + 0.1 * row, 0.1 + 0.06 * layer), yaw_deg=37.0 * i % 360)
+    settling = wall_seconds(lambda: piled.run(PILE_SETTLES_S))
+    ticks = max(1, round(seconds * 1000))
+    whole, part = [], []
+    for _ in range(repeats):
+        whole.append(wall_seconds(lambda: flying.step(ticks)))
+        part.append(wall_seconds(lambda: piled.step(ticks)))
+    return {
+        "drones": count,
+        "crashed": crashed,
+        "held": sum(bool(drone.struct.rest.is_held) for drone in piled.drones),
+        "real_time_factor_flying": seconds / statistics.median(whole),
+        "real_time_factor_piled": seconds / statistics.median(part),
+        "real_time_factor_while_falling": PILE_SETTLES_S / settling,
+        "loss": 1 - statistics.median(w / p for w, p in zip(whole, part, strict=True)),
+    }
+
+
+START = """
+import resource, sys
+from crazychoir_fw.simulation import DroneConfig, World
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+count, side = int(sys.argv[1]), int(int(sys.argv[1]) ** 0.5) + 1
+world = World([DroneConfig(f"cf{i}", (i % side * 0.5, i // side * 0.5)) for i in range(count)], visuals=False)
+world.step(1)
+print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / count)
+"""
+
+
+def measure_start(count: int, repeats: int) -> dict[str, Any]:
+    """Return the time from the start of a process to its first tick, and what a drone adds to its memory."""
+    seconds, kibibytes = [], []
+    for _ in range(repeats):
+        start = time.perf_counter()
+        run = subprocess.run([sys.executable, "-c", START, str(count)], check=True, capture_output=True, text=True)
+        seconds.append(time.perf_counter() - start)
+        kibibytes.append(float(run.stdout))
+    return {
+        "drones": count,
+        "start_s": statistics.median(seconds),
+        "resident_kib_per_drone": statistics.median(kibibytes),
     }
 
 
@@ -136,25 +232,61 @@ def _lines(path: str) -> list[str]:
 def main() -> None:
     """Measure and print the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--drones", type=int, nargs="+", default=[1, 10, 30, 100, 300, 1000])
+    parser.add_argument("--drones", type=int, nargs="*", default=[1, 10, 30, 100, 300, 1000, 3000])
     parser.add_argument("--threads", type=int, nargs="+", default=[1])
     parser.add_argument("--seconds", type=float, default=1.0, help="simulated seconds per run")
     parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument("--attribute", action="append", default=[], metavar="NAME=VALUE", help="of all drones")
+    parser.add_argument("--crazyflow", metavar="PYTHON", help="interpreter of an environment with crazyflow")
+    parser.add_argument("--pile", type=int, nargs=2, metavar=("DRONES", "CRASHED"), help="some lie in a heap")
+    parser.add_argument("--start", type=int, metavar="DRONES", help="time from process start to first tick")
     parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()
+    attributes = dict(item.split("=", 1) for item in arguments.attribute)
 
-    header = ("drones", "threads", "drone-s/s", "real time", "us/step", "physics", "onboard", "vehicle", "trivial")
+    header = (
+        "drones",
+        "threads",
+        "drone-s/s",
+        "real time",
+        "us/step",
+        "physics",
+        "onboard",
+        "vehicle",
+        "trivial",
+        "crazyflow",
+    )
     print(" ".join(f"{name:>10}" for name in header))
     rows = []
     for threads in arguments.threads:
         for count in arguments.drones:
-            row = measure(count, threads, arguments.seconds, arguments.repeats)
+            row = measure(count, threads, arguments.seconds, arguments.repeats, attributes, arguments.crazyflow)
             rows.append(row)
-            values = [value for key, value in row.items() if key != "bytes_per_drone"]
+            values = [value for key, value in row.items() if key != "bytes_per_drone" and value is not None]
             print(" ".join(f"{value:>10.4g}" for value in values), flush=True)
-    print(f"{rows[0]['bytes_per_drone']} bytes per drone")
+    result: dict[str, Any] = {"machine": machine(), "attributes": attributes, "rows": rows}
+    growth(rows, result)
+    print(f"{lib.cf_state_bytes(0)} bytes per drone")
+    if arguments.pile:
+        result["pile"] = measure_pile(*arguments.pile, arguments.seconds, arguments.repeats, attributes)
+        print(", ".join(f"{name} {value:.4g}" for name, value in result["pile"].items()))
+    if arguments.start:
+        result["start"] = measure_start(arguments.start, arguments.repeats)
+        print(", ".join(f"{name} {value:.4g}" for name, value in result["start"].items()))
     if arguments.json:
-        arguments.json.write_text(json.dumps({"machine": machine(), "rows": rows}, indent=2) + "\n")
+        arguments.json.write_text(json.dumps(result, indent=2) + "\n")
+
+
+def growth(rows: list[dict[str, Any]], result: dict[str, Any]) -> None:
+    """Note how much more a drone costs among 1000 than among 30, for each number of threads."""
+    cost = {(row["threads"], row["drones"]): row["us_per_drone_step"] for row in rows}
+    result["growth"] = {
+        threads: cost[threads, 1000] / cost[threads, 30]
+        for threads in sorted({row["threads"] for row in rows})
+        if (threads, 30) in cost and (threads, 1000) in cost
+    }
+    for threads, factor in result["growth"].items():
+        print(f"growth from 30 to 1000 drones on {threads} threads: {factor:.3f}")
 
 
 if __name__ == "__main__":

@@ -28,5 +28,6 @@ int cf_mujoco_api_find(cf_mujoco_api_t *api, const char *libmujoco_path) {
   missing |= find(library, "mju_rayGeom", &api->ray_geom);
   missing |= find(library, "mj_rayMesh", &api->ray_mesh);
   missing |= find(library, "mj_rayHfield", &api->ray_hfield);
+  missing |= find(library, "mjcb_contactfilter", &api->contact_filter);
   return missing;
 }

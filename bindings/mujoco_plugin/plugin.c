@@ -6,6 +6,7 @@
 #include <sys/mman.h>
 
 #include "mujoco_plugin/attributes.h"
+#include "mujoco_plugin/contact_filter.h"
 #include "mujoco_plugin/swarm.h"
 #include "mujoco_plugin/thrust_plugin.h"
 #include "mujoco_plugin/ticks.h"
@@ -43,7 +44,7 @@ static int state_size(const mjModel *model, int instance) {
   return cf_state_bytes(cf_swarm_provider(&mj, model, instance)) / (int)sizeof(mjtNum);
 }
 
-static swarm_t *swarm_of(const mjModel *model, const mjData *data) {
+swarm_t *cf_swarm_of(const mjModel *model, const mjData *data) {
   for (int i = 0; i < model->nplugin; i++) {
     if (model->plugin[i] == plugin_slot && data->plugin_data[i] != 0) {
       return ((drone_t *)data->plugin_data[i])->swarm;
@@ -66,7 +67,7 @@ static void ask_for_large_pages(mjData *data) {
 }
 
 void cf_plugin_overlap(uintptr_t model, uintptr_t data, int is_overlapping) {
-  swarm_t *swarm = swarm_of((const mjModel *)model, (const mjData *)data);
+  swarm_t *swarm = cf_swarm_of((const mjModel *)model, (const mjData *)data);
   if (swarm != NULL) {
     cf_ticks_overlap(swarm, is_overlapping != 0);
   }
@@ -114,9 +115,10 @@ static int init(const mjModel *model, mjData *data, int instance) {
     }
     cf_swarm_check_timestep(&mj, model->opt.timestep);
     ask_for_large_pages(data);
+    cf_contact_filter_install(&mj);
   }
 
-  swarm_t *swarm = is_first ? cf_swarm_new(&mj, model, plugin_slot) : swarm_of(model, data);
+  swarm_t *swarm = is_first ? cf_swarm_new(&mj, model, plugin_slot) : cf_swarm_of(model, data);
   if (swarm == NULL) {
     return -1;
   }

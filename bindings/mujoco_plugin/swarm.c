@@ -50,6 +50,16 @@ static void read_inertia(drone_t *drone, const mjModel *model) {
   rotated_diagonal(model->body_iquat + 4 * drone->body, inverse, drone->inverse_inertia);
 }
 
+static void read_weight(drone_t *drone, const mjModel *model) {
+  const double *gravity = model->opt.gravity;
+  const double  mass    = model->body_mass[drone->body];
+  drone->can_rest       = model->tree_dofnum[drone->tree] == 6 &&
+                          model->body_subtreemass[drone->body] <= mass &&
+                          model->body_gravcomp[drone->body] == 0;
+  drone->weight =
+      mass * sqrt(gravity[0] * gravity[0] + gravity[1] * gravity[1] + gravity[2] * gravity[2]);
+}
+
 // The estimator starts where the model places the drone, as careful users set kalman.initial*
 // (estimators dossier 18).
 static void read_start_pose(drone_t *drone, const mjModel *model) {
@@ -169,6 +179,7 @@ static void bind(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model
   drone->dof_address   = model->jnt_dofadr[joint];
   drone->state_address = model->plugin_stateadr[drone->instance];
   read_inertia(drone, model);
+  read_weight(drone, model);
   read_attributes(mj, drone, model, index);
   take_from_model(mj, drone, model);
   read_start_pose(drone, model);
@@ -188,35 +199,25 @@ static void map_bodies(swarm_t *swarm, const mjModel *model) {
   }
 }
 
-swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot) {
-  swarm_t         *swarm      = calloc(1, sizeof *swarm);
-  drone_t         *drones     = calloc((size_t)model->nplugin, sizeof *drones);
-  work_t          *work       = calloc((size_t)model->nplugin, sizeof *work);
-  int32_t         *bodies     = calloc((size_t)model->nbody, sizeof *bodies);
-  cf_collisions_t *collisions = calloc(1, sizeof *collisions);
-  cf_scenery_t    *scenery    = cf_scenery_new(mj, model);
-  // no test runs out of memory
-  if (swarm == NULL || bodies == NULL || collisions == NULL || scenery == NULL || drones == NULL ||
-      work == NULL || !cf_peer_grid_new(&swarm->peers, model->nplugin)) {
-    free(swarm);
-    free(drones);
-    free(work);
-    free(bodies);
-    free(collisions);
-    cf_scenery_free(scenery);
-    mj->error("crazyflie: out of memory");
-    return NULL;
-  }
-
-  swarm->drones        = drones;
-  swarm->work          = work;
+// What cf_swarm_free frees. Returns false when there is no memory.
+static bool allocate(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *model) {
+  const size_t most    = (size_t)model->nplugin;
   swarm->mj            = mj;
-  swarm->drone_of_body = bodies;
-  swarm->collisions    = collisions;
-  swarm->scenery       = scenery;
+  swarm->drones        = calloc(most, sizeof *swarm->drones);
+  swarm->work          = calloc(most, sizeof *swarm->work);
+  swarm->touched       = calloc(most, sizeof *swarm->touched);
+  swarm->drone_of_body = calloc((size_t)model->nbody, sizeof *swarm->drone_of_body);
+  swarm->collisions    = calloc(1, sizeof *swarm->collisions);
+  swarm->scenery       = cf_scenery_new(mj, model);
+  return swarm->drones != NULL && swarm->work != NULL && swarm->touched != NULL &&
+         swarm->drone_of_body != NULL && swarm->collisions != NULL && swarm->scenery != NULL &&
+         cf_peer_grid_new(&swarm->peers, model->nplugin);
+}
+
+static void bind_all(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *model, int slot) {
   for (int instance = 0; instance < model->nplugin; instance++) {
     if (model->plugin[instance] == slot) {
-      drone_t *drone       = &drones[swarm->count];
+      drone_t *drone       = &swarm->drones[swarm->count];
       drone->swarm         = swarm;
       drone->instance      = instance;
       swarm->last_instance = instance;
@@ -224,12 +225,26 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot)
       swarm->count++;
     }
   }
-  map_bodies(swarm, model);
-  // no test runs out of memory
-  if (!cf_downwash_new(swarm) || !cf_looking_new(swarm, model)) {
+}
+
+// no test runs out of memory
+static swarm_t *refuse(swarm_t *swarm, const cf_mujoco_api_t *mj) {
+  if (swarm != NULL) {
     cf_swarm_free(swarm);
-    mj->error("crazyflie: out of memory");
-    return NULL;
+  }
+  mj->error("crazyflie: out of memory");
+  return NULL;
+}
+
+swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot) {
+  swarm_t *swarm = calloc(1, sizeof *swarm);
+  if (swarm == NULL || !allocate(swarm, mj, model)) {
+    return refuse(swarm, mj);
+  }
+  bind_all(swarm, mj, model, slot);
+  map_bodies(swarm, model);
+  if (!cf_downwash_new(swarm) || !cf_looking_new(swarm, model)) {
+    return refuse(swarm, mj);
   }
   return swarm;
 }
@@ -237,6 +252,7 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot)
 void cf_swarm_free(swarm_t *swarm) {
   free(swarm->drones);
   free(swarm->work);
+  free(swarm->touched);
   free(swarm->drone_of_body);
   free(swarm->collisions);
   cf_scenery_free(swarm->scenery);

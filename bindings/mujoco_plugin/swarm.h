@@ -23,6 +23,9 @@ typedef struct {
   int dof_address;    // 6 numbers: world velocity, body rates
   int state_address;  // in mjData.plugin_state
 
+  bool   can_rest;  // alone in its tree, so that it can be held (rest.h)
+  double weight;    // [N] at the start
+
   double inertia[9];          // [kg m^2], body frame
   double inverse_inertia[9];  // [1/(kg m^2)]
 } drone_t;
@@ -43,6 +46,10 @@ struct swarm_s {
   int32_t *drone_of_body;  // index, also for what hangs on a drone; -1
 
   const cf_mujoco_api_t *mj;
+
+  // whom each drone touched in the last step, see touch.h
+  uint8_t *touched;
+  bool     has_touches;
 
   // the ticks after the last step, see ticks.h
   const mjModel *model;
@@ -70,6 +77,10 @@ struct swarm_s {
 // the model is wrong.
 swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot);
 void     cf_swarm_free(swarm_t *swarm);
+
+// The swarm that lives in this data, or NULL where no drone does. In plugin.c, which knows whose
+// instances are ours.
+swarm_t *cf_swarm_of(const mjModel *model, const mjData *data);
 
 // The drone that belongs to a plugin instance.
 drone_t *cf_swarm_find(swarm_t *swarm, int instance);

@@ -7,8 +7,10 @@
 #include "mujoco_plugin/downwash.h"
 #include "mujoco_plugin/forces.h"
 #include "mujoco_plugin/motion.h"
+#include "mujoco_plugin/rest.h"
 #include "mujoco_plugin/thread_pool.h"
 #include "mujoco_plugin/timing.h"
+#include "mujoco_plugin/touch.h"
 
 #define TICKS_PER_SECOND 1000.0
 #define BLOCK 8  // drones that go through each part of a tick together, so that it can be timed
@@ -34,6 +36,7 @@ static void sample_part(void *context, int begin, int end) {
   const swarm_t *swarm   = context;
   const double   elapsed = swarm->ticks / TICKS_PER_SECOND;
   for (int i = begin; i < end; i++) {
+    cf_rest_step(swarm, i, swarm->model, swarm->data, elapsed);
     cf_motion_sample(&swarm->drones[i], swarm->model, swarm->data, elapsed, &swarm->work[i].motion);
   }
 }
@@ -134,11 +137,21 @@ static double ticks_until(double time) {
   return floor(time * TICKS_PER_SECOND + 1e-3);
 }
 
+// MuJoCo adds up its time step by step, which drifts by 0.1 ms in a day. A time that is a whole
+// number of steps but for rounding is made one exactly.
+static void straighten_time(const mjModel *model, mjData *data) {
+  const double exact = nearbyint(data->time / model->opt.timestep) * model->opt.timestep;
+  if (fabs(exact - data->time) < 1e-9) {
+    data->time = exact;
+  }
+}
+
 void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
   finish(swarm);
   swarm->has_forces = false;
   swarm->model      = model;
   swarm->data       = data;
+  straighten_time(model, data);
 
   // ticks that fall into the step that just ended; MuJoCo has already advanced the time
   const double now    = ticks_until(data->time);
@@ -150,6 +163,7 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
   if (swarm->ticks < 1) {
     return;
   }
+  cf_touch_look(model, data, swarm, swarm->ticks / TICKS_PER_SECOND);
   swarm->is_broadcast = cf_broadcast_is_due(before, now) && cf_broadcast_has_listeners(swarm);
   swarm->is_look      = cf_downwash_is_due(before, now);
   const bool is_felt  = swarm->is_look && swarm->has_downwash;
@@ -191,8 +205,11 @@ static void add_forces(const mjModel *model, mjData *data, const swarm_t *swarm,
   work_t         now;
   copy_coordinates(drone, data, now.coordinates);
   const double *force = work->force;
-  if (!swarm->has_forces ||
-      memcmp(now.coordinates, work->coordinates, sizeof now.coordinates) != 0) {
+  if (cf_rest_holds(drone, data)) {
+    cf_rest_force(drone, model, data, now.force);
+    force = now.force;
+  } else if (!swarm->has_forces ||
+             memcmp(now.coordinates, work->coordinates, sizeof now.coordinates) != 0) {
     cf_motion_of(drone, data, &now.motion);
     cf_forces_of(model, drone, cf_state_of(drone, data), &now.motion, rates_of(&now), now.force);
     force = now.force;

@@ -1,0 +1,208 @@
+#include "mujoco_plugin/rest.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "mujoco_plugin/motion.h"
+#include "mujoco_plugin/touch.h"
+
+// A drone is still below these. A single one stands with 1e-15 m/s. Heaps creep with 1 to 5 mm/s
+// and up to 0.1 rad/s, because friction is a soft constraint, and some in them rock for seconds.
+#define STILL_SPEED 0.01       // [m/s]
+#define STILL_RATE 0.2         // [rad/s]
+#define STILL_TIME 0.5f        // [s] until it is held
+#define STILL_FACTOR_HEAP 3.0  // for one that touches another drone
+
+// Or it rocks, but stays where it is.
+#define PLACE 5e-3        // [m]
+#define PLACE_TURN 0.03   // of the quaternion, 3.4 deg
+#define PLACED_TIME 2.0f  // [s] until it is held
+
+// Rotors and wind that push with more than this share of the weight let a drone go. Friction keeps
+// a landed drone in place up to 60 %.
+#define LEAST_PUSH 0.02
+
+// What moves an untouched drone by more than rounding is a push. Drones that lie on another push it
+// all the time, there only a blow counts: the weight of six, or a hit by one at 0.15 m/s.
+#define ROUNDING 1e-9            // [m/s], [rad/s], [m]
+#define LEAST_BLOW 60.0          // [m/s^2]
+#define LEAST_TWIST 3000.0       // [rad/s^2], three of them at a corner
+#define LEAST_DISPLACEMENT 1e-3  // [m], then those that lean on it follow
+
+#define CONTAGIOUS_STEPS 3  // in which a drone that was let go takes along those that it touches
+
+// Every number within the limit; false for NaN.
+static bool are_within(const double *numbers, int count, double limit) {
+  bool within = true;
+  for (int i = 0; i < count; i++) {
+    within = within && fabs(numbers[i]) <= limit;
+  }
+  return within;
+}
+
+static bool is_at(const double pose[7], const double now[7], double limit, double limit_turn) {
+  bool within = true;
+  for (int i = 0; i < 7; i++) {
+    within = within && fabs(now[i] - pose[i]) <= (i < 3 ? limit : limit_turn);
+  }
+  return within;
+}
+
+bool cf_rest_is_lively(const drone_t *drone, mjData *data) {
+  const cf_t *cf = cf_state_of(drone, data);
+  return cf->rest.contagious_steps > 0 || !drone->can_rest ||
+         (double)cf_rotors_total_thrust(&cf->vehicle.rotors) > LEAST_PUSH * drone->weight;
+}
+
+// By rotors, wind, and whatever else acts through the air.
+static bool is_pushed(const drone_t *drone, mjData *data) {
+  cf_motion_t motion;
+  float       force[3];
+  float       torque[3];
+  cf_motion_of(drone, data, &motion);
+  cf_wrench(cf_state_of(drone, data), &motion, force, torque);
+  const float square = force[0] * force[0] + force[1] * force[1] + force[2] * force[2];
+  return (double)sqrtf(square) > LEAST_PUSH * drone->weight;
+}
+
+// Whom a blow of another drone that does not fly sets free goes alone at first.
+static void let_go(cf_rest_t *rest, bool is_blown) {
+  rest->is_held          = false;
+  rest->is_blown         = is_blown;
+  rest->still_time       = 0.0f;
+  rest->placed_time      = 0.0f;
+  rest->contagious_steps = is_blown ? 0 : CONTAGIOUS_STEPS;
+}
+
+// When it really leaves its place, those that lean on it have to follow.
+static void follow_the_blown(const drone_t *drone, const mjData *data, cf_rest_t *rest) {
+  const double *now  = data->qpos + drone->qpos_address;
+  const double *then = rest->pose;
+  if (fabs(now[0] - then[0]) + fabs(now[1] - then[1]) + fabs(now[2] - then[2]) >
+      LEAST_DISPLACEMENT) {
+    rest->is_blown         = false;
+    rest->contagious_steps = CONTAGIOUS_STEPS;
+  }
+}
+
+static void keep_in_place(const drone_t *drone, mjData *data, const cf_rest_t *rest) {
+  memcpy(data->qpos + drone->qpos_address, rest->pose, sizeof rest->pose);
+  memset(data->qvel + drone->dof_address, 0, 6 * sizeof(mjtNum));
+  memset(data->qacc_warmstart + drone->dof_address, 0, 6 * sizeof(mjtNum));
+}
+
+static void hold(const drone_t *drone, mjData *data, cf_rest_t *rest) {
+  memcpy(rest->pose, data->qpos + drone->qpos_address, sizeof rest->pose);
+  memset(rest->load, 0, sizeof rest->load);
+  rest->is_held  = true;
+  rest->is_blown = false;
+  keep_in_place(drone, data, rest);
+}
+
+// Counts for how long it has been slow, and for how long at one place.
+static void hold_if_still(const drone_t *drone, mjData *data, cf_rest_t *rest, uint8_t touched,
+                          double elapsed) {
+  const double *twist  = data->qvel + drone->dof_address;
+  const double  factor = touched == CF_TOUCH_DRONE ? STILL_FACTOR_HEAP : 1.0;
+  const bool    is_slow =
+      are_within(twist, 3, factor * STILL_SPEED) && are_within(twist + 3, 3, factor * STILL_RATE);
+  rest->still_time = is_slow ? rest->still_time + (float)elapsed : 0.0f;
+  if (is_at(rest->pose, data->qpos + drone->qpos_address, PLACE, PLACE_TURN)) {
+    rest->placed_time += (float)elapsed;
+  } else {
+    memcpy(rest->pose, data->qpos + drone->qpos_address, sizeof rest->pose);
+    rest->placed_time = 0.0f;
+  }
+  if ((rest->still_time >= STILL_TIME || rest->placed_time >= PLACED_TIME) &&
+      !is_pushed(drone, data)) {
+    hold(drone, data, rest);
+  }
+}
+
+bool cf_rest_is_displaced(const drone_t *drone, mjData *data, double elapsed) {
+  const cf_rest_t *rest = &cf_state_of(drone, data)->rest;
+  const double    *pose = data->qpos + drone->qpos_address;
+  if (!rest->is_held || memcmp(pose, rest->pose, sizeof rest->pose) == 0) {
+    return false;
+  }
+  const double *twist = data->qvel + drone->dof_address;
+  double        speed = 0;
+  double        rate  = 0;
+  for (int i = 0; i < 3; i++) {
+    speed += fabs(twist[i]);
+    rate += fabs(twist[3 + i]);
+  }
+  bool is_near = true;
+  for (int i = 0; i < 7; i++) {
+    const double reach = ROUNDING + (i < 3 ? speed : rate) * elapsed;
+    is_near            = is_near && fabs(pose[i] - rest->pose[i]) <= reach;
+  }
+  return !is_near;
+}
+
+// Something acts on a drone from outside of the heap.
+static bool is_disturbed(const drone_t *drone, mjData *data, const cf_rest_t *rest, uint8_t touched,
+                         double elapsed) {
+  const bool is_bare = touched == CF_TOUCH_NONE && are_within(rest->load, 6, 0.0);
+  return touched == CF_TOUCH_MOVER || cf_rest_is_displaced(drone, data, elapsed) ||
+         (is_bare && !are_within(data->qvel + drone->dof_address, 6, ROUNDING)) ||
+         is_pushed(drone, data);
+}
+
+static bool is_hit(const drone_t *drone, const mjModel *model, const cf_rest_t *rest) {
+  const double  mass    = model->body_mass[drone->body];
+  const double *inertia = model->body_inertia + 3 * drone->body;
+  return !are_within(rest->load, 3, LEAST_BLOW * mass) ||
+         !are_within(rest->load + 3, 3, LEAST_TWIST * fmin(inertia[0], inertia[1]));
+}
+
+void cf_rest_step(const swarm_t *swarm, int i, const mjModel *model, mjData *data, double elapsed) {
+  const drone_t *drone = &swarm->drones[i];
+  cf_rest_t     *rest  = &cf_state_of(drone, data)->rest;
+  if (rest->contagious_steps > 0) {
+    rest->contagious_steps--;
+  }
+  if (rest->is_blown) {
+    follow_the_blown(drone, data, rest);
+  }
+  if (!rest->is_held && (swarm->touched[i] == CF_TOUCH_MOVER || cf_rest_is_lively(drone, data))) {
+    rest->still_time  = 0.0f;
+    rest->placed_time = 0.0f;
+  } else if (!rest->is_held) {
+    hold_if_still(drone, data, rest, swarm->touched[i], elapsed);
+  } else if (is_disturbed(drone, data, rest, swarm->touched[i], elapsed)) {
+    let_go(rest, false);
+  } else {
+    memcpy(rest->load, data->qfrc_constraint + drone->dof_address, sizeof rest->load);
+    if (is_hit(drone, model, rest)) {
+      let_go(rest, true);
+      return;
+    }
+    keep_in_place(drone, data, rest);
+  }
+}
+
+bool cf_rest_holds(const drone_t *drone, mjData *data) {
+  const cf_rest_t *rest = &cf_state_of(drone, data)->rest;
+  return rest->is_held && are_within(data->qvel + drone->dof_address, 6, ROUNDING) &&
+         is_at(rest->pose, data->qpos + drone->qpos_address, ROUNDING, ROUNDING);
+}
+
+void cf_rest_force(const drone_t *drone, const mjModel *model, mjData *data, double out[6]) {
+  const double *load   = cf_state_of(drone, data)->rest.load;
+  const double *r      = data->xmat + 9 * drone->body;
+  const double *center = model->body_ipos + 3 * drone->body;
+  double        lift[3];  // body frame
+  for (int i = 0; i < 3; i++) {
+    out[i] = -model->body_mass[drone->body] * model->opt.gravity[i];
+  }
+  for (int i = 0; i < 3; i++) {
+    lift[i] = r[i] * out[0] + r[3 + i] * out[1] + r[6 + i] * out[2];
+  }
+  out[3] = center[1] * lift[2] - center[2] * lift[1];
+  out[4] = center[2] * lift[0] - center[0] * lift[2];
+  out[5] = center[0] * lift[1] - center[1] * lift[0];
+  for (int i = 0; i < 6; i++) {
+    out[i] -= load[i];
+  }
+}

@@ -1,0 +1,73 @@
+#include "mujoco_plugin/touch.h"
+
+#include <string.h>
+
+#include "mujoco_plugin/motion.h"
+#include "mujoco_plugin/rest.h"
+
+#define NEIGHBORHOOD 0.25  // [m], in which drones may touch each other
+
+const drone_t *cf_touch_drone_at(const swarm_t *swarm, int body) {
+  const int index = swarm->drone_of_body[body];
+  return index >= 0 ? &swarm->drones[index] : NULL;
+}
+
+bool cf_touch_is_fixed(const mjModel *model, int body) {
+  return model->body_treeid[body] < 0 && model->body_mocapid[model->body_rootid[body]] < 0;
+}
+
+// What a body is to a drone that it touches.
+static uint8_t touch_by(const swarm_t *swarm, const mjModel *model, mjData *data, int body) {
+  const drone_t *drone = cf_touch_drone_at(swarm, body);
+  if (drone != NULL) {
+    return cf_rest_is_lively(drone, data) ? CF_TOUCH_MOVER : CF_TOUCH_DRONE;
+  }
+  return cf_touch_is_fixed(model, body) ? CF_TOUCH_NONE : CF_TOUCH_MOVER;
+}
+
+static void note(swarm_t *swarm, const drone_t *drone, uint8_t touch) {
+  uint8_t *known     = &swarm->touched[drone - swarm->drones];
+  *known             = touch > *known ? touch : *known;
+  swarm->has_touches = true;
+}
+
+// Those that leaned on a drone which a hand has taken away: they touch it no more, but they must
+// not hang in the air.
+static void note_orphans(swarm_t *swarm, mjData *data, const drone_t *gone) {
+  const double *place = cf_state_of(gone, data)->rest.pose;
+  for (int i = 0; i < swarm->count; i++) {
+    const drone_t *drone    = &swarm->drones[i];
+    const double  *position = data->qpos + drone->qpos_address;
+    const double   square   = (position[0] - place[0]) * (position[0] - place[0]) +
+                              (position[1] - place[1]) * (position[1] - place[1]) +
+                              (position[2] - place[2]) * (position[2] - place[2]);
+    if (square < NEIGHBORHOOD * NEIGHBORHOOD) {
+      note(swarm, drone, CF_TOUCH_MOVER);
+    }
+  }
+}
+
+void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm, double elapsed) {
+  if (swarm->has_touches) {
+    memset(swarm->touched, CF_TOUCH_NONE, (size_t)swarm->count);
+    swarm->has_touches = false;
+  }
+  for (int i = 0; i < data->ncon; i++) {
+    const int *geom = data->contact[i].geom;
+    if (geom[0] < 0 || geom[1] < 0) {
+      continue;  // soft things have no geom
+    }
+    const int bodies[2] = {model->geom_bodyid[geom[0]], model->geom_bodyid[geom[1]]};
+    for (int side = 0; side < 2; side++) {
+      const drone_t *drone = cf_touch_drone_at(swarm, bodies[side]);
+      if (drone != NULL) {
+        note(swarm, drone, touch_by(swarm, model, data, bodies[1 - side]));
+      }
+    }
+  }
+  for (int i = 0; i < swarm->count; i++) {
+    if (cf_rest_is_displaced(&swarm->drones[i], data, elapsed)) {
+      note_orphans(swarm, data, &swarm->drones[i]);
+    }
+  }
+}

@@ -1,0 +1,24 @@
+/* Whom a drone touches, as far as resting goes. Internal to the plugin. */
+#ifndef CF_MUJOCO_PLUGIN_TOUCH_H
+#define CF_MUJOCO_PLUGIN_TOUCH_H
+
+#include "mujoco_plugin/swarm.h"
+
+// From the harmless to what wakes; the strongest counts.
+enum {
+  CF_TOUCH_NONE  = 0,  // nobody, or what never moves: the floor
+  CF_TOUCH_DRONE = 1,  // another drone whose rotors do not push
+  CF_TOUCH_MOVER = 2,  // a body that moves, a drone that flies or was just let go
+};
+
+// Fills swarm->touched from the contacts of the steps that just ended, a time [s] together. One
+// thread for all drones.
+void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm, double elapsed);
+
+// The drone that a body belongs to, or NULL.
+const drone_t *cf_touch_drone_at(const swarm_t *swarm, int body);
+
+// Whether a body never moves: no joint above it, and no hand that moves it as a mocap body.
+bool cf_touch_is_fixed(const mjModel *model, int body);
+
+#endif  // CF_MUJOCO_PLUGIN_TOUCH_H
