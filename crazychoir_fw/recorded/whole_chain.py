@@ -13,12 +13,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw import vehicles
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.recorded.motor_replay import commanded_thrust, supply_of
 from crazychoir_fw.recorded.nanobench import PERIOD, RecordedFlight
 from crazychoir_fw.recorded.phases import Phases
-from crazychoir_fw.recorded.signals import Array, at, lag_of, least, rms, roll_pitch_yaw, shifted, tilt_between
+from crazychoir_fw.recorded.signals import Array, at, lag_of, least, multiply, rms, roll_pitch_yaw, shifted, tilt_between
 from crazychoir_fw.recorded.tuning import GRAVITY, Tuning
 from crazychoir_fw.recorded.warm_up import WarmUp
 from crazychoir_fw.simulation import DroneConfig, World
@@ -84,18 +85,22 @@ def _more(pair: tuple[float, float]) -> float:
     return 100.0 * (pair[1] / pair[0] - 1.0) if pair[0] else float("nan")
 
 
-def charge_for(voltage: float, mass: float, vehicle: Mapping[str, Any]) -> float:
-    """Return the state of charge at which a pack shows a voltage (V) while it carries a mass (kg)."""
-    from crazychoir_fw import vehicles
+def pack_for(voltage: float, mass: float, vehicle: Mapping[str, Any]) -> tuple[float, float]:
+    """Return charge and resistance (Ohm) of a pack that shows a voltage (V) while it carries a mass (kg).
 
+    The resistance is the common one, unless the voltage is higher than that of a full pack would be: then it is what a
+    full pack needs.
+    """
     known = vehicles.parameters("cf2")
     values = {**{name: known[name].value for name in known}, **vehicles.overrides(dict(vehicle))}
     power = values["battery.base_power"] + values["battery.power_per_thrust"] * mass * GRAVITY
-    resistance = values["battery.resistance"] + values["battery.slow_resistance"]
-    open_circuit = voltage + resistance * power / voltage
+    fast, slow = values["battery.resistance"], values["battery.slow_resistance"]
+    full = float(lib.cf_open_circuit_voltage(1.0))
+    fast = max(0.0, min(fast, (full - voltage) * voltage / power - slow))
+    open_circuit = voltage + (fast + slow) * power / voltage
     charges = np.linspace(0.0, 1.0, 401)
     volts = [lib.cf_open_circuit_voltage(float(charge)) for charge in charges]
-    return float(np.interp(open_circuit, volts, charges))
+    return float(np.interp(open_circuit, volts, charges)), fast
 
 
 def fly_again(
@@ -130,14 +135,15 @@ def fly_again(
     begin = flight.position[: max(round(phases.airborne / PERIOD) - 10, 1)]
     place = np.median(begin, axis=0)
     attributes = dict(drone or {})
+    charge, resistance = pack_for(tuning.hover_voltage, mass, vehicle)
     config = DroneConfig(
         "real",
         position=(float(place[0]), float(place[1])),
         yaw_deg=float(yaws[0]),
-        vehicle={**vehicle, **tuning.overrides()},
+        vehicle={**vehicle, **tuning.overrides(), "battery.resistance": resistance},
         controller=flight.controller,
         positioning=attributes.pop("positioning", "mocap"),
-        battery=min(1.0, charge_for(tuning.hover_voltage, mass, vehicle) + used),
+        battery=min(1.0, charge + used),
         attributes=attributes,
     )
     world = World([config], visuals=False)
@@ -271,8 +277,6 @@ def _lag(path: Array, target: Array, time: Array, rows: NDArray[np.bool_]) -> fl
 
 
 def _body_attitude(flight: RecordedFlight, tuning: Tuning) -> Array:
-    from crazychoir_fw.recorded.signals import multiply
-
     return multiply(flight.quat_xyzw, np.broadcast_to(np.array(tuning.misalignment), flight.quat_xyzw.shape))
 
 
