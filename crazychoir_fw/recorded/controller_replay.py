@@ -177,7 +177,9 @@ def _mellinger(flight: RecordedFlight, phases: Phases, rows: NDArray[np.bool_]) 
         return (_run_mellinger(flight, *shift) - logged[:, 2])[rows]
 
     shifts = (-0.02, 0.0, 0.02)
-    best = min(itertools.product(shifts, shifts), key=lambda shift: float(np.var(difference(shift))) if rows.any() else 0)
+    best = min(
+        itertools.product(shifts, shifts), key=lambda shift: float(np.var(difference(shift))) if rows.any() else 0
+    )
     ours = np.full((len(rows), 3), np.nan)
     ours[:, 2] = local_polynomial(_run_mellinger(flight, *best), PERIOD, 21, 3)
     return _figures(flight.time, ours, logged, rows, best)

@@ -90,7 +90,9 @@ def identify(
         balances = [_balance(flight, phases, vehicle, warm_up) for flight, phases in parts]
         changes, spread = _regress(balances, vehicle)
         vehicle |= changes
-        report(f"round {number + 1}: thrust fades by {100 * warm_up.loss:.1f} % in {warm_up.time:g} s, {_words(changes)}")
+        report(
+            f"round {number + 1}: thrust fades by {100 * warm_up.loss:.1f} % in {warm_up.time:g} s, {_words(changes)}"
+        )
         if number == 0 and len(time_constants) > 1:
             costs = {tau: _tilt_error(parts, {**vehicle, **_time_constant(tau)}, warm_up) for tau in time_constants}
             vehicle |= _time_constant(min(costs, key=costs.__getitem__))
@@ -167,7 +169,9 @@ def _regress(
         spread[parameter] = tuple(float(vehicle[parameter] + _pooled([part])[0]) for part in moments[name])
         # what the demand exceeds the model by, in proportion to the acceleration, is too much inertia
         inertia[axis] = float(np.clip(inertia[axis] - excess, 0.6 * inertia[axis], 1.6 * inertia[axis]))
-        spread[f"inertia.{name}"] = tuple(float(vehicle["inertia"][axis] - _pooled([part])[1]) for part in moments[name])
+        spread[f"inertia.{name}"] = tuple(
+            float(vehicle["inertia"][axis] - _pooled([part])[1]) for part in moments[name]
+        )
     inertia[2] = inertia[2] * (inertia[0] + inertia[1]) / (vehicle["inertia"][0] + vehicle["inertia"][1])
     changes["inertia"] = tuple(inertia)
     return changes, spread
@@ -216,9 +220,7 @@ def _warm_up(parts: Sequence[tuple[RecordedFlight, Phases]], vehicle: Mapping[st
     return WarmUp(float(loss), float(time))
 
 
-def _tilt_error(
-    parts: Sequence[tuple[RecordedFlight, Phases]], vehicle: Mapping[str, Any], warm_up: WarmUp
-) -> float:
+def _tilt_error(parts: Sequence[tuple[RecordedFlight, Phases]], vehicle: Mapping[str, Any], warm_up: WarmUp) -> float:
     errors = []
     for flight, phases in parts:
         prediction = predict(flight, phases, vehicle, tune(flight, phases, vehicle, warm_up), warm_up)
@@ -226,9 +228,7 @@ def _tilt_error(
     return float(np.mean(errors))
 
 
-def _resistance(
-    flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any], warm_up: WarmUp
-) -> float | None:
+def _resistance(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any], warm_up: WarmUp) -> float | None:
     """Return the resistance (Ohm) that explains the sag from rest to hover; None without rest or hover."""
     rest = (flight.time < phases.motors_on - 0.3) & (flight.time > phases.motors_on - 1.5)
     hover = (flight.time >= phases.hovering[0]) & (flight.time < phases.hovering[1])

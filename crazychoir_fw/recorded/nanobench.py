@@ -121,7 +121,9 @@ def flight_files(folder: str | Path, names: Sequence[str] = ()) -> list[Path]:
     folder = Path(folder)
     if not folder.is_dir():
         raise UnknownNameError(f"no folder '{folder}'")
-    found = {_name(path): path for path in sorted(folder.rglob("*")) if path.name.endswith(_SUFFIXES) and path.is_file()}
+    found = {
+        _name(path): path for path in sorted(folder.rglob("*")) if path.name.endswith(_SUFFIXES) and path.is_file()
+    }
     if not found:
         raise UnknownNameError(f"no flights (*.csv, *.csv.gz) in '{folder}'")
     for name in names:

@@ -134,8 +134,21 @@ def _end(setpoint: Array, left: int, off: int) -> tuple[int, int | None]:
             row -= 1
         while row > left and height[row - 1] > height[row] + 1e-5:
             row -= 1
+    elif null is None:
+        row = _interrupted_landing(setpoint, left, last)
     # a setpoint that rests before landing is no trajectory any more; half a second of it is kept
     place = setpoint[max(row - 2, left)]
     while row > left and np.linalg.norm(setpoint[max(row - 50, left)] - place) < _LEAVES:
         row -= 1
     return max(row, left), null
+
+
+def _interrupted_landing(setpoint: Array, left: int, off: int) -> int:
+    """Return where a straight descent begins in which a recording ends, or its last row when there is none."""
+    row = off
+    while row > left and setpoint[row - 1, 2] >= setpoint[row, 2] - 1e-6:
+        if np.linalg.norm(setpoint[row - 1, :2] - setpoint[off, :2]) > _LEAVES / 4:
+            break
+        row -= 1
+    is_landing = (off - row) * PERIOD > 0.3 and setpoint[row, 2] - setpoint[off, 2] > 0.15
+    return row if is_landing else off

@@ -91,6 +91,8 @@ class Tuning:
     """Quaternion from the body's frame to that of the markers (x, y, z, w)."""
     hover_voltage: float
     """Mean voltage of the pack in hover (V)."""
+    hover_thrust: float
+    """Mean thrust (N) at that voltage: a drone that still sinks after its take-off needs less than its weight."""
     hover_seconds: float
     """Length of the hover that this was taken from (s)."""
 
@@ -208,6 +210,7 @@ def tune(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any], war
         trim_torque=tuple(float(torque) for torque in np.clip(trim, -0.01, 0.01)),
         misalignment=tuple(float(part) for part in misalignment),
         hover_voltage=float(flight.voltage[rows].mean()),
+        hover_thrust=float(warm.thrust[rows].mean()),
         hover_seconds=float(rows.sum() * PERIOD),
     )
 

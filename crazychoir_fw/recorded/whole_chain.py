@@ -19,8 +19,18 @@ from crazychoir_fw.errors import RangeError
 from crazychoir_fw.recorded.motor_replay import commanded_thrust, supply_of
 from crazychoir_fw.recorded.nanobench import PERIOD, RecordedFlight
 from crazychoir_fw.recorded.phases import Phases
-from crazychoir_fw.recorded.signals import Array, at, lag_of, least, multiply, rms, roll_pitch_yaw, shifted, tilt_between
-from crazychoir_fw.recorded.tuning import GRAVITY, Tuning
+from crazychoir_fw.recorded.signals import (
+    Array,
+    at,
+    lag_of,
+    least,
+    multiply,
+    rms,
+    roll_pitch_yaw,
+    shifted,
+    tilt_between,
+)
+from crazychoir_fw.recorded.tuning import Tuning
 from crazychoir_fw.recorded.warm_up import WarmUp
 from crazychoir_fw.simulation import DroneConfig, World
 
@@ -85,16 +95,17 @@ def _more(pair: tuple[float, float]) -> float:
     return 100.0 * (pair[1] / pair[0] - 1.0) if pair[0] else float("nan")
 
 
-def pack_for(voltage: float, mass: float, vehicle: Mapping[str, Any]) -> tuple[float, float]:
-    """Return charge and resistance (Ohm) of a pack that shows a voltage (V) while it carries a mass (kg).
+def pack_for(voltage: float, thrust: float, seconds: float, vehicle: Mapping[str, Any]) -> tuple[float, float]:
+    """Return charge and resistance (Ohm) of a pack that shows a voltage (V) at a thrust (N), seconds after take-off.
 
     The resistance is the common one, unless the voltage is higher than that of a full pack would be: then it is what a
     full pack needs.
     """
     known = vehicles.parameters("cf2")
     values = {**{name: known[name].value for name in known}, **vehicles.overrides(dict(vehicle))}
-    power = values["battery.base_power"] + values["battery.power_per_thrust"] * mass * GRAVITY
-    fast, slow = values["battery.resistance"], values["battery.slow_resistance"]
+    power = values["battery.base_power"] + values["battery.power_per_thrust"] * thrust
+    fast = values["battery.resistance"]
+    slow = values["battery.slow_resistance"] * (1.0 - np.exp(-seconds / values["battery.slow_time"]))
     full = float(lib.cf_open_circuit_voltage(1.0))
     fast = max(0.0, min(fast, (full - voltage) * voltage / power - slow))
     open_circuit = voltage + (fast + slow) * power / voltage
@@ -129,13 +140,12 @@ def fly_again(
         raise RangeError(sentence)
     start, setpoints, yaws = _commands(flight, phases, tuning.log_lag)
     floor = _floor(flight, phases)
-    mass = float(dict(vehicle).get("mass", 0.029))
     seconds = phases.hovering[0] - phases.motors_on
     used = seconds * 3.2 / 900.0  # amperes over coulombs: the little that take-off draws
     begin = flight.position[: max(round(phases.airborne / PERIOD) - 10, 1)]
     place = np.median(begin, axis=0)
     attributes = dict(drone or {})
-    charge, resistance = pack_for(tuning.hover_voltage, mass, vehicle)
+    charge, resistance = pack_for(tuning.hover_voltage, tuning.hover_thrust, seconds, vehicle)
     config = DroneConfig(
         "real",
         position=(float(place[0]), float(place[1])),
@@ -226,7 +236,7 @@ def _compare(
     simulated: Array,
     what: str,
 ) -> ChainComparison:
-    times = start + PERIOD * np.arange(1, len(simulated) + 1)  # a row is what followed its setpoint
+    times = start + PERIOD * np.arange(len(simulated))  # a log shows a setpoint when it is in force
     use = (flight.time >= max(start, 0.0)) & (flight.time < phases.end)
     time = flight.time[use]
     begin, end = phases.compared
@@ -241,7 +251,7 @@ def _compare(
     path = rms((ours[:, :3] - position)[rows])
     if not np.isfinite(path) or path > _LOST:
         raise RangeError(f"{what}: the simulated drone was lost")
-    target = at(time, times - PERIOD, setpoints)
+    target = at(time, times, setpoints)
     simulated_now = at(time, times, simulated[:, :3])
     truth = _body_attitude(flight, tuning)[use]
     level = np.tile([0.0, 0.0, 0.0, 1.0], (len(time), 1))
