@@ -89,7 +89,7 @@ class RecordedFlight:
     gyro: NDArray[np.float64] | None = None
     """Body rates (rad/s) as the radio brought them, shape (T, 3)."""
     desired: NDArray[np.float64] | None = None
-    """Desired roll, pitch, yaw (deg) and thrust (counts) of the PID cascade, shape (T, 4); None for other controllers."""
+    """Desired roll, pitch, yaw (deg) and thrust (counts) of the PID cascade, shape (T, 4); None for others."""
     filled: dict[str, NDArray[np.bool_]] = field(default_factory=dict)
     """For each group of columns the rows that were not logged but interpolated, shape (T,)."""
     metadata: dict[str, Any] = field(default_factory=dict)

@@ -75,7 +75,7 @@ def find_phases(flight: RecordedFlight) -> Phases:
     if flight.setpoint is None:
         rest = min(airborne + 200, off)
         return _phases(time, on, airborne, rest, off, off, on > 20, None)
-    hover_row, left, target = _hover(flight.setpoint, airborne, off)
+    hover_row, left = _hover(flight.setpoint, airborne, off)
     end, null = _end(flight.setpoint, left, off)
     return _phases(time, on, airborne, hover_row, left, end, on > 20, null)
 
@@ -97,8 +97,8 @@ def _phases(
     )
 
 
-def _hover(setpoint: Array, airborne: int, off: int) -> tuple[int, int, Array]:
-    """Return where the drone hovers, where the setpoint leaves that place, and the place."""
+def _hover(setpoint: Array, airborne: int, off: int) -> tuple[int, int]:
+    """Return where the drone hovers and where the setpoint leaves that place."""
     rows = round(_RESTS / PERIOD)
     for row in range(airborne, max(off - rows, airborne + 1)):
         window = setpoint[row : row + rows]
@@ -107,9 +107,9 @@ def _hover(setpoint: Array, airborne: int, off: int) -> tuple[int, int, Array]:
             away = np.linalg.norm(setpoint[row:off] - place, axis=1) > _LEAVES
             left = row + int(np.argmax(away)) if away.any() else off
             # half of the time is left to the drone for getting there
-            return (row + left) // 2, left, place
+            return (row + left) // 2, left
     # the setpoint never rests
-    return airborne, airborne, setpoint[airborne]
+    return airborne, airborne
 
 
 def _end(setpoint: Array, left: int, off: int) -> tuple[int, int | None]:
