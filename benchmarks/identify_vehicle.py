@@ -64,11 +64,12 @@ def main() -> None:
     parser.add_argument("--data", type=Path, required=True, help="folder with flights (*.csv, *.csv.gz)")
     parser.add_argument("--flights", nargs="+", default=[], help="names to identify from; all by default")
     parser.add_argument("--mass", type=float, default=MASS, help="of the vehicle [kg]")
+    parser.add_argument("--time-constants", nargs="+", type=float, default=(0.03, 0.05, 0.07, 0.1), help="to try [s]")
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
     try:
         flights = [read_flight(path) for path in flight_files(options.data, options.flights)]
-        found = identify(flights, options.mass, report=print)
+        found = identify(flights, options.mass, options.time_constants, report=print)
     except CrazychoirError as error:
         raise SystemExit(str(error)) from error
     with replacing(options.out) as path:
