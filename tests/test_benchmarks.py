@@ -20,10 +20,11 @@ SMALLEST = {
     "tick_cost.py": ["--drones", "1", "--repeats", "1"],
     "time_machine.py": ["--drones", "1", "--repeats", "1", "--futures", "2", "--seconds", "0.02"],
 }
+TRIED_ELSEWHERE = {"identify_vehicle.py", "real_flights.py"}  # tests/recorded/test_real_flights_script.py
 
 
 def test_every_benchmark_is_tried():
-    assert {path.name for path in BENCHMARKS.glob("*.py")} == set(SMALLEST)
+    assert {path.name for path in BENCHMARKS.glob("*.py")} == set(SMALLEST) | TRIED_ELSEWHERE
 
 
 @pytest.mark.parametrize("name", SMALLEST)

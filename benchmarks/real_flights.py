@@ -1,0 +1,202 @@
+"""Flies against recorded flights of real Crazyflies (NanoBench format), in four comparisons.
+
+    python benchmarks/real_flights.py --data FOLDER --json flights.json --plots FOLDER
+
+1 controller: recorded estimate and setpoints into our controller; desired attitude and thrust against the logged ones
+2 motors:     thrust and torque commands and voltage through mixer and battery compensation
+3 plant:      from true states, with recorded motors and voltage, 0.1, 0.2 and 0.5 s ahead
+4 chain:      recorded setpoints into a simulated drone; path, lag, tilt, thrust, voltage
+
+docs/real_flights.md explains every figure.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from crazychoir_fw import vehicles
+from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.recorded import flight_files, read_flight
+from crazychoir_fw.recorded.controller_replay import replay_controller
+from crazychoir_fw.recorded.motor_replay import replay_motors
+from crazychoir_fw.recorded.phases import find_phases
+from crazychoir_fw.recorded.plots import draw_chain
+from crazychoir_fw.recorded.prediction import HORIZONS, predict
+from crazychoir_fw.recorded.tuning import tune
+from crazychoir_fw.recorded.warm_up import WarmUp
+from crazychoir_fw.recorded.whole_chain import fly_again
+from crazychoir_fw.replacing import replacing
+
+VEHICLE = Path(vehicles.__file__).with_name("nanobench.yaml")
+IDENTIFIED_FROM = ("B2_circle_slow_rep1", "B5_helix_slow_rep1", "B8_star_slow_rep1")
+WARM_UP = (0.0425, 8.0)
+
+
+def compare(path: Path, options: argparse.Namespace) -> dict[str, Any]:
+    """Run all comparisons on one flight. What cannot be compared says why in place of figures."""
+    row: dict[str, Any] = {"name": path.name.removesuffix(".gz").removesuffix(".csv")}
+    problems: list[str] = []
+
+    def attempt(what: str, work: Callable[[], Any]) -> Any:
+        try:
+            return work()
+        except CrazychoirError as error:
+            problems.append(f"{what}: {error}")
+            return None
+
+    flight = attempt("reading", lambda: read_flight(path))
+    phases = flight and attempt("phases", lambda: find_phases(flight))
+    row["problems"] = problems
+    if flight is None or phases is None:
+        return row
+    warm_up, vehicle = WarmUp(*options.warm_up), options.vehicle
+    drone = {"positioning": options.positioning, "mocap_latency_ms": options.mocap_latency}
+    row |= {
+        "controller": flight.controller,
+        "used_for_identification": row["name"] in options.identified_from,
+        "notes": list(flight.notes),
+        "compared_s": list(phases.compared),
+    }
+    if (replay := attempt("controller", lambda: replay_controller(flight, phases))) is not None:
+        row |= {
+            "controller_roll_rms_deg": replay.roll_rms_deg,
+            "controller_pitch_rms_deg": replay.pitch_rms_deg,
+            "controller_roll_median_deg": replay.roll_median_deg,
+            "controller_pitch_median_deg": replay.pitch_median_deg,
+            "controller_thrust_rms_percent": replay.thrust_rms_percent,
+            "controller_thrust_offset_only_rms_percent": replay.thrust_offset_rms_percent,
+        }
+    if (motors := attempt("motors", lambda: replay_motors(flight, phases))) is not None:
+        row |= {
+            "motor_mean_percent": list(motors.mean_percent),
+            "motor_worst_mean_percent": motors.worst_mean_percent,
+            "motor_rms_percent": list(motors.rms_percent),
+            "motor_saturated_share": motors.saturated_share,
+            "firmware_thrust_max_n": motors.thrust_max,
+        }
+    tuning = attempt("hover", lambda: tune(flight, phases, vehicle, warm_up))
+    if tuning is None:
+        return row
+    row["hover"] = {
+        "thrust_scale_cold": tuning.thrust_scale,
+        "trim_torque_nm": list(tuning.trim_torque),
+        "voltage_v": tuning.hover_voltage,
+        "thrust_axis_off_deg": tuning.misalignment_deg,
+        "log_lag_s": tuning.log_lag,
+        "seconds": tuning.hover_seconds,
+    }
+    if (ahead := attempt("plant", lambda: predict(flight, phases, vehicle, tuning, warm_up))) is not None:
+        row |= {
+            "plant_horizons_s": list(HORIZONS),
+            "plant_position_cm": list(ahead.position_cm),
+            "plant_tilt_deg": list(ahead.tilt_deg),
+            "plant_followed_position_cm": list(ahead.followed_position_cm),
+            "plant_followed_tilt_deg": list(ahead.followed_tilt_deg),
+            "plant_followed_tilt_median_deg": list(ahead.followed_tilt_median_deg),
+            "plant_trim_wander_nm": ahead.trim_wander,
+        }
+    if (chain := attempt("chain", lambda: fly_again(flight, phases, vehicle, tuning, warm_up, drone))) is not None:
+        row |= {
+            "path_rms_m": chain.path_rms_m,
+            "lag_s": chain.lag_s,
+            "lag_behind_setpoint_real_s": chain.lag_behind_setpoint_s[0],
+            "lag_behind_setpoint_simulated_s": chain.lag_behind_setpoint_s[1],
+            "tracking_rms_real_m": chain.tracking_rms_m[0],
+            "tracking_rms_simulated_m": chain.tracking_rms_m[1],
+            "tracking_percent": chain.tracking_percent,
+            "tilt_rms_real_deg": chain.tilt_rms_deg[0],
+            "tilt_rms_simulated_deg": chain.tilt_rms_deg[1],
+            "tilt_percent": chain.tilt_percent,
+            "thrust_percent": chain.thrust_percent,
+            "voltage_difference_v": chain.voltage_difference_v,
+        }
+        if options.plots is not None:
+            draw_chain(chain, row["name"], options.plots / f"{row['name']}.png")
+    return row
+
+
+def number(value: float | None, form: str) -> str:
+    """Return a number as text, or a dash."""
+    return "–" if value is None else format(value, form)
+
+
+def tables(rows: list[dict[str, Any]]) -> list[Table]:
+    """Return the figures of all flights as tables."""
+    inner = Table(title="Controller, motors, plant")
+    chain = Table(title="Whole chain: simulated against real")
+    for name in ("flight", "roll, pitch [deg]", "thrust [%]", "motors [%]", "0.1, 0.2, 0.5 s [cm]", "tilt [deg]"):
+        inner.add_column(name, justify="left" if name == "flight" else "right")
+    for name in ("cm, trim followed", "tilt"):
+        inner.add_column(name, justify="right")
+    for name in ("flight", "path [cm]", "shift [ms]", "tracking [%]", "tilt [%]", "thrust [%]", "pack [V]"):
+        chain.add_column(name, justify="left" if name == "flight" else "right")
+
+    def several(row: dict[str, Any], key: str, form: str) -> str:
+        return " ".join(format(value, form) for value in row.get(key, ())) or "–"
+
+    for row in rows:
+        name = row["name"] + (" *" if row.get("used_for_identification") else "")
+        angles = [number(row.get(f"controller_{axis}_rms_deg"), ".2f") for axis in ("roll", "pitch")]
+        inner.add_row(
+            name,
+            " ".join(angles),
+            number(row.get("controller_thrust_rms_percent"), ".2f"),
+            number(row.get("motor_worst_mean_percent"), ".3f"),
+            several(row, "plant_position_cm", ".2f"),
+            several(row, "plant_tilt_deg", ".1f"),
+            several(row, "plant_followed_position_cm", ".2f"),
+            several(row, "plant_followed_tilt_deg", ".1f"),
+        )
+        path, lag = row.get("path_rms_m"), row.get("lag_s")
+        chain.add_row(
+            name,
+            number(None if path is None else 100 * path, ".1f"),
+            number(None if lag is None else 1000 * lag, ".0f"),
+            number(row.get("tracking_percent"), "+.1f"),
+            number(row.get("tilt_percent"), "+.1f"),
+            number(row.get("thrust_percent"), "+.1f"),
+            number(row.get("voltage_difference_v"), "+.3f"),
+        )
+    return [inner, chain]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--data", type=Path, required=True, help="folder with flights (*.csv, *.csv.gz)")
+    parser.add_argument("--flight", nargs="+", default=[], metavar="NAME", help="only these; all by default")
+    parser.add_argument("--json", type=Path)
+    parser.add_argument("--plots", type=Path, metavar="DIR", help="folder for one PNG per flight")
+    parser.add_argument("--vehicle", default=str(VEHICLE), help="YAML file of parameters that differ from cf2")
+    parser.add_argument("--identified-from", nargs="*", default=IDENTIFIED_FROM, help="flights to mark with *")
+    parser.add_argument("--warm-up", nargs=2, type=float, default=WARM_UP, metavar=("LOSS", "SECONDS"))
+    parser.add_argument("--positioning", default="mocap_position", choices=("mocap_position", "mocap"))
+    parser.add_argument("--mocap-latency", type=int, default=30, metavar="MS")
+    options = parser.parse_args()
+    console = Console(width=None if Console().is_terminal else 170)
+    try:
+        options.vehicle = vehicles.overrides(options.vehicle)
+        files = flight_files(options.data, options.flight)
+    except CrazychoirError as error:
+        raise SystemExit(str(error)) from error
+    rows = []
+    for path in files:
+        rows.append(compare(path, options))
+        for problem in rows[-1]["problems"]:
+            console.print(f"{rows[-1]['name']}: {problem}", style="yellow", markup=False)
+    for table in tables(rows):
+        console.print(table)
+    console.print("* used for identifying the vehicle")
+    if options.json is not None:
+        with replacing(options.json) as path:
+            path.write_text(json.dumps({"flights": rows}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main()

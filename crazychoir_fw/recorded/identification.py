@@ -1,0 +1,243 @@
+"""Parameters of the vehicle that recorded flights share: drag, moment of forward flight, inertia, resistance, warm-up.
+
+Everything is a regression of what the motion demands on what the model says, in the air and below about 3 Hz, where
+the truth is precise and the logs are not yet late. Mass is given. What differs from flight to flight (thrust scale,
+trim, voltage) is taken from each flight's hover, and counts for nothing here.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from crazychoir_fw import vehicles
+from crazychoir_fw.errors import RangeError
+from crazychoir_fw.recorded.nanobench import PERIOD, RecordedFlight
+from crazychoir_fw.recorded.phases import Phases, find_phases
+from crazychoir_fw.recorded.prediction import predict
+from crazychoir_fw.recorded.signals import Array, smooth
+from crazychoir_fw.recorded.tuning import GRAVITY, Balance, balance, rotor_history, true_motion, tune
+from crazychoir_fw.recorded.vehicle_model import VehicleModel
+from crazychoir_fw.recorded.warm_up import WarmUp
+
+MASS = 0.04085
+"""Mass (kg) of NanoBench's vehicle with markers and charging deck."""
+
+_WIDTH = 8  # rows, of the smoothing: 3 dB at 1.7 Hz
+_ROUNDS = 3
+_TIME_CONSTANTS = (0.03, 0.05, 0.07, 0.1)  # [s]
+_TIMES = (2.0, 3.0, 4.0, 6.0, 8.0)  # [s], of the warm-up
+
+
+@dataclass(frozen=True)
+class Identified:
+    """What some flights say of the vehicle that they have in common."""
+
+    vehicle: dict[str, Any]
+    """Parameters that differ from those of platform cf2, by dotted name."""
+    warm_up: WarmUp
+    """How the thrust fades."""
+    flights: tuple[str, ...]
+    """What it was identified from."""
+    spread: dict[str, tuple[float, ...]]
+    """The same parameters from each flight alone, in the order of `flights`; empty where one alone cannot tell."""
+    costs: dict[float, float]
+    """Tilt error after 0.2 s (deg) for each time constant (s) that was tried."""
+
+
+def identify(
+    flights: Sequence[RecordedFlight],
+    mass: float = MASS,
+    time_constants: Sequence[float] = _TIME_CONSTANTS,
+    report: Callable[[str], None] = lambda sentence: None,
+) -> Identified:
+    """Identify a vehicle.
+
+    Args:
+        flights: Flights of vehicles of one type.
+        mass: Their mass (kg).
+        time_constants: Time constants of the motors to choose from (s); the first one is used if it is the only one.
+        report: Told what goes on, in sentences.
+
+    Raises:
+        RangeError: If a flight cannot be used.
+    """
+    if not flights:
+        raise RangeError("no flights to identify a vehicle from")
+    parts = [(flight, find_phases(flight)) for flight in flights]
+    platform = vehicles.parameters("cf2")
+    scale = mass / platform["mass"].value
+    vehicle: dict[str, Any] = {
+        "mass": mass,
+        "inertia": tuple(float(value * scale) for value in platform["inertia"].value),
+        "drag.form": "rotor",
+        "drag.body": 0.0,  # at these speeds it cannot be told from the drag of the rotors
+        "drag.rotor_xy": platform["drag.rotor_xy"].value,
+        "flight_moment.x": platform["flight_moment.x"].value,
+        "flight_moment.y": platform["flight_moment.y"].value,
+        "flight_moment.thrust": float(round(mass * GRAVITY, 4)),
+        "rotors.time_constant_up": float(time_constants[0]),
+        "rotors.time_constant_down": float(time_constants[0]),
+    }
+    warm_up = WarmUp()
+    spread: dict[str, tuple[float, ...]] = {}
+    costs: dict[float, float] = {}
+    for number in range(_ROUNDS):
+        warm_up = _warm_up(parts, vehicle)
+        balances = [_balance(flight, phases, vehicle, warm_up) for flight, phases in parts]
+        changes, spread = _regress(balances, vehicle)
+        vehicle |= changes
+        report(
+            f"round {number + 1}: thrust fades by {100 * warm_up.loss:.1f} % in {warm_up.time:g} s, {_words(changes)}"
+        )
+        if number == 0 and len(time_constants) > 1:
+            costs = {tau: _tilt_error(parts, {**vehicle, **_time_constant(tau)}, warm_up) for tau in time_constants}
+            vehicle |= _time_constant(min(costs, key=costs.__getitem__))
+            report(f"tilt after 0.2 s by time constant: {', '.join(f'{t:g} s {c:.2f}°' for t, c in costs.items())}")
+    resistances = [r for flight, phases in parts if (r := _resistance(flight, phases, vehicle, warm_up)) is not None]
+    if resistances:
+        slow = platform["battery.slow_resistance"].value
+        vehicle["battery.resistance"] = float(max(np.median(resistances) - slow, 0.0))
+        spread["battery.resistance"] = tuple(float(r - slow) for r in resistances)
+    return Identified(vehicle, warm_up, tuple(flight.name for flight in flights), spread, costs)
+
+
+def _words(changes: Mapping[str, Any]) -> str:
+    values = {name: value if isinstance(value, tuple) else (value,) for name, value in changes.items()}
+    return ", ".join(f"{name} {' '.join(f'{part:.3g}' for part in value)}" for name, value in values.items())
+
+
+def _time_constant(tau: float) -> dict[str, float]:
+    return {"rotors.time_constant_up": float(tau), "rotors.time_constant_down": float(tau)}
+
+
+def _used(flight: RecordedFlight, phases: Phases) -> Array:
+    """Return the rows in the air, clear of the floor."""
+    clear = flight.position[:, 2] > np.min(flight.position[:, 2]) + 0.25
+    return (flight.time > phases.airborne + 0.5) & (flight.time < phases.end - 0.2) & clear
+
+
+def _balance(
+    flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any], warm_up: WarmUp
+) -> tuple[Balance, Array, Array]:
+    tuning = tune(flight, phases, vehicle, warm_up)
+    model = VehicleModel({**vehicle, **tuning.overrides()})
+    history = rotor_history(model, flight, tuning.log_lag, warm_up, phases.motors_on)
+    motion = true_motion(flight, np.array(tuning.misalignment))
+    return balance(model, history, motion), _used(flight, phases), motion.angular_acceleration
+
+
+def _slope(y: Array, x: Array) -> tuple[Array, float]:
+    """Return coefficients of columns (the last one a constant) and the variance that is left."""
+    columns = np.column_stack([x, np.ones(len(y))])
+    coefficients, *_ = np.linalg.lstsq(columns, y, rcond=None)
+    return coefficients, float(np.var(y - columns @ coefficients))
+
+
+def _regress(
+    balances: Sequence[tuple[Balance, Array, Array]], vehicle: Mapping[str, Any]
+) -> tuple[dict[str, Any], dict[str, tuple[float, ...]]]:
+    """Return corrected parameters of all flights together, and of each alone."""
+    drags, moments = [], {"x": [], "y": []}
+    for state, rows, acceleration in balances:
+        lacking_force = smooth(state.needed_force - state.model_force, _WIDTH)[rows]
+        lacking_torque = smooth(state.needed_torque - state.model_torque, _WIDTH)[rows]
+        velocity = smooth(state.velocity, _WIDTH)[rows]
+        thrust = smooth(state.thrust, _WIDTH)[rows] / vehicle["flight_moment.thrust"]
+        turning = smooth(acceleration, _WIDTH)[rows]
+        speeds = -velocity[:, :2]
+        drags.append((lacking_force[:, :2], speeds))
+        # with inertia I and I0 in the model: lacking = (I0 - I) a - (k - k0) (...)
+        moments["x"].append((lacking_torque[:, 0], np.column_stack([thrust * velocity[:, 1], turning[:, 0]])))
+        moments["y"].append((lacking_torque[:, 1], np.column_stack([-thrust * velocity[:, 0], turning[:, 1]])))
+
+    # drag of all rotors per speed, as the model has it: k sum(Omega)
+    per_newton = _drag_of_model(vehicle)
+    alone = [_pooled([(force[:, i], speed[:, i : i + 1]) for i in (0, 1)])[0] for force, speed in drags]
+    both = _pooled([(force[:, i], speed[:, i : i + 1]) for force, speed in drags for i in (0, 1)])[0]
+    before = vehicle["drag.rotor_xy"]
+    changes: dict[str, Any] = {"drag.rotor_xy": _positive(before + both / per_newton)}
+    spread = {"drag.rotor_xy": tuple(float(before + value / per_newton) for value in alone)}
+    inertia = list(vehicle["inertia"])
+    for axis, name in enumerate("xy"):
+        k, excess = _pooled(moments[name])
+        parameter = f"flight_moment.{name}"
+        changes[parameter] = _positive(vehicle[parameter] + k)
+        spread[parameter] = tuple(float(vehicle[parameter] + _pooled([part])[0]) for part in moments[name])
+        # what the demand exceeds the model by, in proportion to the acceleration, is too much inertia
+        inertia[axis] = float(np.clip(inertia[axis] - excess, 0.6 * inertia[axis], 1.6 * inertia[axis]))
+        spread[f"inertia.{name}"] = tuple(
+            float(vehicle["inertia"][axis] - _pooled([part])[1]) for part in moments[name]
+        )
+    inertia[2] = inertia[2] * (inertia[0] + inertia[1]) / (vehicle["inertia"][0] + vehicle["inertia"][1])
+    changes["inertia"] = tuple(inertia)
+    return changes, spread
+
+
+def _positive(value: float) -> float:
+    return float(max(value, 0.0))
+
+
+def _pooled(parts: Sequence[tuple[Array, Array]]) -> Array:
+    """Return the coefficients of all parts together, each with a constant of its own."""
+    y = np.concatenate([part - part.mean() for part, _ in parts])
+    x = np.vstack([columns - columns.mean(axis=0) for _, columns in parts])
+    return np.linalg.lstsq(x, y, rcond=None)[0]
+
+
+def _drag_of_model(vehicle: Mapping[str, Any]) -> float:
+    """Return force per speed of the rotor drag at hover (N s/m) per unit of drag.rotor_xy."""
+    model = VehicleModel({**vehicle, "drag.rotor_xy": 1e-6, "flight_moment.enabled": "off"})
+    platform = vehicles.parameters("cf2")
+    # speed at which four rotors carry the mass: F = f1 n + f2 n^2
+    f1, f2 = platform["rotors.thrust_per_rpm"].value, platform["rotors.thrust_per_rpm2"].value
+    force = model.mass * GRAVITY / 4
+    rpm = (-f1 + np.sqrt(f1 * f1 + 4 * f2 * force)) / (2 * f2)
+    return float(4 * rpm * np.pi / 30)
+
+
+def _warm_up(parts: Sequence[tuple[RecordedFlight, Phases]], vehicle: Mapping[str, Any]) -> WarmUp:
+    """Return the fading that makes delivered over modelled thrust constant, over all flights."""
+    signals = []
+    for flight, phases in parts:
+        if not phases.starts_on_floor:
+            continue  # warm already, and nobody knows how much
+        state, rows, _ = _balance(flight, phases, {**vehicle, "rotors.thrust_scale": 1.0}, WarmUp())
+        ratio = smooth(state.needed_force[:, 2], 20)[rows] / smooth(state.thrust, 20)[rows]
+        signals.append((flight.time[rows] - phases.motors_on, np.log(ratio)))
+    if not signals:
+        return WarmUp()
+
+    def cost(loss: float, time: float) -> float:
+        each = [np.var(ratio - np.log(WarmUp(loss, time).factor(since))) for since, ratio in signals]
+        return float(np.mean(each))
+
+    losses = np.arange(0.0, 0.151, 0.0025)
+    loss, time = min(((x, t) for x in losses for t in _TIMES), key=lambda pair: cost(*pair))
+    return WarmUp(float(loss), float(time))
+
+
+def _tilt_error(parts: Sequence[tuple[RecordedFlight, Phases]], vehicle: Mapping[str, Any], warm_up: WarmUp) -> float:
+    errors = []
+    for flight, phases in parts:
+        prediction = predict(flight, phases, vehicle, tune(flight, phases, vehicle, warm_up), warm_up)
+        errors.append(prediction.followed_tilt_deg[1])
+    return float(np.mean(errors))
+
+
+def _resistance(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any], warm_up: WarmUp) -> float | None:
+    """Return the resistance (Ohm) that explains the sag from rest to hover; None without rest or hover."""
+    rest = (flight.time < phases.motors_on - 0.3) & (flight.time > phases.motors_on - 1.5)
+    hover = (flight.time >= phases.hovering[0]) & (flight.time < phases.hovering[1])
+    if rest.sum() * PERIOD < 0.3 or hover.sum() * PERIOD < 0.3:
+        return None
+    known = vehicles.parameters("cf2")
+    base, slope = known["battery.base_power"].value, known["battery.power_per_thrust"].value
+    state, _, _ = _balance(flight, phases, vehicle, warm_up)
+    volts = flight.voltage
+    loaded = float(np.mean((base + slope * state.thrust[hover]) / volts[hover]))
+    idle = float(np.mean(base / volts[rest]))
+    return float((volts[rest].mean() - volts[hover].mean()) / (loaded - idle))

@@ -1,0 +1,94 @@
+"""A flight of our own simulator comes back with almost no error: the comparisons compare what they say they do."""
+
+import pytest
+
+from crazychoir_fw.errors import RangeError
+from crazychoir_fw.recorded.controller_replay import replay_controller
+from crazychoir_fw.recorded.identification import identify
+from crazychoir_fw.recorded.motor_replay import replay_motors
+from crazychoir_fw.recorded.prediction import predict
+from crazychoir_fw.recorded.tuning import tune
+from crazychoir_fw.recorded.warm_up import WarmUp
+from crazychoir_fw.recorded.whole_chain import fly_again
+
+COLD = WarmUp()
+
+
+def test_phases(synthetic):
+    _, phases = synthetic
+    assert phases.starts_on_floor
+    assert phases.motors_on == pytest.approx(1.0, abs=0.05)
+    assert phases.trajectory == pytest.approx(4.0, abs=0.1)
+    assert phases.end > 13.5
+
+
+def test_controller_asks_for_the_same(synthetic):
+    replay = replay_controller(*synthetic)
+    assert replay.roll_rms_deg < 0.1
+    assert replay.pitch_rms_deg < 0.1
+    assert replay.thrust_rms_percent < 0.05
+    assert replay.thrust_offset_rms_percent < 0.1
+
+
+def test_motors_turn_the_same(synthetic):
+    replay = replay_motors(*synthetic)
+    assert replay.worst_mean_percent < 0.005
+    assert max(replay.rms_percent) < 0.02
+    assert replay.thrust_max == 0.12
+
+
+def test_hover_tells_what_is_the_drones_own(synthetic, true_vehicle, own_parameters):
+    tuning = tune(*synthetic, true_vehicle, COLD)
+    assert tuning.thrust_scale == pytest.approx(own_parameters["rotors.thrust_scale"], rel=0.003)
+    assert tuning.trim_torque == pytest.approx(own_parameters["trim.torque"], abs=4e-5)
+    assert abs(tuning.log_lag) < 0.003
+    assert tuning.misalignment_deg < 0.1
+
+
+def test_plant_goes_where_it_went(synthetic, true_vehicle):
+    tuning = tune(*synthetic, true_vehicle, COLD)
+    prediction = predict(*synthetic, true_vehicle, tuning, COLD)
+    assert prediction.followed_position_cm[0] < 0.01
+    assert prediction.followed_position_cm[2] < 1.5
+    assert prediction.followed_tilt_deg[2] < 2.0
+
+
+def test_plant_without_the_moment_of_flight_does_not(synthetic, true_vehicle):
+    tuning = tune(*synthetic, true_vehicle, COLD)
+    without = {**true_vehicle, "flight_moment.enabled": "off"}
+    prediction = predict(*synthetic, without, tuning, COLD)
+    assert prediction.tilt_deg[2] > 20.0
+
+
+def test_chain_flies_the_same_path(synthetic, true_vehicle):
+    tuning = tune(*synthetic, true_vehicle, COLD)
+    drone = {"positioning": "mocap_position", "mocap_latency_ms": 30}
+    chain = fly_again(*synthetic, true_vehicle, tuning, COLD, drone)
+    assert chain.path_rms_m < 0.01
+    assert abs(chain.lag_s) < 0.006
+    assert abs(chain.tracking_percent) < 2.0
+    assert abs(chain.tilt_percent) < 3.0
+    assert abs(chain.thrust_percent) < 0.5
+    assert abs(chain.voltage_difference_v) < 0.03
+
+
+def test_another_vehicle_flies_another_path(synthetic, true_vehicle):
+    tuning = tune(*synthetic, true_vehicle, COLD)
+    chain = fly_again(*synthetic, true_vehicle, tuning, COLD, {"positioning": "mocap", "mocap_latency_ms": 8})
+    assert chain.path_rms_m > 0.015
+
+
+def test_identification_finds_what_was_flown(synthetic, true_vehicle):
+    flight, _ = synthetic
+    found = identify([flight], time_constants=(0.07,))
+    assert found.vehicle["drag.rotor_xy"] == pytest.approx(true_vehicle["drag.rotor_xy"], rel=0.03)
+    assert found.vehicle["flight_moment.x"] == pytest.approx(true_vehicle["flight_moment.x"], rel=0.03)
+    assert found.vehicle["flight_moment.y"] == pytest.approx(true_vehicle["flight_moment.y"], rel=0.03)
+    assert found.vehicle["inertia"][0] == pytest.approx(true_vehicle["inertia"][0], rel=0.25)
+    assert found.vehicle["battery.resistance"] == pytest.approx(true_vehicle["battery.resistance"], rel=0.15)
+    assert found.warm_up.loss < 0.006
+
+
+def test_nothing_to_identify_from():
+    with pytest.raises(RangeError, match="no flights"):
+        identify([])
