@@ -35,15 +35,14 @@ def build_model(drones: Sequence[DroneConfig], scene: str | Path, seed: int, vis
     spec = _scene(scene)
     spec.activate_plugin(PLUGIN)
     stamps: dict[str, VehicleStamp] = {}
-    for index, drone in enumerate(drones):
-        if drone.platform not in stamps:
-            stamps[drone.platform] = _stamp(spec, drone, visuals)
-        _add_drone(spec, stamps[drone.platform], drone, index, seed)
     try:
+        for index, drone in enumerate(drones):
+            if drone.platform not in stamps:
+                stamps[drone.platform] = _stamp(spec, drone, visuals)
+            _add_drone(spec, stamps[drone.platform], drone, index, seed)
         model = spec.compile()
     except ValueError as error:
-        sentence = str(error).splitlines()[0].removeprefix("Error: ").removeprefix("engine error: ")
-        raise RangeError(sentence) from error
+        raise RangeError(_one_line(error)) from error
     # one body gone wild must not send the whole world back to its start; the plugin parks that drone alone
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     _skip_what_is_absent(model)
@@ -91,7 +90,16 @@ def _scene(scene: str | Path) -> mujoco.MjSpec:
     path = model_path(str(scene)) if str(scene) in SCENES else Path(scene)
     if not path.is_file():
         raise UnknownNameError(f"scene '{scene}' is neither a file nor one of: {', '.join(SCENES)}")
-    return mujoco.MjSpec.from_file(str(path))
+    try:
+        return mujoco.MjSpec.from_file(str(path))
+    except ValueError as error:
+        raise RangeError(f"scene {path}: {_one_line(error)}") from error
+
+
+def _one_line(error: ValueError) -> str:
+    """Return what MuJoCo says in one sentence."""
+    words = " ".join(str(error).split())
+    return words.removeprefix("Error: ").removeprefix("XML Error: ").removeprefix("engine error: ")
 
 
 def _stamp(spec: mujoco.MjSpec, drone: DroneConfig, visuals: bool) -> VehicleStamp:
