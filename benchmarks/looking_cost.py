@@ -42,15 +42,18 @@ def thirty_boxes(folder: Path) -> str:
     )
     path = folder / "boxes.xml"
     path.write_text(
-        '<mujoco><option timestep="0.001"/><worldbody><geom type="plane" size="0 0 1"/>' + boxes + "</worldbody></mujoco>"
+        '<mujoco><option timestep="0.001"/><worldbody><geom type="plane" size="0 0 1"/>'
+        + boxes
+        + "</worldbody></mujoco>"
     )
     return str(path)
 
 
 def hovering(count: int, scene: str, options: dict[str, Any]) -> World:
     """Return a world in which all drones hover."""
-    world = World([DroneConfig(f"cf{i}", place, **options) for i, place in enumerate(grid(count))], scene, seed=1,
-                  visuals=False)
+    world = World(
+        [DroneConfig(f"cf{i}", place, **options) for i, place in enumerate(grid(count))], scene, seed=1, visuals=False
+    )
     world.wait_until_ready()
     for drone in world.drones:
         drone.high_level_commander.takeoff(1.0, 1.5)

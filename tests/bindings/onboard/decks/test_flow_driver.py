@@ -2,12 +2,10 @@
 
 from typing import Any
 
-import numpy as np
 import pytest
 from queued import take
 
 from crazychoir_fw._core import ffi, lib
-
 
 
 class Driver:
