@@ -75,7 +75,7 @@ void cf_plugin_overlap(uintptr_t model, uintptr_t data, int is_overlapping) {
 
 int cf_plugin_take_collisions(uintptr_t model, uintptr_t data, cf_collision_t *collisions,
                               int capacity, uint32_t *lost) {
-  swarm_t *swarm = swarm_of((const mjModel *)model, (const mjData *)data);
+  swarm_t *swarm = cf_swarm_of((const mjModel *)model, (const mjData *)data);
   *lost          = 0;
   if (swarm == NULL || swarm->collisions->count == 0) {
     return 0;
@@ -92,7 +92,7 @@ int cf_plugin_take_collisions(uintptr_t model, uintptr_t data, cf_collision_t *c
 
 float cf_plugin_look(uintptr_t model, uintptr_t data, int self, const float point[3],
                      const float direction[3], float cone, float reach) {
-  swarm_t *swarm = swarm_of((const mjModel *)model, (const mjData *)data);
+  swarm_t *swarm = cf_swarm_of((const mjModel *)model, (const mjData *)data);
   if (swarm == NULL) {
     return -1.0f;
   }

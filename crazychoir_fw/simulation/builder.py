@@ -41,11 +41,14 @@ def build_model(drones: Sequence[DroneConfig], scene: str | Path, seed: int, vis
         raise RangeError(f"drones: the list is empty and scene '{scene}' has none, a world has at least 1 drone")
     spec.activate_plugin(PLUGIN)
     stamps: dict[str, VehicleStamp] = {}
-    for index, drone in enumerate(drones):
-        if drone.platform not in stamps:
-            stamps[drone.platform] = _stamp(spec, drone, visuals)
-        # drones of the scene count first, as the engine plugin does
-        _add_drone(spec, stamps[drone.platform], drone, in_scene + index, seed)
+    try:
+        for index, drone in enumerate(drones):
+            if drone.platform not in stamps:
+                stamps[drone.platform] = _stamp(spec, drone, visuals)
+            # drones of the scene count first, as the engine plugin does
+            _add_drone(spec, stamps[drone.platform], drone, in_scene + index, seed)
+    except ValueError as error:
+        raise RangeError(_one_line(error)) from error
     model = _compiled(spec)
     # one body gone wild must not send the whole world back to its start; the plugin parks that drone alone
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
@@ -57,8 +60,7 @@ def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
     try:
         return spec.compile()
     except ValueError as error:
-        sentence = str(error).splitlines()[0].removeprefix("Error: ").removeprefix("engine error: ")
-        raise RangeError(sentence) from error
+        raise RangeError(_one_line(error)) from error
 
 
 def _skip_what_is_absent(model: mujoco.MjModel) -> None:
@@ -125,7 +127,13 @@ def _scene(scene: str | Path) -> mujoco.MjSpec:
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
-        raise RangeError(f"scene '{scene}' is no model: {' '.join(str(error).split())[:200]}") from error
+        raise RangeError(f"scene {path}: {_one_line(error)}") from error
+
+
+def _one_line(error: ValueError) -> str:
+    """Return what MuJoCo says in one sentence."""
+    words = " ".join(str(error).split())
+    return words.removeprefix("Error: ").removeprefix("XML Error: ").removeprefix("engine error: ")
 
 
 def _stamp(spec: mujoco.MjSpec, drone: DroneConfig, visuals: bool) -> VehicleStamp:

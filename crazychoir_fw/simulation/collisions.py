@@ -36,7 +36,9 @@ class Collisions:
 
     def note_new(self, note: Callable[..., None]) -> None:
         """Hand what happened since the last time to `World.note`."""
+        lost = 0
         while count := self._take():
+            lost += int(self._lost[0])
             for found in self._found[0:count]:
                 note(
                     "touchdown" if found.kind == lib.CF_COLLISION_TOUCHDOWN else "collision",
@@ -47,8 +49,8 @@ class Collisions:
                     speed=round(found.speed, 4),
                     position=[round(value, 4) for value in found.position],
                 )
-            if self._lost[0]:
-                note("collisions_lost", count=int(self._lost[0]))
+        if lost:
+            note("collisions_lost", count=lost)
 
     def forget(self) -> None:
         """Drop what happened on a way that the world did not go."""

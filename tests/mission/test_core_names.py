@@ -4,7 +4,9 @@ import pytest
 
 from crazychoir_fw.core import attributes
 from crazychoir_fw.errors import MissionError
-from crazychoir_fw.mission import fleet, parse_mission
+from crazychoir_fw.mission import fleet, parse_mission, schema
+from crazychoir_fw.mujoco_models import SCENES
+from crazychoir_fw.simulation.drone_config import DECKS
 
 
 @pytest.mark.parametrize(
@@ -20,6 +22,12 @@ def test_names_are_those_of_the_engine_plugin(attribute, names):
     allowed, _ = attributes()[attribute]
     # "auto" is what a mission says by leaving the key out
     assert set(names) == set(allowed.split(" | ")) - {"auto"}
+
+
+def test_decks_and_scenes_are_those_that_there_are():
+    assert fleet.DECKS == DECKS
+    assert set(fleet.DECKS) <= set(attributes())
+    assert set(schema.SCENES) == set(SCENES)
 
 
 @pytest.mark.parametrize("attribute", ["noise", "battery"])

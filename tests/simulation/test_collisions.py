@@ -66,7 +66,9 @@ def test_a_fall_on_the_back_is_a_collision_however_slow():
 
 def test_a_table_carries_too():
     """The top of the table in the room is at 0.75 m."""
-    world = World([DroneConfig("cf1", (-1.2, 1.1, 0.82))], scene="room")
+    world = World([DroneConfig("cf1", (-1.2, 1.1, 1.5))], scene="room")
+    world.run(0.2)
+    world.drones[0].place((-1.2, 1.1, 0.79))
     world.run(0.5)
     assert kinds(world) == [("touchdown", "cf1")]
     assert world.events[0].details["other"] == "table_top"
@@ -117,14 +119,14 @@ def test_a_body_without_names_is_told_by_its_number(tmp_path):
 def test_events_come_in_the_order_of_time_at_any_number_of_threads():
     def fly(threads):
         set_threads(threads)
-        drones = [(f"cf{i}", (0.4 * i, 0.0, 1.0), (0.6 * (-1) ** i, 0.1 * i, -0.2 * i)) for i in range(5)]
+        drones = [(f"cf{i}", (0.4 * i, 0.0, 1.0), (0.6 * (-1) ** i, 0.0, 0.0)) for i in range(5)]
         world = floating(*drones, scene="room")
         for _ in range(5):
             world.run(0.2)
         return world.events
 
     events = fly(1)
-    assert len(events) > 2
+    assert len(events) == 2
     assert [event.time for event in events] == sorted(event.time for event in events)
     assert fly(2) == events
 

@@ -41,7 +41,7 @@ LAB = """<mujoco model="lab">
     <geom name="ground" type="plane" size="5 5 0.1"/>
     <geom name="wedge" type="mesh" mesh="wedge" pos="3 0 0"/>
     <geom name="hill" type="hfield" hfield="hill" pos="-3 0 0"/>
-    <body name="door" pos="0 2 0.5">
+    <body name="door" pos="0 2 0.7">
       <joint name="hinge" axis="0 0 1" range="-1 1"/>
       <geom type="box" size="0.4 0.02 0.5"/>
     </body>
@@ -108,7 +108,7 @@ def test_a_drone_flies_sees_and_the_scene_moves(lab):
     assert drone.log["range.left"] == pytest.approx(1980, abs=20)
     assert drone.log["range.zrange"] == pytest.approx(height, abs=20)
     world.data.mocap_pos[0, 2] = 1.5
-    world.data.ctrl[0] = 0.5
+    world.data.ctrl[0] = 5.0
     world.run(0.2)
     assert drone.log["range.up"] == pytest.approx(1400 - height, abs=20)
     assert world.data.sensor("angle").data[0] > 0.01

@@ -74,7 +74,11 @@ def config(**changes):
         (config(attributes={"mocap_rate": 2000}), {}, "mocap_rate is '2000', allowed: whole number 0 to 1000"),
         (config(attributes={"rocket": 1}), {}, "rocket"),
         (config(), {"seed": -1}, "seed is -1, allowed: a whole number from 0"),
-        (config(), {"scene": "moon"}, "scene 'moon' is neither a file nor one of: arena, flight_lab"),
+        (
+            config(),
+            {"scene": "moon"},
+            "scene 'moon' is neither a file nor one of: arena, flight_lab, gates, pillars, room",
+        ),
         (config(), {"threads": 0}, "threads is 0, allowed: 1 to 64"),
     ],
 )

@@ -71,9 +71,7 @@ def points(side, low, high):
     return st.tuples(*[st.floats(-side, side)] * 2, st.floats(low, high)).map(list)
 
 
-directions = (
-    st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda vector: np.linalg.norm(vector) > 0.1).map(unit)
-)
+directions = st.tuples(*[st.floats(-1.0, 1.0)] * 3).filter(lambda vector: np.linalg.norm(vector) > 0.1).map(unit)
 
 
 @pytest.fixture(scope="module", params=SCENES)
