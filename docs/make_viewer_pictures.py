@@ -45,10 +45,10 @@ def fly(show=None, seconds: float = 3.2, hold_s: float = 0.0) -> World:
 
 
 def save(name: str, picture: NDArray[np.uint8]) -> None:
-    """Write a PNG with 256 colors: small, and good enough for a page."""
+    """Write a small PNG."""
     from PIL import Image
 
-    Image.fromarray(picture).quantize(256, Image.Quantize.FASTOCTREE).save(IMAGES / name, optimize=True)
+    Image.fromarray(picture).save(IMAGES / name, optimize=True)
     print(f"{name}: {(IMAGES / name).stat().st_size / 1000:.0f} kB")
 
 
