@@ -6,6 +6,7 @@ know ends it, and it listens on all interfaces of the machine; so viser draws th
 
 from __future__ import annotations
 
+import logging
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -57,8 +58,8 @@ def open_page(say: Callable[[str], None], patience_s: float = PATIENCE_S) -> Ite
             "--view: the page needs viser: run pip install 'crazychoir-fw[viz]' (or open a display for MuJoCo's window)"
         ) from None
 
-    with _silence():
-        server = viser.ViserServer(host=HOST, port=PORT, label="crazychoir", verbose=False)
+    _silence()
+    server = viser.ViserServer(host=HOST, port=PORT, label="crazychoir", verbose=False)
     server.gui.configure_theme(show_logo=False, show_share_button=False)
     page: Page | None = None
     pace = Pace(_FRAME_S)
@@ -83,21 +84,17 @@ def open_page(say: Callable[[str], None], patience_s: float = PATIENCE_S) -> Ite
         if page is not None:
             page.say("The flight is over.")
             time.sleep(0.1)  # until the page has heard of it
-        with _silence():
-            server.stop()
+        server.stop()
 
 
-@contextmanager
-def _silence() -> Iterator[None]:
-    """Keep viser from printing: one line says where the page is."""
+def _silence() -> None:
+    """Keep viser from printing, also at the end of the process: one line says where the page is."""
     import rich
 
-    console = rich.get_console()
-    before, console.quiet = console.quiet, True
-    try:
-        yield
-    finally:
-        console.quiet = before
+    # the console of rich.print, which viser uses and this package does not
+    rich.get_console().quiet = True
+    # a browser that goes away while it connects is no error
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)
 
 
 def _wait_for_somebody(server: viser.ViserServer, patience_s: float) -> None:
@@ -124,7 +121,8 @@ class Page:
         self._names = [drone.id for drone in world.drones]
         bodies = [int(world.model.body(name).id) for name in self._names]
         self._addresses = np.array([drone.qpos_address for drone in world.drones])
-        self._colors = (255 * drone_colors(world.model, bodies)).astype(np.uint8)
+        # lines and ghosts take amounts of light, not those of a screen
+        self._light = (255 * drone_colors(world.model, bodies) ** 2.2).astype(np.uint8)
         self._trails: deque[NDArray[np.float64]] = deque(maxlen=_corners(len(bodies)))
         self._next_corner = self._next_names = self._next_text = -1.0
         self._build_controls()
@@ -192,7 +190,7 @@ class Page:
             np.tile([1.0, 0.0, 0.0, 0.0], (count, 1)),
             np.zeros((count, 3)),
             batched_scales=np.full(count, 1e-6),
-            batched_colors=self._colors,
+            batched_colors=self._light,
             opacity=0.4,
             cast_shadow=False,
         )
@@ -253,7 +251,7 @@ class Page:
         corners = np.array(self._trails)
         lines = np.stack([corners[:-1], corners[1:]], axis=2)  # (L, N, 2, 3)
         self._lines.points = lines.reshape(-1, 2, 3).astype(np.float32)
-        self._lines.colors = np.broadcast_to(self._colors[None, :, None], lines.shape).reshape(-1, 2, 3)
+        self._lines.colors = np.broadcast_to(self._light[None, :, None], lines.shape).reshape(-1, 2, 3)
 
     def _draw_names(self, positions: NDArray[np.float64], seconds: float) -> None:
         if seconds < self._next_names:
