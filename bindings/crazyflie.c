@@ -190,9 +190,6 @@ void cf_actuate(cf_t *cf) {
   } else {
     cf_vehicle_actuate(&cf->vehicle, cf->onboard.motors.list);
   }
-  if (cf->injected.is_gust) {
-    cf_injected_blow(&cf->injected);
-  }
 }
 
 void cf_tick(cf_t *cf, const cf_motion_t *motion) {
@@ -203,10 +200,7 @@ void cf_tick(cf_t *cf, const cf_motion_t *motion) {
 }
 
 void cf_wrench(const cf_t *cf, const cf_motion_t *motion, float force[3], float torque[3]) {
-  const float *wind   = cf->injected.wind;
-  const float *v      = motion->velocity;
-  const float  air[3] = {v[0] - wind[0], v[1] - wind[1], v[2] - wind[2]};
-  cf_vehicle_wrench(&cf->vehicle, motion->rotation, air, motion->rates, force, torque);
+  cf_vehicle_wrench(&cf->vehicle, motion->rotation, motion->velocity, motion->rates, force, torque);
   const float sum = (force[0] + force[1] + force[2]) + (torque[0] + torque[1] + torque[2]);
   if (!isfinite(sum)) {
     memset(force, 0, 3 * sizeof *force);

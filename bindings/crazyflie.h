@@ -74,6 +74,7 @@ typedef struct cf {
 
   // for the IMU: specific force is the change of velocity over a tick
   double last_velocity[3];  // [m/s], world, at the end of the last tick
+  double last_rates[3];     // [rad/s], body, likewise
   bool   has_last_velocity;
 
   cf_injected_faults_t injected;

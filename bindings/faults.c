@@ -6,12 +6,15 @@
 #include "crazyflie.h"
 #include "vehicle/valid.h"
 
-static const float TURN               = 6.28318531f;
+static const float TICK               = 0.001f;  // [s]
 static const float LARGEST_RESISTANCE = 10.0f;   // [Ohm]
-static const float LARGEST_WIND       = 100.0f;  // [m/s]
 
-cf_status_t cf_inject_motor(cf_t *cf, int motor, float efficiency) {
-  return cf_rotors_set_efficiency(&cf->vehicle.rotors, motor, efficiency);
+cf_status_t cf_inject_motor(cf_t *cf, int motor, float share) {
+  if (motor < 0 || motor >= CF_ROTOR_COUNT) {
+    return CF_ERR_CAPACITY;
+  }
+  const float well = cf->config.vehicle.airframe.rotors.efficiency[motor];
+  return cf_rotors_set_efficiency(&cf->vehicle.rotors, motor, well * share);
 }
 
 // ------------------------------------------------------------------------------------------- IMU
@@ -114,26 +117,5 @@ void cf_inject_battery_cut(cf_t *cf, bool is_cut) {
 // ------------------------------------------------------------------------------------------ gust
 
 cf_status_t cf_inject_gust(cf_t *cf, const float velocity[3], uint32_t ticks) {
-  for (int i = 0; i < 3; i++) {
-    if (!cf_is_within(velocity[i], -LARGEST_WIND, LARGEST_WIND)) {
-      return CF_ERR_VALUE;
-    }
-  }
-  cf_injected_faults_t *faults = &cf->injected;
-  memcpy(faults->gust, velocity, sizeof faults->gust);
-  memset(faults->wind, 0, sizeof faults->wind);
-  faults->gust_tick  = 0;
-  faults->gust_ticks = ticks;
-  faults->is_gust    = ticks > 0;
-  return CF_OK;
-}
-
-void cf_injected_blow(cf_injected_faults_t *faults) {
-  faults->gust_tick++;
-  const float share = (float)faults->gust_tick / (float)faults->gust_ticks;
-  const float size  = 0.5f * (1.0f - cosf(TURN * share));
-  for (int i = 0; i < 3; i++) {
-    faults->wind[i] = size * faults->gust[i];
-  }
-  faults->is_gust = faults->gust_tick < faults->gust_ticks;
+  return cf_vehicle_gust(&cf->vehicle, velocity, (float)ticks * TICK);
 }

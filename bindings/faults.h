@@ -21,7 +21,6 @@
 
 typedef struct {
   bool is_sensing_wrong;  // any fault of the IMU, or no battery
-  bool is_gust;
 
   bool    is_battery_cut;
   uint8_t stuck_axes;              // of the IMU, which give the same reading again and again
@@ -29,11 +28,6 @@ typedef struct {
   int16_t held[CF_IMU_AXES];       // [LSB]
   float   imu_bias[CF_IMU_AXES];   // [LSB]
   float   imu_noise[CF_IMU_AXES];  // [LSB], standard deviation per sample
-
-  float    gust[3];     // [m/s], world, at its height
-  uint32_t gust_tick;   // [ticks], since it began
-  uint32_t gust_ticks;  // [ticks], from its begin to its end
-  float    wind[3];     // [m/s], world, of the gust as it is now
 
   cf_random_t random;  // of the noise
 } cf_injected_faults_t;
@@ -49,8 +43,9 @@ typedef struct {
 struct cf;  // crazyflie.h, which has the faults of a drone as a member
 
 // Lets motor 0..3 turn with a share [0, 2] of the thrust and torque that it has when it is well; 0
-// stops it. Returns CF_ERR_CAPACITY for another motor, CF_ERR_VALUE for another share.
-cf_status_t cf_inject_motor(struct cf *cf, int motor, float efficiency);
+// stops it. Returns CF_ERR_CAPACITY for another motor, CF_ERR_VALUE for a share that leaves it with
+// an efficiency outside [0, 2].
+cf_status_t cf_inject_motor(struct cf *cf, int motor, float share);
 
 // Spoils axes of the IMU, which replaces what was wrong with them before; a fault with neither
 // stuck, bias nor noise heals them. Returns CF_ERR_VALUE for a number outside its range.
@@ -80,11 +75,11 @@ cf_status_t cf_inject_battery_resistance(struct cf *cf, float extra);
 void cf_inject_battery_cut(struct cf *cf, bool is_cut);
 
 // Lets a gust pass: the wind [m/s, world] rises to `velocity` and falls again within `ticks`, as
-// one minus a cosine. Ticks 0 end one. Returns CF_ERR_VALUE unless each is within +-100 m/s.
+// one minus a cosine (cf_vehicle_gust). Returns CF_ERR_VALUE unless each component is within +-50
+// m/s and it takes 1 ms to an hour.
 cf_status_t cf_inject_gust(struct cf *cf, const float velocity[3], uint32_t ticks);
 
-// For cf_sense and cf_actuate. Internal to C.
+// For cf_sense. Internal to C.
 void cf_injected_spoil_imu(cf_injected_faults_t *faults, Axis3i16 *gyro, Axis3i16 *acc);
-void cf_injected_blow(cf_injected_faults_t *faults);
 
 #endif  // CF_FAULTS_H

@@ -280,8 +280,8 @@ class Drone:
         Raises:
             RangeError: If a component is beyond 50 m/s, or the duration outside 0.001 to 3600 s.
         """
-        vehicle = ffi.addressof(self._cf, "vehicle")
-        status = lib.cf_vehicle_gust(vehicle, [float(speed) for speed in peak], float(duration_s))
+        ticks = round(duration_s * 1000) if 0.0 < duration_s < 1e6 else 0
+        status = self.uplink.deliver("cf_inject_gust", [float(speed) for speed in peak], ticks)
         check(status, f"{self.id}: blow_gust({peak}, {duration_s})")
 
     def drop_payload(self) -> None:
@@ -294,7 +294,7 @@ class Drone:
             raise StateError(f"{self.id}: carries nothing detachable; configure payload with detachable: true")
         if not self.payload.is_attached:
             raise StateError(f"{self.id}: has dropped its payload already")
-        self.payload.drop()
+        self.uplink.deliver("drop_payload")
 
     # ---------------------------------------------------------------- snapshots
 

@@ -21,10 +21,10 @@ class Gust(Fault):
 
     kind: ClassVar[str] = "gust"
 
-    duration: float = ruled(Number(0.001, 1e6, "s"), 1.0)
+    duration: float = ruled(Number(0.001, 3600.0, "s"), 1.0)
     """From calm to calm (s)."""
 
-    velocity: tuple[float, float, float] = ruled(Vector(100.0, "m/s"), (0.0, 0.0, 0.0))
+    velocity: tuple[float, float, float] = ruled(Vector(50.0, "m/s"), (0.0, 0.0, 0.0))
     """Of the air at its height (m/s, world)."""
 
     def __post_init__(self) -> None:

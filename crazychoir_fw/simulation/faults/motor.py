@@ -29,11 +29,11 @@ class MotorFault(Fault):
     """Share of thrust and torque that is left; 0 stops the rotor."""
 
     def begin(self, world: World, drone: Drone, seed: int) -> None:
-        """Set the efficiency."""
+        """Take it its share."""
         self._set(drone, self.efficiency)
 
     def end(self, world: World, drone: Drone) -> None:
-        """Set it to what it was built with."""
+        """Let it do what it was built for."""
         self._set(drone, 1.0)
 
     def _set(self, drone: Drone, efficiency: float) -> None:

@@ -379,7 +379,7 @@ def test_gust_pushes_as_drag_does_and_passes(hovering, follow):
     world = hovering()
     drone = world.drones[0]
     world.add_fault(Gust(at=world.time, velocity=(3.0, 0.0, 0.0), duration=1.0))
-    seen = follow(world, 1.0, lambda: (drone.true_position[0], drone.struct.injected.wind[0]))
+    seen = follow(world, 1.0, lambda: (drone.true_position[0], drone.struct.vehicle.wind.velocity[0]))
     winds = [wind for _, wind in seen]
     assert max(winds) == pytest.approx(3.0, abs=0.01)
     assert winds[-1] == pytest.approx(0.0, abs=1e-4)
@@ -387,7 +387,7 @@ def test_gust_pushes_as_drag_does_and_passes(hovering, follow):
     assert max(place for place, _ in seen) > 0.02
     world.run(4.0)
     assert horizontal(drone) < 0.05
-    assert list(drone.struct.injected.wind) == pytest.approx([0.0] * 3, abs=1e-6)
+    assert list(drone.struct.vehicle.wind.velocity) == pytest.approx([0.0] * 3, abs=1e-6)
 
 
 PAYLOAD = 0.004  # kg
