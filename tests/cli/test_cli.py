@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
 from crazychoir_fw.cli.tables import MANY, flight_table, verdict
+from crazychoir_fw.mujoco_models import SCENES
 
 FACTS = {"version": "1.2.3", "providers": ["builtin"], "parameters": 200, "ros": None}
 
@@ -87,7 +88,7 @@ def test_info_as_json_is_what_core_says_and_which_firmware_would_fly(monkeypatch
     assert result.exit_code == 0
     facts = json.loads(result.stdout)
     del facts["firmware_libraries"]  # other tests may have built it
-    assert facts == {**FACTS, "firmware": f"2026.08 in {miniature}"}
+    assert facts == {**FACTS, "scenes": list(SCENES), "firmware": f"2026.08 in {miniature}"}
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,8 @@ class ObedientWorld:
         self.tick = 0
         self.data = SimpleNamespace(qpos=np.zeros(7 * len(fleet)))
         self.drones = [ObedientDrone(self, drone.id, drone.position) for drone in fleet]
-        self.events = {}
+        self.scheduled = {}
+        self.events = []
 
     @property
     def time(self):
@@ -69,7 +70,7 @@ class ObedientWorld:
         assert n_ticks > 0
         for _ in range(n_ticks):
             self.tick += 1
-            self.events.get(self.tick, lambda: None)()
+            self.scheduled.get(self.tick, lambda: None)()
 
     def wait_until_ready(self, timeout_s):
         self.step(round(READY_AT * 1000))
@@ -112,7 +113,7 @@ class Setup:
 
     def at(self, seconds, action):
         """Schedule *action* at a time of the plan (s)."""
-        self.world.events[round((READY_AT + seconds) * 1000)] = action
+        self.world.scheduled[round((READY_AT + seconds) * 1000)] = action
 
     def run(self):
         return self.flight.run()

@@ -13,7 +13,7 @@ from crazychoir_fw.mission.summary import hover_thrust, judge, summarize, write_
 
 TOP_KEYS = [
     *("mission", "provider", "platform", "seed", "success", "failures"),
-    *("sim_seconds", "wall_seconds", "real_time_factor", "drones", "build", "providers"),
+    *("sim_seconds", "wall_seconds", "real_time_factor", "drones", "collisions", "build", "providers"),
     *("expected_failures", "faults"),
 ]
 DRONE_KEYS = [
@@ -50,7 +50,7 @@ def world():
         )
         for drone_id in ("cf1", "cf2")
     ]
-    return SimpleNamespace(time=10.0, drones=drones)
+    return SimpleNamespace(time=10.0, drones=drones, events=[])
 
 
 def test_summary_has_the_agreed_keys_in_order(mission, plan, world, make_log):

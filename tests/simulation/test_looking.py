@@ -159,7 +159,8 @@ def test_bodies_that_move_are_seen_where_they_are(tmp_path):
 
 def test_a_mesh_that_moves_is_seen(tmp_path):
     path = scene_with(tmp_path, '<body pos="1.5 0 0.7"><freejoint/><geom type="mesh" mesh="wedge"/></body>')
-    mesh = '<asset><mesh name="wedge" vertex="-0.3 -0.3 0 0.3 -0.3 0 -0.3 0.3 0 0.3 0.3 0 -0.3 -0.3 0.7 -0.3 0.3 0.7"/></asset>'
+    corners = "-0.3 -0.3 0 0.3 -0.3 0 -0.3 0.3 0 0.3 0.3 0 -0.3 -0.3 0.7 -0.3 0.3 0.7"
+    mesh = f'<asset><mesh name="wedge" vertex="{corners}"/></asset>'
     path.write_text(path.read_text().replace("<worldbody>", mesh + "<worldbody>"))
     world = World([DroneConfig("cf1", (0, 0, 1), decks=["multiranger"], attributes=IDEAL)], scene=path)
     world.run(0.1)
