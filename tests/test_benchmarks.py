@@ -10,9 +10,11 @@ import pytest
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 SMALLEST = {
     "flight_matrix.py": ["--platforms", "cf2", "--controllers", "pid", "--positioning", "mocap"],
+    "plant_cost.py": ["--drones", "2", "--repeats", "1", "--ticks", "5"],
     "provider_cost.py": ["--drones", "1", "--repeats", "1"],
     "swarm_scale.py": ["--drones", "1", "2", "--threads", "1", "--seconds", "0.02", "--repeats", "1"],
     "tick_cost.py": ["--drones", "1", "--repeats", "1"],
+    "vehicle_validation.py": [],
 }
 
 

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from functools import cached_property
 from pathlib import Path
-from types import MappingProxyType
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
@@ -41,7 +40,7 @@ class Mission(Section):
     seed: Annotated[int, whole(0, 2**32 - 1)] = 0
     """Seed of all noise: the same seed gives the same flight, to the last bit."""
 
-    wind: Annotated[Mapping[str, Any], wind_parameters()] = MappingProxyType({})
+    wind: Annotated[Mapping[str, Any], wind_parameters()] = Field(default_factory=dict)
     """Wind over all drones: `velocity` [x, y, z] (m/s), `turbulence` (none, indoor or dryden) and its numbers."""
 
     backend: Annotated[str, choice("sim")] = "sim"
