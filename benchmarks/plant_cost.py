@@ -1,4 +1,4 @@
-"""What the effects of the plant cost: a hovering swarm with each of them on, beside the same swarm with all of them off.
+"""What the effects of the plant cost: a hovering swarm with each of them on, beside one with all of them off.
 
     python benchmarks/plant_cost.py --drones 100 1000 --json plant_cost.json
 

@@ -12,6 +12,7 @@ SMALLEST = {
     "endurance.py": ["--hours", "0.02"],
     "flight_matrix.py": ["--platforms", "cf2", "--controllers", "pid", "--positioning", "mocap"],
     "motor_ctrl_cost.py": ["--drones", "1", "--seconds", "0.02", "--repeats", "1"],
+    "plant_cost.py": ["--drones", "2", "--repeats", "1", "--ticks", "5"],
     "provider_cost.py": ["--drones", "1", "--repeats", "1"],
     "swarm_scale.py": [
         *("--drones", "1", "2", "--threads", "1", "--seconds", "0.02", "--repeats", "1"),
@@ -19,6 +20,7 @@ SMALLEST = {
     ],
     "tick_cost.py": ["--drones", "1", "--repeats", "1"],
     "time_machine.py": ["--drones", "1", "--repeats", "1", "--futures", "2", "--seconds", "0.02"],
+    "vehicle_validation.py": [],
 }
 TRIED_ELSEWHERE = {"identify_vehicle.py", "real_flights.py"}  # tests/recorded/test_real_flights_script.py
 

@@ -312,9 +312,11 @@ cf_status_t cf_parameters_set(cf_vehicle_config_t *config, const char *text,
     } else if (find(name) >= 0) {
       status = set_one(config, find(name), entry, message);
     } else {
-      snprintf(message, CF_PARAMETER_MESSAGE_BYTES,
-               "no parameter '%.*s'; `crazychoir vehicle` lists those that exist",
-               name.length < 60 ? name.length : 60, name.text);
+      snprintf(
+          message, CF_PARAMETER_MESSAGE_BYTES,
+          "vehicle has no parameter '%.*s', allowed: name=value of those that `crazychoir vehicle` "
+          "lists",
+          name.length < 60 ? name.length : 60, name.text);
     }
     if (status != CF_OK) {
       return status;
