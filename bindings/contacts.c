@@ -27,6 +27,16 @@ bool cf_contacts_note(cf_contacts_t *contacts, uint32_t thing, uint32_t now_ms, 
   return true;
 }
 
+void cf_contacts_go_on(cf_contacts_t *contacts, uint32_t now_ms, uint32_t tick) {
+  for (int i = 0; i < CF_MOST_TOUCHED; i++) {
+    cf_touched_t *touched = &contacts->touched[i];
+    if (touched->thing != 0 && now_ms - touched->last_ms <= HOLD_MS) {
+      touched->last_ms = now_ms;
+    }
+  }
+  contacts->tick = tick;  // with the points of contact that there were, or those of this step
+}
+
 void cf_contacts_refresh(cf_contacts_t *contacts, uint32_t tick) {
   contacts->now = contacts->tick == tick ? contacts->count : 0;
 }

@@ -27,6 +27,10 @@ typedef struct {
 // than a drone bounces off.
 bool cf_contacts_note(cf_contacts_t *contacts, uint32_t thing, uint32_t now_ms, uint32_t tick);
 
+// The drone is held where it lies and its contacts are not looked for: those of the last 0.2 s go on
+// in the step that ends with an onboard tick.
+void cf_contacts_go_on(cf_contacts_t *contacts, uint32_t now_ms, uint32_t tick);
+
 // Brings sim.contacts up to date.
 void cf_contacts_refresh(cf_contacts_t *contacts, uint32_t tick);
 

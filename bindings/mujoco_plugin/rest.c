@@ -158,7 +158,8 @@ static bool is_hit(const drone_t *drone, const mjModel *model, const cf_rest_t *
 
 void cf_rest_step(const swarm_t *swarm, int i, const mjModel *model, mjData *data, double elapsed) {
   const drone_t *drone = &swarm->drones[i];
-  cf_rest_t     *rest  = &cf_state_of(drone, data)->rest;
+  cf_t          *cf    = cf_state_of(drone, data);
+  cf_rest_t     *rest  = &cf->rest;
   if (rest->contagious_steps > 0) {
     rest->contagious_steps--;
   }
@@ -179,6 +180,8 @@ void cf_rest_step(const swarm_t *swarm, int i, const mjModel *model, mjData *dat
       return;
     }
     keep_in_place(drone, data, rest);
+    cf_contacts_go_on(&cf->contacts, (uint32_t)(data->time * 1e3 + 0.5),
+                      cf->onboard.tick + (uint32_t)swarm->ticks);
   }
 }
 

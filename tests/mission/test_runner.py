@@ -23,6 +23,7 @@ class ObedientDrone:
         self.position = np.array([*position, 0.0])
         self.high_level_commander = self
         self.can_fly = self.can_arm = True
+        self.motor_ctrl = None
         self.is_crashed = self.is_locked = False
         self.failure = None
         self.supervisor_state = "Ready to fly"
