@@ -175,6 +175,8 @@ def _hang(spec: mujoco.MjSpec, body: mujoco.MjsBody, name: str, mass: float, off
         quat=body.quat,
         mass=mass,
         inertia=np.full(3, 0.4 * mass * _RADIUS**2),
+        ipos=np.zeros(3),  # left out, MuJoCo takes the position of the body
+        iquat=[1, 0, 0, 0],
         explicitinertial=True,
     )
     load.add_freejoint(name=f"{name}/root")

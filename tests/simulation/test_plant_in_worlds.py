@@ -32,7 +32,7 @@ def test_threads_do_not_change_a_bit_of_the_downwash(one_thread_afterwards):
         world = crossing(count=5)
         felt = []
         for _ in range(40):
-            world.run(0.03)
+            world.run(0.05)
             felt.append(world.drones[0].log["sim.downwash"])
         assert max(felt) > 0.01
         states.append(world.snapshot().tobytes())
@@ -88,7 +88,8 @@ def test_gust_pushes_a_drone_away_and_it_comes_back():
 def test_wind_of_the_scene_is_felt(tmp_path):
     scene = tmp_path / "windy.xml"
     scene.write_text(
-        '<mujoco><option timestep="0.001" wind="2 0 0"/><worldbody><geom type="plane" size="5 5 1"/></worldbody></mujoco>'
+        '<mujoco><option timestep="0.001" wind="2 0 0"/>'
+        '<worldbody><geom type="plane" size="5 5 1"/></worldbody></mujoco>'
     )
     world = World([DroneConfig("cf", (0, 0), vehicle={"wind.velocity": (0, 1, 0)})], scene=scene)
     assert list(world["cf"].struct.vehicle.wind.velocity) == [2.0, 1.0, 0.0]
@@ -119,11 +120,12 @@ def test_rigid_payload_is_part_of_the_body():
 
 def test_payload_drops_and_comes_back_with_the_snapshot():
     payload = {"mass": 0.006, "offset": (0, 0, -0.006), "detachable": True}
-    world = World([DroneConfig("cf", (0, 0), payload=payload), DroneConfig("other", (1, 0))], visuals=False)
+    world = World([DroneConfig("cf", (1, 0.5), payload=payload), DroneConfig("other", (0, 0))], visuals=False)
     world.wait_until_ready()
     drone = world["cf"]
     drone.high_level_commander.takeoff(0.6, 1.5)
     world.run(3.0)
+    assert drone.is_flying
     snapshot = world.snapshot()
     hanging = drone.payload.position - drone.true_position
     assert np.linalg.norm(hanging - [0, 0, -0.006]) < 0.002

@@ -214,6 +214,8 @@ def test_logs_name_what_only_the_simulator_knows(make_vehicle: Make, run: Make) 
     expected = {f"sim.rpm{i + 1}": vehicle.rotors.rpm[i] for i in range(4)}
     expected |= {f"sim.thrust{i + 1}": vehicle.rotors.thrust[i] for i in range(4)}
     expected |= {"sim.current": vehicle.battery.current, "sim.charge": vehicle.battery.charge}
+    expected |= {f"sim.wind{axis}": vehicle.wind.velocity[i] for i, axis in enumerate("XYZ")}
+    expected |= {"sim.downwash": vehicle.downwash, "sim.groundGain": vehicle.ground_effect.gain[0]}
     assert values == expected
 
 
