@@ -3,9 +3,9 @@
 #include <math.h>
 #include <string.h>
 
-#define LEAST_CHANGE 0.02     // [rad/s] in a step
-#define LARGEST_CHANGE 5.0    // [rad/s] in a step, beyond it something has hit the drone
-#define SHORT_STEP 0.0009     // [s], with shorter ones there are several in a tick
+#define LEAST_CHANGE 0.02   // [rad/s] in a step
+#define LARGEST_CHANGE 5.0  // [rad/s] in a step, beyond it something has hit the drone
+#define SHORT_STEP 0.0009   // [s], with shorter ones there are several in a tick
 #define WAKE_VELOCITY 1e-9  // [m/s], enough for MuJoCo to wake a sleeping tree
 #define WAKE_THRUST 1e-3f   // [N], a rotor that pushes harder wakes the drone
 
