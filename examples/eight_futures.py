@@ -31,6 +31,7 @@ def mean_distance(world: World, gain: float) -> float:
 
 
 def main() -> None:
+    """Fly to the gate and look into eight futures."""
     world = World([DroneConfig("scout")], seed=3)
     world.wait_until_ready()
     world["scout"].high_level_commander.takeoff(absolute_height_m=0.5, duration_s=1.5)

@@ -25,7 +25,7 @@ def refusal_of(mission):
         ([{"motor": {}, "kick": {}}], "faults[0] is {"),
         (["hover"], "faults[0] is 'hover', but must be"),
         ([{"motor": {"motor": 5}}], "faults[0].motor.motor is"),
-        ([{"motor": {"efficency": 0.5}}], "faults[0] has no key 'efficency' (did you mean 'efficiency'?)"),
+        ([{"motor": {"efficiencyy": 0.5}}], "faults[0] has no key 'efficiencyy' (did you mean 'efficiency'?)"),
         ([{"imu": {"sensor": "gyros", "stuck": True}}], "faults[0].imu.sensor is"),
         ([{"kick": {}}], "faults[0].kick is"),
         ([{"motor": {"drones": ["cf3"]}}], "faults[0].motor.drones names 'cf3', but must name drones of the mission"),
@@ -50,7 +50,7 @@ def test_faults_happen_in_times_of_the_flight_and_are_written_down(hop):
     result = fly(parse_mission(hop), visuals=False)
     assert result.failures == []
     start = result.world.time - 9.5  # seven seconds of phases, then the drones come to rest
-    kicks = [event for event in result.world.events if event.details["fault"] == "kick"]
+    kicks = [event for event in result.world.events if event.details.get("fault") == "kick"]
     assert [event.drone for event in kicks] == ["cf2"]
     assert kicks[0].time == pytest.approx(start + 3.0, abs=1e-6)
     assert [fault["kind"] for fault in result.summary["faults"]] == ["kick", "motor"]

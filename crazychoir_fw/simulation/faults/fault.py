@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -17,7 +18,7 @@ TICKS_PER_SECOND = 1000
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fault:
+class Fault(ABC):
     """Something that goes wrong at a simulated time.
 
     What a fault does to a drone goes through `Uplink.deliver`, past the radio, so that a journal of requests holds it.
@@ -79,9 +80,9 @@ class Fault:
     def check(self, world: World, drone: Drone) -> None:
         """Raise a `CrazychoirError` when this drone cannot have the fault."""
 
+    @abstractmethod
     def begin(self, world: World, drone: Drone, seed: int) -> None:
         """Let it happen to one drone; `seed` is that of this fault in this world."""
-        raise NotImplementedError
 
     def end(self, world: World, drone: Drone) -> None:
         """Make the drone well again."""
