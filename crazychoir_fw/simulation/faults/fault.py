@@ -77,12 +77,12 @@ class Fault(ABC):
         drones = None if self.drones is None else list(self.drones)
         return {"kind": self.kind, "at": self.at, "duration": self.duration, "drones": drones, **self.details()}
 
-    def check(self, world: World, drone: Drone) -> None:
+    def check(self, world: World, drone: Drone) -> None:  # noqa: B027 - most kinds suit every drone
         """Raise a `CrazychoirError` when this drone cannot have the fault."""
 
     @abstractmethod
     def begin(self, world: World, drone: Drone, seed: int) -> None:
         """Let it happen to one drone; `seed` is that of this fault in this world."""
 
-    def end(self, world: World, drone: Drone) -> None:
+    def end(self, world: World, drone: Drone) -> None:  # noqa: B027 - some end by themselves
         """Make the drone well again."""
