@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "mujoco_plugin/rotation.h"
 #include "mujoco_plugin/scenery.h"
 #include "mujoco_plugin/swarm.h"
 
@@ -19,6 +20,12 @@ static const double PEER_REACH = 2.0;  // [m]
 
 static bool collides(const mjModel *model, int geom) {
   return model->geom_contype[geom] != 0 || model->geom_conaffinity[geom] != 0;
+}
+
+// Whether MuJoCo can tell from its pose and size where a ray meets a geom; of planes and height
+// fields, which have no end, nothing moves.
+static bool is_simple(int type) {
+  return type != mjGEOM_MESH && type != mjGEOM_SDF && type != mjGEOM_PLANE && type != mjGEOM_HFIELD;
 }
 
 // The geoms of a body stand in a row.
@@ -39,8 +46,7 @@ static bool is_mover(const swarm_t *swarm, const mjModel *model, int geom) {
   const int body = model->geom_bodyid[geom];
   const int type = model->geom_type[geom];
   return collides(model, geom) && !cf_scenery_is_static(model, body) &&
-         swarm->drone_of_body[body] < 0 && type != mjGEOM_PLANE && type != mjGEOM_HFIELD &&
-         type != mjGEOM_SDF;
+         swarm->drone_of_body[body] < 0 && (is_simple(type) || type == mjGEOM_MESH);
 }
 
 static bool has_ranger(const cf_config_t *config) {
@@ -217,9 +223,9 @@ static void look_at_hull(search_t *search, int drone, const double direction[3])
   }
   for (int geom = hull->first; geom < hull->first + hull->count; geom++) {
     const int type = model->geom_type[geom];
-    if (collides(model, geom) && type != mjGEOM_MESH) {
+    if (collides(model, geom) && is_simple(type)) {
       double rotation[9];
-      cf_scenery_matrix_of(model->geom_quat + 4 * geom, rotation);
+      cf_rotation_of(model->geom_quat + 4 * geom, rotation);
       keep_nearer(search, swarm->mj->ray_geom(model->geom_pos + 3 * geom, rotation,
                                               model->geom_size + 3 * geom, point, ray, type, NULL));
     }

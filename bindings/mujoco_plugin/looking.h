@@ -25,7 +25,7 @@ typedef struct {
 
 // The geoms of a drone that others see: those that collide.
 typedef struct {
-  int    first;   // geom of the body; meshes among them are not seen
+  int    first;   // geom of the body; meshes and SDFs among them are not seen
   int    count;   // geoms in a row
   double radius;  // [m], about the origin of the body
 } cf_hull_t;

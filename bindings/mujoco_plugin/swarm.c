@@ -6,6 +6,7 @@
 
 #include "mujoco_plugin/attributes.h"
 #include "mujoco_plugin/downwash.h"
+#include "mujoco_plugin/rotation.h"
 #include "providers.h"
 
 #define TICK 0.001  // [s]
@@ -26,12 +27,8 @@ static int find_body(const mjModel *model, int instance) {
 
 // R diag(d) R^T for the frame that MuJoCo aligned with the principal axes.
 static void rotated_diagonal(const double quat[4], const double diagonal[3], double out[9]) {
-  const double w = quat[0], x = quat[1], y = quat[2], z = quat[3];
-  const double r[9] = {
-      1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
-      2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-      2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y),
-  };
+  double r[9];
+  cf_rotation_of(quat, r);
   for (int i = 0; i < 3; i++) {
     for (int j = 0; j < 3; j++) {
       double sum = 0;
@@ -222,7 +219,7 @@ static bool allocate(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *m
   return swarm->drones != NULL && swarm->work != NULL && swarm->touched != NULL &&
          swarm->drone_of_body != NULL && swarm->thing_of_geom != NULL &&
          swarm->collisions != NULL && swarm->scenery != NULL &&
-         cf_peer_grid_new(&swarm->peers, model->nplugin);
+         cf_peer_grid_new(&swarm->peers, (int)model->nplugin);
 }
 
 static void bind_all(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *model, int slot) {

@@ -69,6 +69,8 @@ struct swarm_s {
   float         *strengths;     // [count], by drone
   bool           has_downwash;  // somebody feels it
   bool           is_look;       // these ticks start with a look around
+
+  // what does not move, what drones see, and whom they have run into
   cf_scenery_t    *scenery;
   cf_looking_t     looking;
   cf_collisions_t *collisions;

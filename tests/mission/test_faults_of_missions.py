@@ -25,7 +25,7 @@ def refusal_of(mission):
         ([{"motor": {}, "kick": {}}], "faults[0] is {"),
         (["hover"], "faults[0] is 'hover', but must be"),
         ([{"motor": {"motor": 5}}], "faults[0].motor.motor is"),
-        ([{"motor": {"efficency": 0.5}}], "faults[0] has no key 'efficency' (did you mean 'efficiency'?)"),
+        ([{"motor": {"efficiencyy": 0.5}}], "faults[0] has no key 'efficiencyy' (did you mean 'efficiency'?)"),
         ([{"imu": {"sensor": "gyros", "stuck": True}}], "faults[0].imu.sensor is"),
         ([{"kick": {}}], "faults[0].kick is"),
         ([{"motor": {"drones": ["cf3"]}}], "faults[0].motor.drones names 'cf3', but must name drones of the mission"),

@@ -6,6 +6,7 @@ clients beside this file only turn cflib's vocabulary into requests.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -16,6 +17,14 @@ Listener = Callable[[str, tuple[Any, ...]], None]
 
 Gate = Callable[[str, tuple[Any, ...]], bool]
 """Asked before a request leaves the client: False swallows it. Who delivers it later calls `Uplink.deliver`."""
+
+_C_REQUESTS = re.compile(
+    r"cf_(send|inject)_\w+"
+    r"|cf_(arm|recover_from_crash|emergency_stop|fail_pilot|reboot|notify_setpoint_stop|set_group_mask)"
+    r"|cf_(takeoff|land|stop|go_to|spiral|takeoff_with_velocity|land_with_velocity)"
+    r"|cf_(write|define|start)_trajectory"
+)
+"""C functions that clients ask for; a file may name others, which are not for everybody."""
 
 
 class Uplink:
@@ -33,6 +42,10 @@ class Uplink:
     def handle(self, verb: str, handler: Callable[..., Any]) -> None:
         """Let a function carry out a verb that is no plain C function."""
         self._handlers[verb] = handler
+
+    def is_request(self, verb: str) -> bool:
+        """Tell whether a verb is one that clients ask for, so that one from a file may be delivered."""
+        return verb in self._handlers or _C_REQUESTS.fullmatch(verb) is not None
 
     def request(self, verb: str, *arguments: Any) -> Any:
         """Send a request, as a client does by radio. Returns what it returns; ``CF_OK`` when it is lost."""
