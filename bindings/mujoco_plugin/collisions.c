@@ -82,10 +82,11 @@ typedef struct {
 // Notes in a drone that it touches something. Returns whether that begins.
 static bool touch(const step_t *step, int drone, int other, int geom) {
   cf_t *cf = cf_state_of(&step->swarm->drones[drone], step->data);
-  // geoms first, drones behind them
-  const uint32_t thing = 1 + (uint32_t)(other < 0 ? geom : step->model->ngeom + other);
-  const uint32_t now   = cf_contacts_clock(step->data->time);
-  const uint32_t tick  = cf->onboard.tick + (uint32_t)step->swarm->ticks;
+  // drones first, geoms behind them
+  const uint32_t thing =
+      1 + (uint32_t)(other < 0 ? step->swarm->count + step->swarm->solid_of_geom[geom] : other);
+  const uint32_t now  = cf_contacts_clock(step->data->time);
+  const uint32_t tick = cf->onboard.tick + (uint32_t)step->swarm->ticks;
   return cf_contacts_note(&cf->contacts, thing, now, tick);
 }
 

@@ -196,6 +196,14 @@ static void map_bodies(swarm_t *swarm, const mjModel *model) {
   }
 }
 
+static void number_solids(swarm_t *swarm, const mjModel *model) {
+  int32_t count = 0;
+  for (int geom = 0; geom < model->ngeom; geom++) {
+    swarm->solid_of_geom[geom] = count;
+    count += model->geom_contype[geom] != 0 || model->geom_conaffinity[geom] != 0;
+  }
+}
+
 // What cf_swarm_free frees. Returns false when there is no memory.
 static bool allocate(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *model) {
   const size_t most    = (size_t)model->nplugin;
@@ -204,10 +212,12 @@ static bool allocate(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *m
   swarm->work          = calloc(most, sizeof *swarm->work);
   swarm->touched       = calloc(most, sizeof *swarm->touched);
   swarm->drone_of_body = calloc((size_t)model->nbody, sizeof *swarm->drone_of_body);
+  swarm->solid_of_geom = calloc((size_t)model->ngeom + 1, sizeof *swarm->solid_of_geom);
   swarm->collisions    = calloc(1, sizeof *swarm->collisions);
   swarm->scenery       = cf_scenery_new(mj, model);
   return swarm->drones != NULL && swarm->work != NULL && swarm->touched != NULL &&
-         swarm->drone_of_body != NULL && swarm->collisions != NULL && swarm->scenery != NULL &&
+         swarm->drone_of_body != NULL && swarm->solid_of_geom != NULL &&
+         swarm->collisions != NULL && swarm->scenery != NULL &&
          cf_peer_grid_new(&swarm->peers, (int)model->nplugin);
 }
 
@@ -240,6 +250,7 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot)
   }
   bind_all(swarm, mj, model, slot);
   map_bodies(swarm, model);
+  number_solids(swarm, model);
   if (!cf_downwash_new(swarm) || !cf_looking_new(swarm, model)) {
     return refuse(swarm, mj);
   }
@@ -251,6 +262,7 @@ void cf_swarm_free(swarm_t *swarm) {
   free(swarm->work);
   free(swarm->touched);
   free(swarm->drone_of_body);
+  free(swarm->solid_of_geom);
   free(swarm->collisions);
   cf_scenery_free(swarm->scenery);
   cf_looking_free(swarm);

@@ -44,6 +44,7 @@ struct swarm_s {
   drone_t *drones;
   work_t  *work;
   int32_t *drone_of_body;  // index, also for what hangs on a drone; -1
+  int32_t *solid_of_geom;  // number among those that collide: what is only seen changes no bit
 
   const cf_mujoco_api_t *mj;
 
