@@ -61,14 +61,38 @@ static float distance(const cf_surroundings_t *self, const float point[3], const
   return cf_looking_distance(view->swarm, view->self, point, direction, cone, reach);
 }
 
+// What hangs on a drone's hook is beside its decks, and does not blind them.
+static int hook_of(const swarm_t *swarm, const mjModel *model, int geom) {
+  const int body = model->geom_bodyid[geom];
+  for (int eq = 0; eq < model->neq; eq++) {
+    const int a = model->eq_obj1id[eq];
+    const int b = model->eq_obj2id[eq];
+    if (model->eq_type[eq] == mjEQ_WELD && model->eq_objtype[eq] == mjOBJ_BODY &&
+        ((a == body && swarm->drone_of_body[b] >= 0) ||
+         (b == body && swarm->drone_of_body[a] >= 0))) {
+      return eq;
+    }
+  }
+  return -1;
+}
+
+static bool is_carried(const swarm_t *swarm, int hook, int drone) {
+  const mjModel *model = swarm->model;
+  return hook >= 0 && drone >= 0 && swarm->data->eq_active[hook] != 0 &&
+         (swarm->drone_of_body[model->eq_obj1id[hook]] == drone ||
+          swarm->drone_of_body[model->eq_obj2id[hook]] == drone);
+}
+
 static bool new_movers(swarm_t *swarm, const mjModel *model) {
   cf_looking_t *looking = &swarm->looking;
   looking->movers       = calloc((size_t)model->ngeom + 1, sizeof *looking->movers);
-  if (looking->movers == NULL) {
+  looking->hooks        = calloc((size_t)model->ngeom + 1, sizeof *looking->hooks);
+  if (looking->movers == NULL || looking->hooks == NULL) {
     return false;
   }
   for (int geom = 0; geom < model->ngeom; geom++) {
     if (is_mover(swarm, model, geom)) {
+      looking->hooks[looking->mover_count]    = hook_of(swarm, model, geom);
       looking->movers[looking->mover_count++] = geom;
     }
   }
@@ -114,6 +138,7 @@ void cf_looking_free(swarm_t *swarm) {
   }
   free(looking->posed);
   free(looking->movers);
+  free(looking->hooks);
   free(looking->views);
   free(looking->hulls);
   cf_peer_grid_free(&looking->grid);
@@ -194,7 +219,8 @@ static void look_at_movers(search_t *search) {
     for (int k = 0; k < 3; k++) {
       center[k] = position[k] - search->point[k];
     }
-    if (!may_meet(search, search->direction, center, model->geom_rbound[geom])) {
+    if (!may_meet(search, search->direction, center, model->geom_rbound[geom]) ||
+        is_carried(swarm, looking->hooks[i], search->self)) {
       continue;
     }
     keep_nearer(search, type == mjGEOM_MESH

@@ -39,6 +39,7 @@ typedef struct {
 
   int      mover_count;
   int32_t *movers;  // geoms of bodies that move and are no drones
+  int32_t *hooks;   // weld by which a drone carries each, or -1
   mjData  *posed;   // where they were at the start of the step: geom_xpos and geom_xmat, no more
 
   cf_peer_grid_t grid;
