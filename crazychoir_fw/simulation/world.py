@@ -172,16 +172,18 @@ class World:
 
         `details` are what JSON can hold.
         """
-        self.events.append(Event(self.time if at is None else at, kind, drone, details))
+        self.events.append(Event(round(self.time if at is None else at, 9), kind, drone, details))
 
     def add_fault(self, fault: Fault) -> None:
         """Let something go wrong: a motor, a sensor, the radio, …, at a simulated time.
 
         Raises:
-            RangeError: If its time is over.
+            RangeError: If its time is over, or it is no fault.
             UnknownNameError: If it names a drone that does not exist.
             StateError: If a drone cannot have it, such as one that has no payload to drop.
         """
+        if not isinstance(fault, Fault):
+            raise RangeError(f"add_fault({fault!r}): allowed: a Fault, such as Kick or MotorFault")
         self.faults.add(fault)
 
     def step(self, n_ticks: int = 1) -> None:
@@ -291,8 +293,8 @@ class World:
         """Return worlds that go on from the present instant, independent of this one and of each other.
 
         They share the compiled model. Drones, events, journal, faults and everything in `mjData` are carried over; what
-        else stands on the agenda, requests on their way through a bad radio, and callbacks of parameters are not, except
-        where `when_forked` does so. Motor controls begin anew.
+        else stands on the agenda, requests on their way through a bad radio, and callbacks of parameters are not,
+        unless `when_forked` does so. Motor controls begin anew.
 
         Each may be stepped in a thread of its own.
 

@@ -24,10 +24,13 @@ def refusal_of(mission):
         ([{"motro": {}}], "faults[0] has no key 'motro' (did you mean 'motor'?), but only battery, gust"),
         ([{"motor": {}, "kick": {}}], "faults[0] is {"),
         (["hover"], "faults[0] is 'hover', but must be"),
-        ([{"motor": {"motor": 5}}], "faults[0].motor.motor is"),
-        ([{"motor": {"efficency": 0.5}}], "faults[0] has no key 'efficency' (did you mean 'efficiency'?)"),
-        ([{"imu": {"sensor": "gyros", "stuck": True}}], "faults[0].imu.sensor is"),
-        ([{"kick": {}}], "faults[0].kick is"),
+        ([{"motor": {"motor": 5}}], "faults[0].motor.motor is 5, but must be a whole number in [1, 4]"),
+        ([{"motor": {"efficency": 0.5}}], "faults[0].motor has no key 'efficency' (did you mean 'efficiency'?)"),
+        (
+            [{"imu": {"sensor": "gyros", "stuck": True}}],
+            "faults[0].imu.sensor is 'gyros', but must be one of gyro, acc (did",
+        ),
+        ([{"kick": {}}], "faults[0].kick: impulse is missing, allowed: one that is not zero"),
         ([{"motor": {"drones": ["cf3"]}}], "faults[0].motor.drones names 'cf3', but must name drones of the mission"),
         ([{"positioning": {"delay": 0.1}}], "faults[0].positioning befalls cf2 with positioning 'flow'"),
     ],
@@ -40,6 +43,12 @@ def test_impossible_faults_are_refused_in_one_sentence(hop, faults, sentence):
     assert "\n" not in text
 
 
+def test_a_drop_of_what_nobody_carries_is_refused_before_the_flight(hop):
+    hop["faults"] = [{"motor": {"at": 1.0}}, {"payload": {"at": 1.0, "drones": ["cf2"]}}]
+    with pytest.raises(MissionError, match=r"^faults\[1\]\.payload: cf2: carries no detachable payload$"):
+        fly(parse_mission(hop), visuals=False)
+
+
 def test_may_fail_names_drones(hop):
     hop["may_fail"] = ["cf7"]
     assert refusal_of(hop).startswith("may_fail names 'cf7', but must name drones of the mission")
@@ -50,7 +59,7 @@ def test_faults_happen_in_times_of_the_flight_and_are_written_down(hop):
     result = fly(parse_mission(hop), visuals=False)
     assert result.failures == []
     start = result.world.time - 9.5  # seven seconds of phases, then the drones come to rest
-    kicks = [event for event in result.world.events if event.details["fault"] == "kick"]
+    kicks = [event for event in result.world.events if event.details.get("fault") == "kick"]
     assert [event.drone for event in kicks] == ["cf2"]
     assert kicks[0].time == pytest.approx(start + 3.0, abs=1e-6)
     assert [fault["kind"] for fault in result.summary["faults"]] == ["kick", "motor"]
