@@ -2,8 +2,8 @@
 
     python benchmarks/looking_cost.py --drones 1 100 --json looking.json
 
-Hovering drones at 1 kHz, full stack, time of the process in one thread. Rows alternate, and each is
-the median of several runs from the same snapshot, so that a machine that slows down slows all.
+Hovering drones at 1 kHz, full stack, time of the process in one thread. Rows alternate, and each is the median of
+several runs from the same snapshot, so that a machine that slows down slows all.
 """
 
 from __future__ import annotations

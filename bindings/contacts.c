@@ -1,8 +1,14 @@
 #include "contacts.h"
 
+#include <math.h>
+
 #include "variable_row.h"
 
 #define HOLD_MS 200u
+
+uint32_t cf_contacts_clock(double time) {
+  return (uint32_t)(int64_t)floor(time * 1e3 + 0.5);
+}
 
 bool cf_contacts_note(cf_contacts_t *contacts, uint32_t thing, uint32_t now_ms, uint32_t tick) {
   if (contacts->tick != tick) {

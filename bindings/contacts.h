@@ -22,13 +22,16 @@ typedef struct {
   uint8_t      now;    // sim.contacts: the same, or 0 when that step is over
 } cf_contacts_t;
 
+// Pure: a simulated time [s] as contacts remember it [ms]. It may be negative, and wraps.
+uint32_t cf_contacts_clock(double time);
+
 // Notes one point of contact with a thing at a simulated time, in the step that ends with an
 // onboard tick. Returns true when this contact begins: the thing was not touched for 0.2 s, longer
 // than a drone bounces off.
 bool cf_contacts_note(cf_contacts_t *contacts, uint32_t thing, uint32_t now_ms, uint32_t tick);
 
-// The drone is held where it lies and its contacts are not looked for: those of the last 0.2 s go on
-// in the step that ends with an onboard tick.
+// The drone is held where it lies and its contacts are not looked for: those of the last 0.2 s go
+// on in the step that ends with an onboard tick.
 void cf_contacts_go_on(cf_contacts_t *contacts, uint32_t now_ms, uint32_t tick);
 
 // Brings sim.contacts up to date.

@@ -78,7 +78,7 @@ typedef struct cf {
   bool   has_last_velocity;
 
   cf_injected_faults_t injected;
-  cf_rest_t rest;
+  cf_rest_t            rest;
 
   // here, because the world looks at both in every drone: one cache line less per look
   bool wants_peers;  // collision avoidance was on in the last tick

@@ -89,10 +89,11 @@ class ProviderLibrary(Protocol):
 
 
 _identities: dict[int, dict[str, Any]] = {}  # of the libraries, by the number of the provider
+_following: set[int] = set()  # numbers of those that are replaced when their checkout changes
 _identities_lock = threading.Lock()
 
 
-def load_library(library: ProviderLibrary) -> int:
+def load_library(library: ProviderLibrary, follows_checkout: bool = False) -> int:
     """Load a provider library into this process, so that drones can ask for it by its name.
 
     The newest library of a name is the one that drones get; those that fly keep what they have. The same library
@@ -100,6 +101,7 @@ def load_library(library: ProviderLibrary) -> int:
 
     Args:
         library: The library with its image map.
+        follows_checkout: Whoever asks for its name next gets the checkout as it is then; otherwise this library stays.
 
     Returns:
         Its number as a provider, 1 or more.
@@ -132,7 +134,17 @@ def load_library(library: ProviderLibrary) -> int:
         raise _EXCEPTIONS.get(number, CrazychoirError)(ffi.string(message).decode(errors="replace"))
     with _identities_lock:
         _identities[number] = dict(library.identity)
+        if follows_checkout:
+            _following.add(int(number))
+        else:
+            _following.discard(int(number))
     return int(number)
+
+
+def follows_checkout(number: int) -> bool:
+    """Tell whether a provider was loaded to be replaced when its checkout changes."""
+    with _identities_lock:
+        return number in _following
 
 
 def _provider_name(number: int) -> str:

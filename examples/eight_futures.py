@@ -31,6 +31,7 @@ def mean_distance(world: World, gain: float) -> float:
 
 
 def main() -> None:
+    """Fly to a point of decision, try eight ways on, and go the best one."""
     world = World([DroneConfig("scout")], seed=3)
     world.wait_until_ready()
     world["scout"].high_level_commander.takeoff(absolute_height_m=0.5, duration_s=1.5)

@@ -11,7 +11,6 @@ static const double CARRYING =
 static const float  UPRIGHT      = 0.7f;
 static const double TOUCHDOWN    = 1.0;  // [m/s], what falls faster has crashed
 static const double FIRST_MOMENT = 0.1;  // [s], in which drones come to stand where they start
-static const double MILLISECONDS = 1e3;
 
 // Velocity of the point of a body, before the step: MuJoCo keeps it about the center of mass of the
 // tree.
@@ -84,9 +83,11 @@ typedef struct {
 static bool touch(const step_t *step, int drone, int other, int geom) {
   cf_t *cf = cf_state_of(&step->swarm->drones[drone], step->data);
   // geoms first, drones behind them
-  const uint32_t thing = 1 + (uint32_t)(other < 0 ? geom : step->model->ngeom + other);
-  const uint32_t now   = (uint32_t)(step->data->time * MILLISECONDS + 0.5);
-  const uint32_t tick  = cf->onboard.tick + (uint32_t)step->swarm->ticks;
+  const int32_t *things = step->swarm->thing_of_geom;
+  const int32_t  number = other < 0 ? things[geom] : things[step->model->ngeom] + other;
+  const uint32_t thing  = 1 + (uint32_t)number;
+  const uint32_t now    = cf_contacts_clock(step->data->time);
+  const uint32_t tick   = cf->onboard.tick + (uint32_t)step->swarm->ticks;
   return cf_contacts_note(&cf->contacts, thing, now, tick);
 }
 

@@ -4,6 +4,7 @@
 #include "mujoco_plugin/swarm.h"
 #include "mujoco_plugin/touch.h"
 
+// What stood where ours stands: like that place itself there is one for the process.
 static mjfConFilt previous;
 
 static bool has_no_common_bit(const mjModel *model, int a, int b) {
@@ -13,7 +14,7 @@ static bool has_no_common_bit(const mjModel *model, int a, int b) {
 
 static bool moves(const swarm_t *swarm, const mjModel *model, mjData *data, int body) {
   const drone_t *drone = cf_touch_drone_at(swarm, body);
-  return drone != NULL ? !cf_rest_holds(drone, data) : !cf_touch_is_fixed(model, body);
+  return drone != NULL ? !cf_rest_holds(drone, data) : !cf_scenery_is_static(model, body);
 }
 
 // MuJoCo's own question about the bits is not asked where there is a filter.
@@ -28,8 +29,10 @@ static int leaves_out(const mjModel *model, mjData *data, int geom1, int geom2) 
 }
 
 void cf_contact_filter_install(const cf_mujoco_api_t *mj) {
-  if (*mj->contact_filter != leaves_out) {
-    previous            = *mj->contact_filter;
+  // read once: a filter that another thread has just put there must not become its own predecessor
+  const mjfConFilt present = *mj->contact_filter;
+  if (present != leaves_out) {
+    previous            = present;
     *mj->contact_filter = leaves_out;
   }
 }

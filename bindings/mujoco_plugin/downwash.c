@@ -6,9 +6,9 @@
 #include "mujoco_plugin/motion.h"
 #include "mujoco_plugin/scenery.h"
 
-static const float WEAKEST  = 0.01f;  // strength below which rotors do not count as running
-static const float FARTHEST = 1e4f;   // [m], beyond it a drone has run wild
-static const float GROUND_REACH = 2.0f;  // [m], below this no rotor feels a surface
+static const float WEAKEST      = 0.01f;  // strength below which rotors do not count as running
+static const float FARTHEST     = 1e4f;   // [m], beyond it a drone has run wild
+static const float GROUND_REACH = 2.0f;   // [m], below this no rotor feels a surface
 
 bool cf_downwash_new(swarm_t *swarm) {
   for (int i = 0; i < swarm->count; i++) {

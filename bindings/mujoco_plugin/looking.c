@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "mujoco_plugin/rotation.h"
 #include "mujoco_plugin/scenery.h"
 #include "mujoco_plugin/swarm.h"
 
@@ -19,6 +20,12 @@ static const double PEER_REACH = 2.0;  // [m]
 
 static bool collides(const mjModel *model, int geom) {
   return model->geom_contype[geom] != 0 || model->geom_conaffinity[geom] != 0;
+}
+
+// Whether MuJoCo can tell from its pose and size where a ray meets a geom; of planes and height
+// fields, which have no end, nothing moves.
+static bool is_simple(int type) {
+  return type != mjGEOM_MESH && type != mjGEOM_SDF && type != mjGEOM_PLANE && type != mjGEOM_HFIELD;
 }
 
 // The geoms of a body stand in a row.
@@ -39,8 +46,7 @@ static bool is_mover(const swarm_t *swarm, const mjModel *model, int geom) {
   const int body = model->geom_bodyid[geom];
   const int type = model->geom_type[geom];
   return collides(model, geom) && !cf_scenery_is_static(model, body) &&
-         swarm->drone_of_body[body] < 0 && type != mjGEOM_PLANE && type != mjGEOM_HFIELD &&
-         type != mjGEOM_SDF;
+         swarm->drone_of_body[body] < 0 && (is_simple(type) || type == mjGEOM_MESH);
 }
 
 static bool has_ranger(const cf_config_t *config) {
@@ -55,14 +61,38 @@ static float distance(const cf_surroundings_t *self, const float point[3], const
   return cf_looking_distance(view->swarm, view->self, point, direction, cone, reach);
 }
 
+// What hangs on a drone's hook is beside its decks, and does not blind them.
+static int hook_of(const swarm_t *swarm, const mjModel *model, int geom) {
+  const int body = model->geom_bodyid[geom];
+  for (int eq = 0; eq < model->neq; eq++) {
+    const int a = model->eq_obj1id[eq];
+    const int b = model->eq_obj2id[eq];
+    if (model->eq_type[eq] == mjEQ_WELD && model->eq_objtype[eq] == mjOBJ_BODY &&
+        ((a == body && swarm->drone_of_body[b] >= 0) ||
+         (b == body && swarm->drone_of_body[a] >= 0))) {
+      return eq;
+    }
+  }
+  return -1;
+}
+
+static bool is_carried(const swarm_t *swarm, int hook, int drone) {
+  const mjModel *model = swarm->model;
+  return hook >= 0 && drone >= 0 && swarm->data->eq_active[hook] != 0 &&
+         (swarm->drone_of_body[model->eq_obj1id[hook]] == drone ||
+          swarm->drone_of_body[model->eq_obj2id[hook]] == drone);
+}
+
 static bool new_movers(swarm_t *swarm, const mjModel *model) {
   cf_looking_t *looking = &swarm->looking;
   looking->movers       = calloc((size_t)model->ngeom + 1, sizeof *looking->movers);
-  if (looking->movers == NULL) {
+  looking->hooks        = calloc((size_t)model->ngeom + 1, sizeof *looking->hooks);
+  if (looking->movers == NULL || looking->hooks == NULL) {
     return false;
   }
   for (int geom = 0; geom < model->ngeom; geom++) {
     if (is_mover(swarm, model, geom)) {
+      looking->hooks[looking->mover_count]    = hook_of(swarm, model, geom);
       looking->movers[looking->mover_count++] = geom;
     }
   }
@@ -108,6 +138,7 @@ void cf_looking_free(swarm_t *swarm) {
   }
   free(looking->posed);
   free(looking->movers);
+  free(looking->hooks);
   free(looking->views);
   free(looking->hulls);
   cf_peer_grid_free(&looking->grid);
@@ -188,7 +219,8 @@ static void look_at_movers(search_t *search) {
     for (int k = 0; k < 3; k++) {
       center[k] = position[k] - search->point[k];
     }
-    if (!may_meet(search, search->direction, center, model->geom_rbound[geom])) {
+    if (!may_meet(search, search->direction, center, model->geom_rbound[geom]) ||
+        is_carried(swarm, looking->hooks[i], search->self)) {
       continue;
     }
     keep_nearer(search, type == mjGEOM_MESH
@@ -217,9 +249,9 @@ static void look_at_hull(search_t *search, int drone, const double direction[3])
   }
   for (int geom = hull->first; geom < hull->first + hull->count; geom++) {
     const int type = model->geom_type[geom];
-    if (collides(model, geom) && type != mjGEOM_MESH) {
+    if (collides(model, geom) && is_simple(type)) {
       double rotation[9];
-      cf_scenery_matrix_of(model->geom_quat + 4 * geom, rotation);
+      cf_rotation_of(model->geom_quat + 4 * geom, rotation);
       keep_nearer(search, swarm->mj->ray_geom(model->geom_pos + 3 * geom, rotation,
                                               model->geom_size + 3 * geom, point, ray, type, NULL));
     }

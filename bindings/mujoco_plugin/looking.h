@@ -25,7 +25,7 @@ typedef struct {
 
 // The geoms of a drone that others see: those that collide.
 typedef struct {
-  int    first;   // geom of the body; meshes among them are not seen
+  int    first;   // geom of the body; meshes and SDFs among them are not seen
   int    count;   // geoms in a row
   double radius;  // [m], about the origin of the body
 } cf_hull_t;
@@ -39,6 +39,7 @@ typedef struct {
 
   int      mover_count;
   int32_t *movers;  // geoms of bodies that move and are no drones
+  int32_t *hooks;   // weld by which a drone carries each, or -1
   mjData  *posed;   // where they were at the start of the step: geom_xpos and geom_xmat, no more
 
   cf_peer_grid_t grid;

@@ -3,27 +3,16 @@
 #include <math.h>
 #include <string.h>
 
-#define LEAST_CHANGE 0.02     // [rad/s] in a step
-#define LARGEST_CHANGE 5.0    // [rad/s] in a step, beyond it something has hit the drone
-#define SHORT_STEP 0.0009     // [s], with shorter ones there are several in a tick
+#include "mujoco_plugin/rotation.h"
+
+#define LEAST_CHANGE 0.02   // [rad/s] in a step
+#define LARGEST_CHANGE 5.0  // [rad/s] in a step, beyond it something has hit the drone
+#define SHORT_STEP 0.0009   // [s], with shorter ones there are several in a tick
 #define WAKE_VELOCITY 1e-9  // [m/s], enough for MuJoCo to wake a sleeping tree
 #define WAKE_THRUST 1e-3f   // [N], a rotor that pushes harder wakes the drone
 
 cf_t *cf_state_of(const drone_t *drone, mjData *data) {
   return (cf_t *)(data->plugin_state + drone->state_address);
-}
-
-static void rotation_of(const double quat[4], double r[9]) {
-  const double w = quat[0], x = quat[1], y = quat[2], z = quat[3];
-  r[0] = 1 - 2 * (y * y + z * z);
-  r[1] = 2 * (x * y - w * z);
-  r[2] = 2 * (x * z + w * y);
-  r[3] = 2 * (x * y + w * z);
-  r[4] = 1 - 2 * (x * x + z * z);
-  r[5] = 2 * (y * z - w * x);
-  r[6] = 2 * (x * z - w * y);
-  r[7] = 2 * (y * z + w * x);
-  r[8] = 1 - 2 * (x * x + y * y);
 }
 
 void cf_motion_of(const drone_t *drone, const mjData *data, cf_motion_t *motion) {
@@ -38,7 +27,7 @@ void cf_motion_of(const drone_t *drone, const mjData *data, cf_motion_t *motion)
     motion->quat_wxyz[i] = (float)pose[3 + i];
   }
   double rotation[9];
-  rotation_of(pose + 3, rotation);
+  cf_rotation_of(pose + 3, rotation);
   for (int i = 0; i < 9; i++) {
     motion->rotation[i] = (float)rotation[i];
   }

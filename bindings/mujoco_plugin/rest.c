@@ -180,7 +180,7 @@ void cf_rest_step(const swarm_t *swarm, int i, const mjModel *model, mjData *dat
       return;
     }
     keep_in_place(drone, data, rest);
-    cf_contacts_go_on(&cf->contacts, (uint32_t)(data->time * 1e3 + 0.5),
+    cf_contacts_go_on(&cf->contacts, cf_contacts_clock(data->time),
                       cf->onboard.tick + (uint32_t)swarm->ticks);
   }
 }

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "mujoco_plugin/box_tree.h"
+#include "mujoco_plugin/rotation.h"
 
 typedef struct {
   double normal[3];
@@ -33,36 +34,17 @@ struct cf_scenery_s {
 };
 
 bool cf_scenery_is_static(const mjModel *model, int body) {
-  for (; body > 0; body = model->body_parentid[body]) {
-    if (model->body_jntnum[body] > 0 || model->body_mocapid[body] >= 0) {
-      return false;
-    }
-  }
-  return true;
+  // mocap bodies are children of the world
+  return model->body_treeid[body] < 0 && model->body_mocapid[model->body_rootid[body]] < 0;
 }
 
 // ------------------------------------------------------------------------------------------ poses
-
-void cf_scenery_matrix_of(const double quat[4], double r[9]) {
-  const double norm =
-      sqrt(quat[0] * quat[0] + quat[1] * quat[1] + quat[2] * quat[2] + quat[3] * quat[3]);
-  const double w = quat[0] / norm, x = quat[1] / norm, y = quat[2] / norm, z = quat[3] / norm;
-  r[0] = 1 - 2 * (y * y + z * z);
-  r[1] = 2 * (x * y - w * z);
-  r[2] = 2 * (x * z + w * y);
-  r[3] = 2 * (x * y + w * z);
-  r[4] = 1 - 2 * (x * x + z * z);
-  r[5] = 2 * (y * z - w * x);
-  r[6] = 2 * (x * z - w * y);
-  r[7] = 2 * (y * z + w * x);
-  r[8] = 1 - 2 * (x * x + y * y);
-}
 
 // pose := (position, quat) seen from a parent, followed by pose
 static void prepend(const double position[3], const double quat[4], pose_t *pose) {
   double       r[9];
   const pose_t inner = *pose;
-  cf_scenery_matrix_of(quat, r);
+  cf_rotation_of(quat, r);
   for (int i = 0; i < 3; i++) {
     pose->position[i] = position[i];
     for (int k = 0; k < 3; k++) {

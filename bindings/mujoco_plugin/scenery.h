@@ -19,11 +19,8 @@ void          cf_scenery_free(cf_scenery_t *scenery);
 // Whether there is nothing but a floor at z = 0.
 bool cf_scenery_is_flat_floor(const cf_scenery_t *scenery);
 
-// Whether a body never moves: it is the world or hangs on it without joints.
+// Whether a body never moves: no joint is above it, and no hand moves it as a mocap body.
 bool cf_scenery_is_static(const mjModel *model, int body);
-
-// Rotation of a quaternion wxyz, row-major.
-void cf_scenery_matrix_of(const double quat[4], double r[9]);
 
 // Distance [m] from a point straight down to the surface below it, at most `reach`; `reach` where
 // there is none within it. Depends on the model and the point only.

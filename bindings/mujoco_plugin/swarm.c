@@ -6,6 +6,7 @@
 
 #include "mujoco_plugin/attributes.h"
 #include "mujoco_plugin/downwash.h"
+#include "mujoco_plugin/rotation.h"
 #include "providers.h"
 
 #define TICK 0.001  // [s]
@@ -26,12 +27,8 @@ static int find_body(const mjModel *model, int instance) {
 
 // R diag(d) R^T for the frame that MuJoCo aligned with the principal axes.
 static void rotated_diagonal(const double quat[4], const double diagonal[3], double out[9]) {
-  const double w = quat[0], x = quat[1], y = quat[2], z = quat[3];
-  const double r[9] = {
-      1 - 2 * (y * y + z * z), 2 * (x * y - w * z),     2 * (x * z + w * y),
-      2 * (x * y + w * z),     1 - 2 * (x * x + z * z), 2 * (y * z - w * x),
-      2 * (x * z - w * y),     2 * (y * z + w * x),     1 - 2 * (x * x + y * y),
-  };
+  double r[9];
+  cf_rotation_of(quat, r);
   for (int i = 0; i < 3; i++) {
     for (int j = 0; j < 3; j++) {
       double sum = 0;
@@ -199,6 +196,15 @@ static void map_bodies(swarm_t *swarm, const mjModel *model) {
   }
 }
 
+static void number_things(swarm_t *swarm, const mjModel *model) {
+  int32_t next = 0;
+  for (int geom = 0; geom < model->ngeom; geom++) {
+    swarm->thing_of_geom[geom] = next;
+    next += model->geom_contype[geom] != 0 || model->geom_conaffinity[geom] != 0;
+  }
+  swarm->thing_of_geom[model->ngeom] = next;
+}
+
 // What cf_swarm_free frees. Returns false when there is no memory.
 static bool allocate(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *model) {
   const size_t most    = (size_t)model->nplugin;
@@ -207,11 +213,13 @@ static bool allocate(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *m
   swarm->work          = calloc(most, sizeof *swarm->work);
   swarm->touched       = calloc(most, sizeof *swarm->touched);
   swarm->drone_of_body = calloc((size_t)model->nbody, sizeof *swarm->drone_of_body);
+  swarm->thing_of_geom = calloc((size_t)model->ngeom + 1, sizeof *swarm->thing_of_geom);
   swarm->collisions    = calloc(1, sizeof *swarm->collisions);
   swarm->scenery       = cf_scenery_new(mj, model);
   return swarm->drones != NULL && swarm->work != NULL && swarm->touched != NULL &&
-         swarm->drone_of_body != NULL && swarm->collisions != NULL && swarm->scenery != NULL &&
-         cf_peer_grid_new(&swarm->peers, model->nplugin);
+         swarm->drone_of_body != NULL && swarm->thing_of_geom != NULL &&
+         swarm->collisions != NULL && swarm->scenery != NULL &&
+         cf_peer_grid_new(&swarm->peers, (int)model->nplugin);
 }
 
 static void bind_all(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *model, int slot) {
@@ -243,6 +251,7 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot)
   }
   bind_all(swarm, mj, model, slot);
   map_bodies(swarm, model);
+  number_things(swarm, model);
   if (!cf_downwash_new(swarm) || !cf_looking_new(swarm, model)) {
     return refuse(swarm, mj);
   }
@@ -254,6 +263,7 @@ void cf_swarm_free(swarm_t *swarm) {
   free(swarm->work);
   free(swarm->touched);
   free(swarm->drone_of_body);
+  free(swarm->thing_of_geom);
   free(swarm->collisions);
   cf_scenery_free(swarm->scenery);
   cf_looking_free(swarm);

@@ -44,6 +44,7 @@ struct swarm_s {
   drone_t *drones;
   work_t  *work;
   int32_t *drone_of_body;  // index, also for what hangs on a drone; -1
+  int32_t *thing_of_geom;  // number among those that collide: what is only seen changes no bit
 
   const cf_mujoco_api_t *mj;
 
@@ -68,6 +69,8 @@ struct swarm_s {
   float         *strengths;     // [count], by drone
   bool           has_downwash;  // somebody feels it
   bool           is_look;       // these ticks start with a look around
+
+  // what does not move, what drones see, and whom they have run into
   cf_scenery_t    *scenery;
   cf_looking_t     looking;
   cf_collisions_t *collisions;

@@ -12,17 +12,13 @@ const drone_t *cf_touch_drone_at(const swarm_t *swarm, int body) {
   return index >= 0 ? &swarm->drones[index] : NULL;
 }
 
-bool cf_touch_is_fixed(const mjModel *model, int body) {
-  return model->body_treeid[body] < 0 && model->body_mocapid[model->body_rootid[body]] < 0;
-}
-
 // What a body is to a drone that it touches.
 static uint8_t touch_by(const swarm_t *swarm, const mjModel *model, mjData *data, int body) {
   const drone_t *drone = cf_touch_drone_at(swarm, body);
   if (drone != NULL) {
     return cf_rest_is_lively(drone, data) ? CF_TOUCH_MOVER : CF_TOUCH_DRONE;
   }
-  return cf_touch_is_fixed(model, body) ? CF_TOUCH_NONE : CF_TOUCH_MOVER;
+  return cf_scenery_is_static(model, body) ? CF_TOUCH_NONE : CF_TOUCH_MOVER;
 }
 
 static void note(swarm_t *swarm, const drone_t *drone, uint8_t touch) {

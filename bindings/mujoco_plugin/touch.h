@@ -18,7 +18,4 @@ void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm, double el
 // The drone that a body belongs to, or NULL.
 const drone_t *cf_touch_drone_at(const swarm_t *swarm, int body);
 
-// Whether a body never moves: no joint above it, and no hand that moves it as a mocap body.
-bool cf_touch_is_fixed(const mjModel *model, int body);
-
 #endif  // CF_MUJOCO_PLUGIN_TOUCH_H

@@ -244,7 +244,7 @@ static void say_what_is_allowed(int i, piece_t value, char message[CF_PARAMETER_
              third != NULL ? third : "");
     return;
   }
-  char count[40] = "";
+  char count[48] = "";
   if (facts->size > 1) {
     snprintf(count, sizeof count, "%d numbers with commas between, ", facts->size);
   }

@@ -5,12 +5,12 @@
  *   duty  = level / top level, level = ratio >> (16 - duty_bits)
  *   V     = duty * V_pack
  *   n_c   = (-f1 + sqrt(f1^2 + 4 f2 F(V))) / (2 f2),  F the thrust curve of the platform
- *   n     = n_c + (n - n_c) exp(-h / tau), with one tau for speeding up and one for slowing down,
- * or dn/dt = a (n_c - n) + b (n_c^2 - n^2), the same with a and b f     = thrust_scale * efficiency
- * * (f1 n + f2 n^2),  Q = thrust_to_torque * f
+ *   n     = n_c + (n - n_c) exp(-h / tau), or by dn/dt = a (n_c - n) + b (n_c^2 - n^2)
+ *   f     = thrust_scale * efficiency * (f1 n + f2 n^2),  Q = thrust_to_torque * f
  *
- * so that a steady motor gives exactly the thrust curve that the onboard battery compensation
- * inverts. Below `linear_voltage` the curve bends through zero; there n_c falls linearly to 0.
+ * with one tau, or one a and one b, for speeding up and others for slowing down, so that a steady
+ * motor gives exactly the thrust curve that the onboard battery compensation inverts. Below
+ * `linear_voltage` the curve bends through zero; there n_c falls linearly to 0.
  *
  * M1 front right, M2 back right, M3 back left, M4 front left; M1 and M3 turn counter-clockwise seen
  * from above, so their reaction torque on the body is negative about z. */
@@ -63,12 +63,11 @@ typedef struct {
   cf_rotors_config_t config;
 
   // settings
-  float
-      efficiency[CF_ROTOR_COUNT];  // [0, 2], thrust and torque at a given speed; 0 stops the rotor
-  float driven[CF_ROTOR_COUNT];    // 1, or 0 where the efficiency is 0
-  float duty_per_level;            // derived from the config, as those that follow
-  float gain[CF_ROTOR_COUNT];      // efficiency times thrust scale
-  float decay_up;                  // exp(-h / tau)
+  float efficiency[CF_ROTOR_COUNT];  // [0, 2], as in the config
+  float driven[CF_ROTOR_COUNT];      // 1, or 0 where the efficiency is 0
+  float duty_per_level;              // derived from the config, as those that follow
+  float gain[CF_ROTOR_COUNT];        // efficiency times thrust scale
+  float decay_up;                    // exp(-h / tau)
   float decay_down;
   float vibration_per_rpm2;  // [1/rpm^2]
 

@@ -13,7 +13,6 @@ from crazychoir_fw.firmware.checkout import locate
 BUILTIN = "builtin"
 BITCRAZE = "bitcraze"
 
-_built: dict[tuple[str, str], int] = {}
 _lock = threading.Lock()
 
 
@@ -40,13 +39,11 @@ def load(word: str, platform: str, checkout: Path | None = None, progress: Progr
         return 0
     with _lock:
         loaded = core.find_provider(word, platform)
-        if loaded is not None and loaded != _built.get((word, platform)):
+        if loaded is not None and not core.follows_checkout(loaded):
             return loaded
         if word == BITCRAZE:
             library = build_provider(locate(checkout), platform, progress=progress)
-            number = core.load_library(library)
-            _built[word, platform] = number
-            return number
+            return core.load_library(library, follows_checkout=True)
     known = sorted({BUILTIN, BITCRAZE, *core.providers()})
     near = get_close_matches(word[:64], known, n=1)
     hint = f" (did you mean '{near[0]}'?)" if near else ""

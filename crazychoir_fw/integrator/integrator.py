@@ -83,26 +83,11 @@ class CrazyflieIntegrator:
             UnknownNameError: If there is no such platform.
         """
         self.integration_freq = _frequency("integration_freq", integration_freq, None)
-        self.odom_freq = _frequency("odom_freq", odom_freq, integration_freq) if odom_freq else integration_freq
-        if platform is not None and platform not in platform_names():
-            raise UnknownNameError(f"platform is '{platform}', allowed: {', '.join(platform_names())}")
-        if init_pos is None:
-            x, y = np.random.default_rng(agent_id).uniform(0.0, _ROOM, 2)
-            init_pos = (x, y, 0.0)
-        position = _numbers("init_pos", init_pos)
-        if position.ndim not in (1, 2) or position.shape[-1] != 3:
-            raise RangeError(f"init_pos has shape {position.shape}, allowed: (3,) or (N, 3)")
+        self.odom_freq = integration_freq if odom_freq is None else _frequency("odom_freq", odom_freq, integration_freq)
+        position = _start(init_pos, agent_id)
         self.shape = position.shape[:-1]
         """() for one drone, (N,) for many."""
-
-        default_mass = DEFAULT_MASS if platform is None else platform_mass(platform)
-        self.mass = self._each("mass", default_mass if mass is None else mass)
-        if not np.all(self.mass > 0.0):
-            raise RangeError(f"mass is {mass}, allowed: above 0 kg")
-        if isinstance(drag, str) and drag != "rotor":
-            raise UnknownNameError(f"drag is '{drag}', allowed: rotor, three numbers or None")
-        coefficients = platform_drag(platform or "cf2") if isinstance(drag, str) else drag
-        self.drag = None if coefficients is None else self._each("drag", coefficients, 3)
+        self._take_vehicle(platform, mass, drag)
         self.wind = self._each("wind", wind, 3)
         self.floor = floor
         self.legacy = legacy
@@ -124,6 +109,18 @@ class CrazyflieIntegrator:
         self._steps = 0
         self.odometry_listeners: list[Callable[[Odometry], None]] = []
         """Called with every odometry message."""
+
+    def _take_vehicle(self, platform: str | None, mass: ArrayLike | None, drag: ArrayLike | str | None) -> None:
+        if platform is not None and platform not in platform_names():
+            raise UnknownNameError(f"platform is '{platform}', allowed: {', '.join(platform_names())}")
+        default_mass = DEFAULT_MASS if platform is None else platform_mass(platform)
+        self.mass = self._each("mass", default_mass if mass is None else mass)
+        if not np.all(self.mass > 0.0):
+            raise RangeError(f"mass is {mass}, allowed: above 0 kg")
+        if isinstance(drag, str) and drag != "rotor":
+            raise UnknownNameError(f"drag is '{drag}', allowed: rotor, three numbers or None")
+        coefficients = platform_drag(platform or "cf2") if isinstance(drag, str) else drag
+        self.drag = None if coefficients is None else self._each("drag", coefficients, 3)
 
     # ---------------------------------------------------------------- to be overridden
 
@@ -274,6 +271,17 @@ class CrazyflieIntegrator:
                 f"{name} has shape {numbers.shape}, allowed: {' or '.join(map(str, dict.fromkeys(allowed)))}"
             )
         return np.broadcast_to(numbers, shape).copy()
+
+
+def _start(init_pos: ArrayLike | None, agent_id: int) -> Array:
+    """Return where the drones begin (m, world), shape (3,) or (N, 3)."""
+    if init_pos is None:
+        x, y = np.random.default_rng(agent_id).uniform(0.0, _ROOM, 2)
+        init_pos = (x, y, 0.0)
+    position = _numbers("init_pos", init_pos)
+    if position.ndim not in (1, 2) or position.shape[-1] != 3:
+        raise RangeError(f"init_pos has shape {position.shape}, allowed: (3,) or (N, 3)")
+    return position
 
 
 def _numbers(name: str, value: ArrayLike) -> Array:

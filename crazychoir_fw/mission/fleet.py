@@ -92,7 +92,7 @@ class Settings(Section):
 
     vehicle: Annotated[Mapping[str, Any], vehicle_parameters()] | None = None
     """Parameters of the vehicle by dotted name, such as `rotors.thrust_scale`; or a YAML file with some, `kit`,
-    `legacy`, `markers`; or a list of these."""
+    `legacy`, `nanobench`; or a list of these."""
 
     payload: Payload | None = None
     """What the drone carries."""

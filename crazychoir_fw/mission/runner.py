@@ -253,7 +253,7 @@ class Flight:
             self._fail(drone.id, str(error))
 
     def _look_for_failures(self) -> None:
-        """Note every drone that collided, crashed, locked or stopped; the flight ends unless it flies itself."""
+        """Note every drone that collided, crashed, locked or stopped; it ends the flight unless it flies itself."""
         for name, sentence in collision_failures(self._mission, self._world.events[self._events_seen :]):
             self._fail(name, sentence)
         self._events_seen = len(self._world.events)

@@ -111,7 +111,7 @@ def film_flight(
     """Film recorded states of a world.
 
     Args:
-        model: The world; every free joint counts as a drone.
+        model: The world; bodies with engine plugins are its drones, without plugins all that have a free joint.
         qpos: Recorded positions, shape (F, nq). States between them are interpolated.
         times: Instants of the states (s), shape (F,), increasing.
         path: The film, `.mp4`.
@@ -131,11 +131,7 @@ def film_flight(
         RenderingError: If there is no OpenGL on this machine.
         ValueError: If the shapes do not fit or there is no such camera or drone.
     """
-    recorded, instants = np.asarray(qpos, dtype=float), np.asarray(times, dtype=float)
-    if instants.ndim != 1 or not len(instants) or recorded.shape != (len(instants), model.nq):
-        raise ValueError(f"qpos has shape {recorded.shape}, times {instants.shape}; expected (F, {model.nq}) and (F,)")
-    if not np.all(np.diff(instants) > 0.0):
-        raise ValueError("times must increase")
+    recorded, instants = _checked_states(model, qpos, times)
     if not 0.0 < speed < np.inf:
         raise ValueError(f"speed {speed} is not positive")
     told = _checked_targets(targets, names, len(instants))
@@ -144,7 +140,7 @@ def film_flight(
     wanted = instants[0] + np.arange(count) * speed / fps
     states = resample(model, recorded, instants, wanted)
     latest = np.clip(np.searchsorted(instants, wanted + 1e-9, side="right") - 1, 0, None)
-    drones = _free_joints(model)
+    drones = _joints_of_drones(model)
     bodies = model.jnt_bodyid[drones]
     positions = states[:, model.jnt_qposadr[drones][:, None] + np.arange(3)]
     swarm_path = follow(positions, np.arange(count) / fps)
@@ -158,10 +154,7 @@ def film_flight(
     data = mujoco.MjData(model)
     with Renderer(model, width, height) as renderer, VideoWriter(path, fps=fps) as film:
         for frame, state in enumerate(states):
-            data.qpos[:] = state
-            mujoco.mj_kinematics(model, data)
-            mujoco.mj_comPos(model, data)
-            mujoco.mj_camlight(model, data)
+            _pose(model, data, state)
             view = shot(data, frame)
             renderer.update(data, view)
             _move_shadows(renderer, *shadowed(view, swarm_path, frame))
@@ -172,6 +165,25 @@ def film_flight(
             film.write(renderer.draw())
             if progress is not None:
                 progress(frame + 1, count)
+
+
+def _checked_states(
+    model: mujoco.MjModel, qpos: ArrayLike, times: ArrayLike
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    recorded, instants = np.asarray(qpos, dtype=float), np.asarray(times, dtype=float)
+    if instants.ndim != 1 or not len(instants) or recorded.shape != (len(instants), model.nq):
+        raise ValueError(f"qpos has shape {recorded.shape}, times {instants.shape}; expected (F, {model.nq}) and (F,)")
+    if not np.all(np.diff(instants) > 0.0):
+        raise ValueError("times must increase")
+    return recorded, instants
+
+
+def _pose(model: mujoco.MjModel, data: mujoco.MjData, state: NDArray[np.float64]) -> None:
+    """Put everything where a state has it, as far as one can see."""
+    data.qpos[:] = state
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    mujoco.mj_camlight(model, data)
 
 
 def _checked_targets(targets: ArrayLike | None, names: Sequence[str] | None, frames: int) -> NDArray[np.float64] | None:
@@ -247,6 +259,13 @@ def resample(
 
 def _free_joints(model: mujoco.MjModel) -> NDArray[np.int32]:
     return np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
+
+
+def _joints_of_drones(model: mujoco.MjModel) -> NDArray[np.int32]:
+    """Return the free joints of drones: payloads and loose things are none; without engine plugins all are."""
+    joints = _free_joints(model)
+    flown = joints[model.body_plugin[model.jnt_bodyid[joints]] >= 0]
+    return flown if len(flown) else joints
 
 
 def _move_shadows(renderer: Renderer, center: NDArray[np.float64], radius: float) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -14,7 +15,7 @@ from crazychoir_fw.errors import RangeError, StateError
 from crazychoir_fw.simulation.builder import body_addresses
 from crazychoir_fw.simulation.clients import Commander, HighLevelCommander, Localization, Log, Param, Uplink
 from crazychoir_fw.simulation.drone_config import DroneConfig
-from crazychoir_fw.simulation.loading import Payload
+from crazychoir_fw.simulation.loading import Payload, drop_payload
 from crazychoir_fw.variables import log_table, parameter_table
 
 if TYPE_CHECKING:
@@ -64,6 +65,7 @@ class Drone:
         self.uplink.handle("setpoint", self._receive_setpoint)
         self.uplink.handle("place", self._place)
         self.uplink.handle("restore", self._restore)
+        self.uplink.handle("drop_payload", partial(drop_payload, model, data, config.id))
         self.commander = Commander(self.id, self.uplink)
         self.high_level_commander = HighLevelCommander(self.id, self._cf, self.uplink)
         self.loc = Localization(self.id, self._cf, self.uplink)

@@ -40,7 +40,7 @@ class DroneConfig:
     """Mass (kg); by default that of the vehicle model. The inertia scales along."""
     vehicle: vehicles.Overrides = field(default_factory=dict)
     """Parameters of the vehicle that differ from the platform's, by dotted name (``{"rotors.thrust_scale": 0.95}``), a
-    YAML file with such, ``kit``, ``legacy`` or ``markers``, or a list of these. `crazychoir vehicle` lists them."""
+    YAML file with such, ``kit``, ``legacy`` or ``nanobench``, or a list of these. `crazychoir vehicle` lists them."""
     payload: Mapping[str, Any] | None = None
     """What it carries: ``{"mass": kg, "offset": (x, y, z) m, "detachable": bool}``, the offset in the body frame."""
 

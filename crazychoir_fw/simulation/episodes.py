@@ -72,7 +72,7 @@ class Episodes:
         row = self._rows[episode]
         if row is None:
             # what a handle looks at of mjData, here views of the row
-            names = ("qpos", "qvel", "qacc", "plugin_state")
+            names = ("qpos", "qvel", "qacc", "eq_active", "plugin_state")
             data: Any = SimpleNamespace(**{name: self.batch.bind(name)[episode] for name in names})
             drones = tuple(Drone(self._world.model, data, drone.config) for drone in self._world.drones)
             self._journals[episode] = self._journals[episode].copy()

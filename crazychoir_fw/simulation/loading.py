@@ -25,7 +25,7 @@ class Payload:
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, drone_id: str) -> None:
         name = payload_name(drone_id)
         joint = int(model.body_jntadr[model.body(name).id])
-        self._hook = model.equality(name).id
+        self._hook = hook_of(model, drone_id)
         self._data = data
         self._pose = data.qpos[model.jnt_qposadr[joint] :][:7]
         self._twist = data.qvel[model.jnt_dofadr[joint] :][:6]
@@ -41,10 +41,6 @@ class Payload:
         """Where it is (m, world), shape (3,)."""
         return self._pose[:3].copy()
 
-    def drop(self) -> None:
-        """Let it fall; what lies on the floor stays there."""
-        self._data.eq_active[self._hook] = 0
-
     def follow(self, drone_pose: NDArray[np.float64]) -> None:
         """Go along with a drone that was put somewhere else, shape (7,), at rest."""
         if self.is_attached:
@@ -58,6 +54,18 @@ class Payload:
 def payload_name(drone_id: str) -> str:
     """Return the name of the body and of the hook of a drone's payload."""
     return f"{drone_id}/payload"
+
+
+def hook_of(model: mujoco.MjModel, drone_id: str) -> int:
+    """Return the number of the equality constraint that holds the payload of a drone, or -1."""
+    return int(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, payload_name(drone_id)))
+
+
+def drop_payload(model: mujoco.MjModel, data: mujoco.MjData, drone_id: str) -> None:
+    """Let the payload of a drone fall; one that is gone, or never was, is no error."""
+    hook = hook_of(model, drone_id)
+    if hook >= 0:
+        data.eq_active[hook] = 0
 
 
 def check_payload(drone: DroneConfig) -> None:

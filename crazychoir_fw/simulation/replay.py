@@ -182,11 +182,14 @@ class _Reader:
         self._world.step(max(0, tick - self._world.tick))
 
     def _carry_out(self, request: Request) -> None:
+        uplink = self._world.drones[request.drone].uplink
         try:
-            self._world.drones[request.drone].uplink.deliver(request.verb, *request.arguments)
+            if not uplink.is_request(request.verb, tuple(request.arguments)):
+                raise AttributeError(request.verb)
+            uplink.deliver(request.verb, *request.arguments)
         except CrazychoirError:
             pass  # the drone refused it in the flight as well
-        except (AttributeError, TypeError, IndexError, OverflowError) as error:
+        except (AttributeError, TypeError, IndexError, ValueError, OverflowError) as error:
             where = f"'{request.verb}' at {request.tick / TICKS_PER_SECOND:.3f} s"
             raise ReplayError(f"the journal asks for {where}, which this version does not understand") from error
 

@@ -292,9 +292,9 @@ class World:
     def fork(self, count: int = 1) -> list[World]:
         """Return worlds that go on from the present instant, independent of this one and of each other.
 
-        They share the compiled model. Drones, events, journal, faults and everything in `mjData` are carried over; what
-        else stands on the agenda, requests on their way through a bad radio, and callbacks of parameters are not,
-        unless `when_forked` does so. Motor controls begin anew.
+        They share the compiled model. Drones, events, journal, faults and everything in `mjData` are carried over.
+        What else stands on the agenda, requests on their way through a bad radio, and callbacks of parameters are not,
+        except where `when_forked` does so. Motor controls begin anew.
 
         Each may be stepped in a thread of its own.
 

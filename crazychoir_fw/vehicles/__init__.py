@@ -24,7 +24,7 @@ __all__ = ["NAMED", "Overrides", "Parameter", "Value", "as_text", "overrides", "
 _FOLDER = Path(__file__).resolve().parent
 _PLATFORMS = ("cf2", "cf21bl")
 
-NAMED = ("kit", "legacy", "markers")
+NAMED = ("kit", "legacy", "nanobench")
 """Files of this folder that change a platform in part."""
 
 _BOTH = "rotors.time_constant"
@@ -194,7 +194,7 @@ def overrides(source: Overrides, folder: Path = Path()) -> dict[str, Value]:
 
     Args:
         source: A mapping from dotted names (or nested groups) to values; a YAML file with one; ``kit``, ``legacy`` or
-            ``markers``; or a list of these, of which the later ones win.
+            ``nanobench``; or a list of these, of which the later ones win.
         folder: Where relative names of files are seen from.
 
     Raises:

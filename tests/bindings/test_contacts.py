@@ -48,3 +48,8 @@ def test_points_are_counted_in_the_present_step_only(contacts):
     note(contacts, 7, 1001, tick=51)
     lib.cf_contacts_refresh(contacts, 51)
     assert contacts.now == 1
+
+
+@pytest.mark.parametrize(("time", "clock"), [(0.0, 0), (1.2345, 1235), (-0.25, 2**32 - 250), (5e6, 5 * 10**9 % 2**32)])
+def test_any_simulated_time_has_its_milliseconds(time, clock):
+    assert lib.cf_contacts_clock(time) == clock

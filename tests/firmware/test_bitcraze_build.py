@@ -108,7 +108,6 @@ def test_the_word_bitcraze_means_the_checkout_of_the_environment(bitcraze_librar
 
 def test_a_library_that_was_loaded_by_hand_comes_first(bitcraze_library, monkeypatch):
     number = core.load_library(bitcraze_library)
-    monkeypatch.setattr(providers, "_built", {})
     monkeypatch.setenv("CRAZYFLIE_FIRMWARE", "/nowhere")
     assert providers.load("bitcraze", "cf2") == number
 

@@ -25,7 +25,7 @@ def refusal_of(mission):
         ([{"motor": {}, "kick": {}}], "faults[0] is {"),
         (["hover"], "faults[0] is 'hover', but must be"),
         ([{"motor": {"motor": 5}}], "faults[0].motor.motor is 5, but must be a whole number in [1, 4]"),
-        ([{"motor": {"efficency": 0.5}}], "faults[0].motor has no key 'efficency' (did you mean 'efficiency'?)"),
+        ([{"motor": {"efficiencyy": 0.5}}], "faults[0].motor has no key 'efficiencyy' (did you mean 'efficiency'?)"),
         (
             [{"imu": {"sensor": "gyros", "stuck": True}}],
             "faults[0].imu.sensor is 'gyros', but must be one of gyro, acc (did",

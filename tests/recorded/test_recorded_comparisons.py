@@ -84,7 +84,8 @@ def test_identification_finds_what_was_flown(synthetic, true_vehicle):
     assert found.vehicle["drag.rotor_xy"] == pytest.approx(true_vehicle["drag.rotor_xy"], rel=0.03)
     assert found.vehicle["flight_moment.x"] == pytest.approx(true_vehicle["flight_moment.x"], rel=0.03)
     assert found.vehicle["flight_moment.y"] == pytest.approx(true_vehicle["flight_moment.y"], rel=0.03)
-    assert found.vehicle["inertia"][0] == pytest.approx(true_vehicle["inertia"][0], rel=0.25)
+    # slow flights hardly show it: 0.03 rad/s of noise on the rates stand against 1 rad/s^2
+    assert found.vehicle["inertia"][0] == pytest.approx(true_vehicle["inertia"][0], rel=0.35)
     assert found.vehicle["battery.resistance"] == pytest.approx(true_vehicle["battery.resistance"], rel=0.15)
     assert found.warm_up.loss < 0.006
 

@@ -12,7 +12,7 @@ from crazychoir_fw.errors import RangeError
 
 pytest.importorskip("mujoco.batch", reason="this MuJoCo has no batches")
 
-from crazychoir_fw.simulation import Episodes, World
+from crazychoir_fw.simulation import DroneConfig, Episodes, World
 
 
 @pytest.fixture(scope="module")
@@ -96,3 +96,20 @@ def test_impossible_numbers_are_refused(start):
     with pytest.raises(RangeError, match=r"run\(nan\)"):
         Episodes(start, 1, 1).run(float("nan"))
     assert isinstance(start, World)
+
+
+def test_each_episode_has_its_own_payload():
+    payload = {"mass": 0.006, "offset": (0, 0, -0.006), "detachable": True}
+    world = World([DroneConfig("cf", (0, 0), payload=payload)], visuals=False)
+    world.wait_until_ready()
+    world["cf"].high_level_commander.takeoff(0.6, 1.0)
+    world.run(1.5)
+    episodes = Episodes(world, 2, 1)
+    (keeps,), (drops,) = episodes.drones(0), episodes.drones(1)
+    drops.drop_payload()
+    assert (keeps.payload.is_attached, drops.payload.is_attached) == (True, False)
+    episodes.run(0.3)
+    assert keeps.payload.position[2] > 0.4 > drops.payload.position[2] + 0.1
+    drops.place((1.0, 1.0, 0.5))
+    keeps.place((1.0, 0.0, 0.5))
+    assert keeps.payload.position == pytest.approx([1.0, 0.0, 0.494])

@@ -210,7 +210,6 @@ def test_a_restored_flight_sees_the_same():
     assert bits(world) == first
     assert world.events == events
     other = swarm()
-    other.run(0.1)
     other.restore(start)
     other.run(0.5)
     assert bits(other) == first
@@ -224,3 +223,17 @@ def test_a_drone_over_a_floor_flies_alike_in_a_swarm_and_alone():
     for world in (alone, pair):
         world.run(0.38)  # they fall; where they land MuJoCo solves their contacts together
     np.testing.assert_array_equal(alone.drones[0].memory, pair.drones[0].memory)
+
+
+def test_a_payload_does_not_blind_the_decks_of_its_drone():
+    payload = {"mass": 0.003, "offset": (0.0, 0.0, -0.006), "detachable": True}
+    world = World([DroneConfig("cf1", payload=payload, decks=["zranger"], attributes=IDEAL)])
+    world.wait_until_ready()
+    drone = world.drones[0]
+    drone.high_level_commander.takeoff(0.6, 1.5)
+    world.run(4.0)
+    assert drone.log["range.zrange"] == pytest.approx(1000 * drone.true_position[2], abs=15)
+    assert drone.true_position[2] == pytest.approx(0.6, abs=0.1)  # the integrator is still learning the load
+    drone.drop_payload()
+    world.run(2.0)  # it lies on the floor below, 12 mm high
+    assert drone.log["range.zrange"] == pytest.approx(1000 * drone.true_position[2] - 12, abs=15)

@@ -263,10 +263,22 @@ def _of_another_flight(log):
     log.journal.samples = log.journal.samples[:-1]
 
 
-def _with_an_unknown_verb(log):
-    log.journal.add(10_000, 0, "cf_teleport", (1.0,))
+def _with_an_unknown_verb(log, verb="cf_teleport", arguments=(1.0,)):
+    log.journal.add(10_000, 0, verb, arguments)
     log.journal.samples[-1] += 1
     log.time[-1] = 10.0
+
+
+def _with_a_function_that_is_no_request(log):
+    _with_an_unknown_verb(log, "cf_refresh_logs", (1000, 4096))
+
+
+def _with_more_bytes_than_there_are(log):
+    _with_an_unknown_verb(log, "cf_write_trajectory", (0, 4000, b"few"))
+
+
+def _with_an_incomplete_vector(log):
+    _with_an_unknown_verb(log, "cf_inject_gust", ([1.0], 100))
 
 
 def _with_another_drone(log):
@@ -284,6 +296,9 @@ def _with_an_unknown_field(log):
         (_with_gap, "has a gap: 'restore' at 1.500 s"),
         (_of_another_flight, "not of the same flight"),
         (_with_an_unknown_verb, "asks for 'cf_teleport' at 10.000 s, which this version does not understand"),
+        (_with_a_function_that_is_no_request, "asks for 'cf_refresh_logs' at 10.000 s, which this version does not"),
+        (_with_more_bytes_than_there_are, "asks for 'cf_write_trajectory' at 10.000 s, which this version does not"),
+        (_with_an_incomplete_vector, "asks for 'cf_inject_gust' at 10.000 s, which this version does not"),
         (_with_another_drone, "names drones that the log does not have"),
         (_with_an_unknown_field, "cf2: this version knows nothing of wings"),
     ],

@@ -106,7 +106,7 @@ def test_overrides_may_be_written_in_several_ways(source, expected):
 
 def test_later_sources_win(tmp_path):
     (tmp_path / "mine.yaml").write_text("mass: 0.031\nwind: {velocity: [1, 0, 0]}\n")
-    found = vehicles.overrides(["markers", "mine.yaml", {"mass": 0.032}], folder=tmp_path)
+    found = vehicles.overrides(["nanobench", "mine.yaml", {"mass": 0.032}], folder=tmp_path)
     assert found["mass"] == 0.032
     assert found["wind.velocity"] == (1.0, 0.0, 0.0)
     assert found["rotors.thrust_scale"] == 0.92
@@ -122,7 +122,7 @@ def test_later_sources_win(tmp_path):
         ({"rotors.law": "cubic"}, RangeError, "first_order | quadratic"),
         ({"trim.torque": [0, 0]}, RangeError, "3 numbers, each -0.01 to 0.01 N m"),
         ({"rotors.duty_bits": 8.5}, RangeError, "whole number 1 to 16 bit"),
-        ("nowhere.yaml", UnknownNameError, "neither a file nor one of: kit, legacy, markers"),
+        ("nowhere.yaml", UnknownNameError, "neither a file nor one of: kit, legacy, nanobench"),
         (3, RangeError, "allowed: parameters, a YAML file"),
     ],
 )

@@ -6,16 +6,28 @@ clients beside this file only turn cflib's vocabulary into requests.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
-from crazychoir_fw._core import lib
+from crazychoir_fw._core import ffi, lib
 
 Listener = Callable[[str, tuple[Any, ...]], None]
 """Called with verb and arguments of every request that reaches the drone, just before it takes effect."""
 
 Gate = Callable[[str, tuple[Any, ...]], bool]
 """Asked before a request leaves the client: False swallows it. Who delivers it later calls `Uplink.deliver`."""
+
+_C_REQUESTS = re.compile(
+    r"cf_(send|inject)_\w+"
+    r"|cf_(arm|recover_from_crash|emergency_stop|fail_pilot|reboot|notify_setpoint_stop|set_group_mask)"
+    r"|cf_(takeoff|land|stop|go_to|spiral|takeoff_with_velocity|land_with_velocity)"
+    r"|cf_(write|define|start)_trajectory"
+)
+"""C functions that clients ask for; a file may name others, which are not for everybody."""
+
+_POINTED_AT = {"cf_send_external_pose": 4, "cf_inject_gust": 3, "cf_spiral": 1, "cf_inject_imu": 1}
+"""So many numbers or structs C reads behind the pointer that these requests hand over."""
 
 
 class Uplink:
@@ -33,6 +45,22 @@ class Uplink:
     def handle(self, verb: str, handler: Callable[..., Any]) -> None:
         """Let a function carry out a verb that is no plain C function."""
         self._handlers[verb] = handler
+
+    def is_request(self, verb: str, arguments: tuple[Any, ...]) -> bool:
+        """Tell whether clients ask for such a thing, so that a request from a file may be delivered."""
+        if verb in self._handlers:
+            return True
+        if _C_REQUESTS.fullmatch(verb) is None or not hasattr(lib, verb):
+            return False
+        if verb == "cf_write_trajectory":
+            _offset, length, data = arguments
+            return isinstance(data, bytes) and len(data) == length
+        if verb == "cf_fail_pilot":
+            return len(arguments) == 1 and isinstance(arguments[0], bytes)
+        # C believes that what it is pointed at is complete
+        kinds = [argument.kind for argument in ffi.typeof(getattr(lib, verb)).args[1:]]
+        lists = [value for value, kind in zip(arguments, kinds, strict=False) if kind == "pointer"]
+        return all(isinstance(value, list) and len(value) == _POINTED_AT.get(verb) for value in lists)
 
     def request(self, verb: str, *arguments: Any) -> Any:
         """Send a request, as a client does by radio. Returns what it returns; ``CF_OK`` when it is lost."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -17,7 +18,7 @@ TICKS_PER_SECOND = 1000
 
 
 @dataclass(frozen=True, kw_only=True)
-class Fault:
+class Fault(ABC):
     """Something that goes wrong at a simulated time.
 
     What a fault does to a drone goes through `Uplink.deliver`, past the radio, so that a journal of requests holds it.
@@ -76,12 +77,12 @@ class Fault:
         drones = None if self.drones is None else list(self.drones)
         return {"kind": self.kind, "at": self.at, "duration": self.duration, "drones": drones, **self.details()}
 
-    def check(self, world: World, drone: Drone) -> None:
+    def check(self, world: World, drone: Drone) -> None:  # noqa: B027 - most kinds suit every drone
         """Raise a `CrazychoirError` when this drone cannot have the fault."""
 
+    @abstractmethod
     def begin(self, world: World, drone: Drone, seed: int) -> None:
         """Let it happen to one drone; `seed` is that of this fault in this world."""
-        raise NotImplementedError
 
-    def end(self, world: World, drone: Drone) -> None:
+    def end(self, world: World, drone: Drone) -> None:  # noqa: B027 - some end by themselves
         """Make the drone well again."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-import mujoco
-
 from crazychoir_fw.errors import StateError
 from crazychoir_fw.simulation.faults.fault import Fault
+from crazychoir_fw.simulation.loading import hook_of
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone
@@ -28,21 +27,9 @@ class PayloadDrop(Fault):
         Raises:
             StateError: If there is no such constraint.
         """
-        if constraint_of(world.model, drone.id) < 0:
+        if hook_of(world.model, drone.id) < 0:
             raise StateError(f"{drone.id}: carries no detachable payload")
 
     def begin(self, world: World, drone: Drone, seed: int) -> None:
         """Let go."""
         drone.uplink.deliver("drop_payload")
-
-
-def constraint_of(model: mujoco.MjModel, name: str) -> int:
-    """Return the number of the constraint that holds the payload of a drone, or -1."""
-    return int(mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_EQUALITY, f"{name}/payload"))
-
-
-def drop(model: mujoco.MjModel, data: mujoco.MjData, name: str) -> None:
-    """Let go of the payload of a drone; one that is gone, or never was, is no error."""
-    number = constraint_of(model, name)
-    if number >= 0:
-        data.eq_active[number] = 0

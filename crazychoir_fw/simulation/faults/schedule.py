@@ -10,7 +10,6 @@ import numpy as np
 from crazychoir_fw.errors import RangeError, UnknownNameError
 from crazychoir_fw.simulation.faults.fault import Fault
 from crazychoir_fw.simulation.faults.kick import kick
-from crazychoir_fw.simulation.faults.payload import drop
 from crazychoir_fw.simulation.faults.radio import Radio, RadioFault
 
 if TYPE_CHECKING:
@@ -32,7 +31,6 @@ class FaultSchedule:
         """All faults, in the order of their coming; a fault's place here and the seed of the world make its seed."""
         for drone in world.drones:
             drone.uplink.handle("kick", partial(kick, world.model, world.data, drone.id))
-            drone.uplink.handle("drop_payload", partial(drop, world.model, world.data, drone.id))
         world.agenda.when_sought.append(self._time_has_changed)
 
     def add(self, fault: Fault) -> None:

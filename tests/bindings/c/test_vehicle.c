@@ -49,6 +49,9 @@ static void sensors_survive(cf_vehicle_t *vehicle, float odd, int place) {
   cf_flow_reading_t reading = {0};
   cf_sweep_t        sweeps[CF_LIGHTHOUSE_STATIONS];
   cf_ranging_t      ranging;
+  uint16_t          ranges[CF_RANGE_COUNT];
+  float             pressure;
+  float             temperature;
   float             f[3];
   float             t[3];
   for (uint32_t tick = 0; tick < 60; tick++) {
@@ -67,6 +70,17 @@ static void sensors_survive(cf_vehicle_t *vehicle, float odd, int place) {
     }
     if (cf_vehicle_loco(vehicle, position, &ranging)) {
       CHECK(ranging.anchor < CF_LOCO_ANCHORS && ranging.previous < CF_LOCO_ANCHORS);
+    }
+    const int measured = cf_rangers_step(&vehicle->rangers, position, rotation, NULL, ranges);
+    for (int i = 0; i < CF_RANGE_COUNT; i++) {
+      const bool is_new = (measured >> i & 1) != 0;
+      CHECK(!is_new || ranges[i] < 5000 || ranges[i] == CF_RANGE_NOTHING);
+    }
+    (void)cf_vehicle_barometer(vehicle, position[2], &pressure, &temperature);
+    cf_vehicle_feel_air(vehicle, position, rotation, velocity);
+    for (int i = 0; i < CF_ROTOR_COUNT; i++) {
+      CHECK(vehicle->ground_effect.gain[i] >= 1.0f);
+      CHECK(vehicle->ground_effect.gain[i] <= vehicle->ground_effect.config.cap);
     }
     cf_vehicle_wrench(vehicle, rotation, velocity, rates, f, t);
   }
@@ -128,20 +142,52 @@ static void pack_runs_down_without_trap(void) {
   CHECK(cf_rotors_total_thrust(&vehicle.rotors) < vehicle.mass * 9.81f);
 }
 
+// A bool may hold nothing else than 0 and 1; those that switch effects are on.
+static bool holds_bools(size_t at) {
+  const size_t places[] = {
+      offsetof(cf_vehicle_config_t, airframe.aerodynamics.has_flight_moment),
+      offsetof(cf_vehicle_config_t, airframe.ground_effect.is_enabled),
+      offsetof(cf_vehicle_config_t, airframe.downwash.is_enabled),
+      offsetof(cf_vehicle_config_t, rangers),
+  };
+  bool holds = false;
+  for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) {
+    holds = holds || places[i] / sizeof(float) == at / sizeof(float);
+  }
+  return holds;
+}
+
+static void odd_gusts_are_refused_or_blow(void) {
+  const float still[3] = {0.0f, 0.0f, 0.0f};
+  const float place[3] = {0.0f, 0.0f, 1.0f};
+  for (int i = 0; i < ODD_COUNT; i++) {
+    for (int k = 0; k < ODD_COUNT; k++) {
+      cf_vehicle_t vehicle = make(CF_PLATFORM_CF2);
+      const float  peak[3] = {0.0f, ODD[i], 0.0f};
+      (void)cf_vehicle_gust(&vehicle, peak, ODD[k]);
+      for (int tick = 0; tick < 1200; tick++) {
+        cf_vehicle_feel_air(&vehicle, place, EYE, still);
+        CHECK(fabsf(vehicle.wind.velocity[1]) <= 50.0f);
+      }
+    }
+  }
+}
+
 // every float of the config in turn becomes every odd number: init must say no or make a vehicle
 // that runs
 static void odd_configs_are_refused_or_run(cf_positioning_t positioning) {
   cf_vehicle_config_t good;
   CHECK(cf_vehicle_default_config(&good, CF_PLATFORM_CF2) == CF_OK);
-  good.positioning         = positioning;
-  const uint16_t ratios[4] = {65535, 30000, 1, 0};
+  good.positioning = positioning;
+  good.rangers     = (cf_rangers_config_t){.has_multiranger = true, .has_zranger = true};
+  good.airframe.wind.turbulence = CF_TURBULENCE_DRYDEN;
+  const uint16_t ratios[4]      = {65535, 30000, 1, 0};
 
   for (size_t word = 0; word < sizeof good / sizeof(float); word++) {
     for (int i = 0; i < ODD_COUNT; i++) {
       cf_vehicle_config_t config = good;
-      // the flag is a bool, which may hold nothing else
-      const size_t at = word * sizeof(float);
-      if (at == offsetof(cf_vehicle_config_t, airframe.aerodynamics.has_flight_moment)) {
+      const size_t        at     = word * sizeof(float);
+      if (holds_bools(at)) {
         continue;
       }
       memcpy((char *)&config + at, &ODD[i], sizeof(float));
@@ -213,6 +259,7 @@ int main(void) {
     odd_configs_are_refused_or_run((cf_positioning_t)system);
   }
   refused_config_leaves_the_vehicle();
+  odd_gusts_are_refused_or_blow();
   normal_numbers_exist_for_all_kinds_of_bits();
   ring_of_the_mocap_never_overflows();
   return 0;
