@@ -8,13 +8,14 @@ import typer
 from crazychoir_fw.cli.app import app as app_commands
 from crazychoir_fw.cli.export import export
 from crazychoir_fw.cli.firmware import firmware
-from crazychoir_fw.cli.fly import FlyCommand, fly
+from crazychoir_fw.cli.fly import fly
 from crazychoir_fw.cli.info import info
 from crazychoir_fw.cli.replay import replay
 from crazychoir_fw.cli.run import run
 from crazychoir_fw.cli.shim import install_shim
 from crazychoir_fw.cli.variables import variables
 from crazychoir_fw.cli.vehicle import vehicle
+from crazychoir_fw.cli.view import ViewCommand
 
 app = typer.Typer(
     help="Swarms of Crazyflies in MuJoCo, flown by their own onboard software.",
@@ -22,8 +23,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_show_locals=False,
 )
-app.command(cls=FlyCommand)(fly)
-app.command()(run)
+app.command(cls=ViewCommand)(fly)
+app.command(cls=ViewCommand)(run)
 app.command()(replay)
 app.command()(export)
 app.command()(info)

@@ -3,17 +3,15 @@
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
-from typer.core import TyperCommand
 
-from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console, refuse
+from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console
 from crazychoir_fw.cli.tables import flight_table, verdict
-from crazychoir_fw.cli.view import WAYS
+from crazychoir_fw.cli.view import VIEW_HELP, require_way
 
 if TYPE_CHECKING:
     from crazychoir_fw.mission.runner import FlightResult, Observer
@@ -23,17 +21,6 @@ if TYPE_CHECKING:
 
 FRAMES_PER_SECOND = 25
 SUCCESS = 0
-
-
-class FlyCommand(TyperCommand):
-    """`fly` with an option whose value may be left out: `--view` alone means `--view auto`."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Put in the value that was left out."""
-        complete = []
-        for word, following in zip_longest(args, args[1:]):
-            complete += [word] if word != "--view" or following in WAYS else [word, "auto"]
-        return super().parse_args(ctx, complete)
 
 
 @dataclass(frozen=True)
@@ -64,10 +51,7 @@ def fly(
     ] = "follow",
     view: Annotated[
         str | None,
-        typer.Option(
-            help="Watch the flight in real time; alone, it opens a window, or a page where there is no display.",
-            metavar="[native|web]",
-        ),
+        typer.Option(help=VIEW_HELP, metavar="[native|web]"),
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Output folder; otherwise out/ and the mission's name.")] = None,
     seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
@@ -84,8 +68,7 @@ def fly(
 ) -> None:
     """Fly a mission in simulation and report on every drone."""
     overrides = {"seed": seed, "provider": provider, "app": app or None}
-    if view is not None and view not in WAYS:
-        refuse(f"--view is '{view}', allowed: {', '.join(WAYS)}, or nothing")
+    require_way(view)
     request = Request(mission, not watch if video is None else video, camera, view, out, threads, overrides, mcap)
     if watch:
         from crazychoir_fw.cli.again import fly_again_on_save
@@ -133,7 +116,7 @@ def attempt(request: Request, loaded: "Callable[[Mission], None] | None" = None)
     console.print(flight_table(result.summary))
     console.print(verdict(result.summary, folder))
     for failure in result.expected_failures:
-        console.print(f"{failure}, as it may", style="yellow", markup=False)
+        console.print(f"{failure}, as it may", style="yellow", markup=False, soft_wrap=True)
     for failure in result.failures:
         complain(failure)
     return SUCCESS if result.success else FLIGHT_FAILED

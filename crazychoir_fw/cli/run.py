@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console
+from crazychoir_fw.cli.view import VIEW_HELP, open_view, require_way
 
 if TYPE_CHECKING:
     from crazychoir_fw.mission.runner import Observer
@@ -18,7 +19,7 @@ _FRAME_TICKS = 20
 def run(
     model: Annotated[Path, typer.Argument(help="Model with Crazyflies in it (MJCF).", metavar="MODEL.xml")],
     seconds: Annotated[float, typer.Option(min=0.0, max=86400.0, help="How long to fly, once they can.")] = 10.0,
-    view: Annotated[bool, typer.Option("--view", help="Watch the flight in a window, in real time.")] = False,
+    view: Annotated[str | None, typer.Option(help=VIEW_HELP, metavar="[native|web]")] = None,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of the noise.")] = 0,
     threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,
 ) -> None:
@@ -26,15 +27,14 @@ def run(
     from crazychoir_fw.errors import CrazychoirError
     from crazychoir_fw.simulation import World
 
-    window: AbstractContextManager[Observer | None] = nullcontext(None)
+    require_way(view)
+    watched: AbstractContextManager[Observer | None] = nullcontext(None)
     try:
         world = World.from_mjcf(model, seed, threads)
-        if view:
-            from crazychoir_fw.cli.view import open_window
-
-            window = open_window()
+        if view is not None:
+            watched = open_view(view, lambda line: console.print(line, soft_wrap=True, markup=False))
         world.wait_until_ready()
-        with window as show:
+        with watched as show:
             _fly(world, seconds, show)
     except CrazychoirError as error:
         complain_of(error)
@@ -49,9 +49,11 @@ def _fly(world: "World", seconds: float, show: "Observer | None") -> None:
     if show is None:
         world.step(ticks)
         return
-    for flown in range(_FRAME_TICKS, ticks + 1, _FRAME_TICKS):
-        world.step(_FRAME_TICKS)
-        show(world, Progress(flown / 1000, seconds, 0.0))
+    show(world, Progress(0.0, seconds, 0.0))
+    for flown in range(0, ticks, _FRAME_TICKS):
+        frame = min(_FRAME_TICKS, ticks - flown)
+        world.step(frame)
+        show(world, Progress((flown + frame) / 1000, seconds, 0.0))
 
 
 def _report(world: "World") -> None:
@@ -60,7 +62,9 @@ def _report(world: "World") -> None:
         name = type(drone.motor_ctrl).__name__ if drone.motor_ctrl is not None else "nobody"
         x, y, z = drone.true_position
         console.print(
-            f"{drone.id}: {drone.supervisor_state} at {x:.2f}, {y:.2f}, {z:.2f} m, flown by {name}", markup=False
+            f"{drone.id}: {drone.supervisor_state} at {x:.2f}, {y:.2f}, {z:.2f} m, flown by {name}",
+            markup=False,
+            soft_wrap=True,
         )
     failures = [drone.failure for drone in world.drones if drone.failure is not None]
     for failure in failures:

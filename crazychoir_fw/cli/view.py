@@ -1,4 +1,4 @@
-"""`crazychoir fly --view`: which way a flight can be watched here."""
+"""`--view` of `crazychoir fly` and `run`: which way a flight can be watched here."""
 
 from __future__ import annotations
 
@@ -7,14 +7,36 @@ import sys
 import warnings
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from typing import TYPE_CHECKING
+from itertools import zip_longest
+from typing import TYPE_CHECKING, Any
 
+from typer.core import TyperCommand
+
+from crazychoir_fw.cli.console import refuse
 from crazychoir_fw.errors import CrazychoirError
 
 if TYPE_CHECKING:
     from crazychoir_fw.mission.runner import Observer
 
 WAYS = ("auto", "native", "web")
+VIEW_HELP = "Watch the flight in real time; alone, it opens a window, or a page where there is no display."
+
+
+class ViewCommand(TyperCommand):
+    """A command with an option whose value may be left out: `--view` alone means `--view auto`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Put in the value that was left out."""
+        complete = []
+        for word, following in zip_longest(args, args[1:]):
+            complete += [word] if word != "--view" or following in WAYS else [word, "auto"]
+        return super().parse_args(ctx, complete)
+
+
+def require_way(way: str | None) -> None:
+    """End the command with one sentence if there is no such way; None shows nothing, and is one."""
+    if way is not None and way not in WAYS:
+        refuse(f"--view is '{way}', allowed: {', '.join(WAYS)}, or nothing")
 
 
 def open_view(way: str, say: Callable[[str], None]) -> AbstractContextManager[Observer]:

@@ -12,7 +12,7 @@ from pydantic import BeforeValidator, model_validator
 
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import did_you_mean, refusal, unknown_key
+from crazychoir_fw.mission.values import did_you_mean, objection, refusal, unknown_key
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.faults import Fault
@@ -64,15 +64,15 @@ class FaultEntry(Section):
         members = {member.name: member for member in fields(kind)}
         for key, value in values.items():
             if key not in members:
-                raise unknown_key(key, members)
+                raise unknown_key(key, members, f".{self.name}")
             rule = members[key].metadata["rule"]
             if not (value is None and members[key].default is None) and not rule.allows(value):
                 hint = did_you_mean(value, rule.known) if isinstance(rule, Word) else ""
-                raise refusal(f"{rule}{hint}", f".{self.name}.{key}")
+                raise refusal(f"{rule}{hint}", f".{self.name}.{key}", value=value)
         try:
             return kind(**{key: tuple(value) if isinstance(value, list) else value for key, value in values.items()})
         except RangeError as error:
-            raise refusal(f"another fault: {error}", f".{self.name}") from None
+            raise objection(str(error).removeprefix(f"{self.name}: "), f".{self.name}") from None
 
 
 def _from_script(value: Any) -> Any:

@@ -241,6 +241,8 @@ def _sentence(error: ValidationError) -> str:
         return f"{path or 'a mission'} has no key {_show(context['key'])}{context['hint']}, but only {known}"
     if kind == "missing":
         return f"{path} is missing"
+    if kind == "objection":
+        return f"{path}: {context['sentence']}"
     if isinstance(context.get("error"), MissionError):
         return f"{path}: {context['error']}"
     if kind == "too_short":
@@ -249,7 +251,7 @@ def _sentence(error: ValidationError) -> str:
         must = f"a list of at most {context['max_length']}"
     else:
         must = context.get("must") or _MUST.get(kind) or _one_line(worst["msg"])
-    return f"{path} is {_show(worst['input'])}, but must be {must}"
+    return f"{path} is {_show(context.get('value', worst['input']))}, but must be {must}"
 
 
 def _key_path(loc: tuple[int | str, ...]) -> str:

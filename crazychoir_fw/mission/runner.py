@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.errors import CrazychoirError, MissionError
 from crazychoir_fw.mission.plan import TICKS_PER_SECOND, Command, FlightPlan, plan_flight
 from crazychoir_fw.mission.schema import Mission
 from crazychoir_fw.mission.summary import collision_failures, judge, summarize
@@ -96,12 +96,13 @@ def fly(
         observe: Called with the world at every sample of the log, to show progress or to pace the flight.
 
     Raises:
-        CrazychoirError: If the world cannot be built.
+        CrazychoirError: If the world cannot be built, or a fault befalls a drone that cannot have it.
     """
     from crazychoir_fw.simulation import FlightRecorder
 
     plan = plan_flight(mission)
     world = build_world(mission, threads, visuals)
+    _check_faults(mission, world)
     recorder = FlightRecorder(world, rate_hz=LOG_RATE)
     return Flight(mission, plan, world, recorder, Film(frames_per_second), observe).run()
 
@@ -112,6 +113,15 @@ def build_world(mission: Mission, threads: int | None = None, visuals: bool = Tr
 
     drones = [DroneConfig(**asdict(drone)) for drone in mission.fleet]
     return World(drones, scene=mission.scene, seed=mission.seed, threads=threads, visuals=visuals)
+
+
+def _check_faults(mission: Mission, world: "World") -> None:
+    """Refuse what cannot go wrong, before the flight."""
+    for number, entry in enumerate(mission.faults):
+        try:
+            world.faults.check(entry.fault)
+        except CrazychoirError as error:
+            raise MissionError(f"faults[{number}].{entry.name}: {error}") from None
 
 
 class Flight:
@@ -175,7 +185,7 @@ class Flight:
         """Plan what goes wrong, in times of the world; return whether all of it can."""
         try:
             for entry in self._mission.faults:
-                fault = replace(entry.fault, at=entry.fault.at + start)
+                fault = replace(entry.fault, at=round(entry.fault.at + start, 6))
                 self._world.add_fault(fault)
                 self._faults.append(fault.as_dict())
         except CrazychoirError as error:

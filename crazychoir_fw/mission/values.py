@@ -22,21 +22,27 @@ from crazychoir_fw.vehicles import overrides, parameters
 _LARGEST = float(np.finfo(np.float32).max)
 
 
-def refusal(must: str, path: str = "") -> PydanticCustomError:
+def refusal(must: str, path: str = "", **below: object) -> PydanticCustomError:
     """Return the error that the loader words as "<path> is <value>, but must be <must>".
 
     Args:
         must: What is allowed, as it continues "must be".
         path: Keys below the place where the error is raised, such as ".takeoff".
+        below: `value=` what stands there, if the place of the error holds more than it.
     """
-    return PydanticCustomError("must_be", "must be {must}", {"must": must, "path": path})
+    return PydanticCustomError("must_be", "must be {must}", {"must": must, "path": path, **below})
 
 
-def unknown_key(key: object, known: Collection[str]) -> PydanticCustomError:
-    """Return the error about a *key* that its section does not know."""
+def objection(sentence: str, path: str = "") -> PydanticCustomError:
+    """Return the error that the loader words as "<path>: <sentence>", for those who say all there is to say."""
+    return PydanticCustomError("objection", "{sentence}", {"sentence": sentence, "path": path})
+
+
+def unknown_key(key: object, known: Collection[str], path: str = "") -> PydanticCustomError:
+    """Return the error about a *key* that its section does not know, `path` below where the error is raised."""
     hint = did_you_mean(key, known)
     return PydanticCustomError(
-        "unknown_key", "unknown key", {"key": str(key)[:40], "hint": hint, "known": sorted(known)}
+        "unknown_key", "unknown key", {"key": str(key)[:40], "hint": hint, "known": sorted(known), "path": path}
     )
 
 
@@ -222,8 +228,7 @@ def vehicle_parameters() -> BeforeValidator:
         try:
             return overrides(value, (info.context or {}).get("folder", Path()))  # type: ignore[arg-type]
         except CrazychoirError as error:
-            must = "parameters of the vehicle, or a YAML file with some"
-            raise refusal(f"{must}; {str(error).removeprefix('vehicle: ')}") from error
+            raise objection(str(error).removeprefix("vehicle: ")) from error
 
     return BeforeValidator(check)
 

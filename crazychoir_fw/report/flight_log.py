@@ -103,6 +103,8 @@ class FlightLog:
             ValueError: If the file is not a flight log.
         """
         try:
+            if Path(path).is_file() and not zipfile.is_zipfile(path):
+                raise ValueError("it is no NumPy archive (.npz)")  # where np.load would guess, and speak of pickles
             with np.load(path, allow_pickle=False) as file:
                 journal = {name[len(_JOURNAL) :]: file[name] for name in file.files if name.startswith(_JOURNAL)}
                 return cls(

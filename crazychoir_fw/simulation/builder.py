@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import colorsys
 from collections.abc import Sequence
+from numbers import Real
 from pathlib import Path
 
 import mujoco
@@ -47,20 +48,22 @@ def build_model(drones: Sequence[DroneConfig], scene: str | Path, seed: int, vis
                 stamps[drone.platform] = _stamp(spec, drone, visuals)
             # drones of the scene count first, as the engine plugin does
             _add_drone(spec, stamps[drone.platform], drone, in_scene + index, seed)
+    except CrazychoirError:
+        raise
     except ValueError as error:
-        raise RangeError(_one_line(error)) from error
-    model = _compiled(spec)
+        raise RangeError(f"scene {scene} with its drones: {_one_line(error)}") from error
+    model = _compiled(spec, f"scene {scene} with its drones")
     # one body gone wild must not send the whole world back to its start; the plugin parks that drone alone
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     _skip_what_is_absent(model)
     return model
 
 
-def _compiled(spec: mujoco.MjSpec) -> mujoco.MjModel:
+def _compiled(spec: mujoco.MjSpec, what: str) -> mujoco.MjModel:
     try:
         return spec.compile()
     except ValueError as error:
-        raise RangeError(_one_line(error)) from error
+        raise RangeError(f"{what}: {_one_line(error)}") from error
 
 
 def _skip_what_is_absent(model: mujoco.MjModel) -> None:
@@ -97,7 +100,7 @@ def _prepare_drones_of(spec: mujoco.MjSpec, scene: str | Path, seed: int) -> int
     # because MuJoCo 4.0 copies no specification with such a plugin
     reading = _scene(scene)
     reading.activate_plugin(PLUGIN)
-    trial = _compiled(reading)
+    trial = _compiled(reading, f"scene {scene}")
     drones = [entry for i, entry in enumerate(plugins) if is_crazyflie(trial, i)]
     for entry in drones:
         entry.config = {"seed": str(seed), **entry.config}
@@ -109,18 +112,33 @@ def _check(drones: Sequence[DroneConfig], seed: int) -> None:
         raise RangeError(f"seed is {seed!r}, allowed: a whole number from 0 to 4294967295")
     seen: set[str] = set()
     for drone in drones:
+        if not isinstance(drone.id, str):
+            raise RangeError(f"drones: id is {drone.id!r}, allowed: text")
         if not drone.id or drone.id in seen:
             raise RangeError(f"drones: id '{drone.id}' is used twice or empty, every drone has a name of its own")
         seen.add(drone.id)
-        numbers = [value for value in (*drone.position, drone.yaw_deg) if value is not None]
-        if len(drone.position) not in (2, 3) or not np.all(np.isfinite(numbers)):
+        if not _is_place(drone.position) or not _is_finite(drone.yaw_deg):
             raise RangeError(f"{drone.id}: position is {drone.position}, allowed: finite (x, y) or (x, y, z) in m")
         if drone.mass is not None and not 0.005 <= drone.mass <= 0.5:
             raise RangeError(f"{drone.id}: mass is {drone.mass}, allowed: 0.005 to 0.5 kg")
         check_payload(drone)
 
 
+def _is_place(position: object) -> bool:
+    """Return whether this is (x, y) or (x, y, z); z may be None, for a drone on the floor."""
+    if isinstance(position, str) or not isinstance(position, Sequence | np.ndarray) or len(position) not in (2, 3):
+        return False
+    x, y, *z = position
+    return all(map(_is_finite, (x, y, *(value for value in z if value is not None))))
+
+
+def _is_finite(value: object) -> bool:
+    return isinstance(value, Real) and bool(np.isfinite(float(value)))
+
+
 def _scene(scene: str | Path) -> mujoco.MjSpec:
+    if not isinstance(scene, str | Path):
+        raise RangeError(f"scene is {scene!r}, allowed: the path of an MJCF file or one of {', '.join(SCENES)}")
     path = model_path(str(scene)) if str(scene) in SCENES else Path(scene)
     if not path.is_file():
         raise UnknownNameError(f"scene '{scene}' is neither a file nor one of: {', '.join(SCENES)}")

@@ -284,7 +284,8 @@ class Drone:
         """
         ticks = round(duration_s * 1000) if 0.0 < duration_s < 1e6 else 0
         status = self.uplink.deliver("cf_inject_gust", [float(speed) for speed in peak], ticks)
-        check(status, f"{self.id}: blow_gust({peak}, {duration_s})")
+        allowed = "allowed: -50 to 50 m/s, 0.001 to 3600 s"
+        check(status, f"{self.id}: blow_gust({peak}, {duration_s}) ({allowed})")
 
     def drop_payload(self) -> None:
         """Let the payload fall.

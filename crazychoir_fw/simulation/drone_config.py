@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from crazychoir_fw import vehicles
-from crazychoir_fw.errors import UnknownNameError
+from crazychoir_fw.errors import RangeError, UnknownNameError
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.motor_ctrl import MotorCtrl
@@ -93,6 +93,8 @@ class DroneConfig:
             "noise": self.noise,
             **self._remarks(),
         }
+        if isinstance(self.decks, str) or not isinstance(self.decks, Sequence):
+            raise RangeError(f"{self.id}: decks is {self.decks!r}, allowed: a list of {', '.join(DECKS)}")
         for deck in self.decks:
             if deck not in DECKS:
                 raise UnknownNameError(f"{self.id}: decks names '{deck}', allowed: {', '.join(DECKS)}")
@@ -106,12 +108,17 @@ class DroneConfig:
             RangeError: If a value is outside its range.
             UnknownNameError: If there is no such parameter or file.
         """
-        return vehicles.overrides(self.vehicle) if self.vehicle else {}
+        try:
+            return vehicles.overrides(self.vehicle) if self.vehicle else {}
+        except (RangeError, UnknownNameError) as error:
+            raise type(error)(f"{self.id}: {str(error).removeprefix('vehicle: ')}") from None
 
     def _remarks(self) -> dict[str, str]:
         """Return what the model keeps for the world, and the engine plugin does not look at."""
         if self.motor_ctrl is None:
             return {}
+        if not isinstance(self.motor_ctrl, str | type):
+            raise RangeError(f"{self.id}: motor_ctrl is {self.motor_ctrl!r}, allowed: a class or its name")
         from crazychoir_fw.simulation.motor_ctrl.naming import class_name, properties_text
 
         name = self.motor_ctrl if isinstance(self.motor_ctrl, str) else class_name(self.motor_ctrl)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
+from itertools import pairwise
 from typing import Any
 
 import mujoco
 import numpy as np
 
-from crazychoir_fw.core import identity, provider_identity
+from crazychoir_fw.core import attributes, identity, provider_identity
 from crazychoir_fw.variables import log_table, parameter_table
 
 _MEANINGS = {
@@ -19,9 +20,12 @@ _MEANINGS = {
     "memory": "keeps its drones in another layout of memory",
     "size": "has {theirs}, this one {ours}",
     "drones": "has drones that are configured differently or another seed",
+    "programs": "has drones that are flown by other Python classes",
     "physics": "has another scene or other vehicles",
 }
 """What to say of a world that differs in a part, the most telling one first."""
+
+_PROGRAMS = ("motor_ctrl", "motor_ctrl_properties")
 
 _OPTIONS = ("timestep", "gravity", "wind", "magnetic", "density", "viscosity", "integrator", "cone", "solver")
 _OPTIONS += ("iterations", "tolerance", "disableflags", "enableflags")
@@ -53,12 +57,14 @@ def fingerprint(model: mujoco.MjModel, providers: Iterable[int]) -> dict[str, st
     physics.append(model.hfield_data)
     tables = [table for number in numbers for table in (log_table(number), parameter_table(number))]
     layouts = [[(name, row.offset, str(row.dtype)) for name, row in table.items()] for table in tables]
+    drones, programs = _attributes(model)
     return {
         "versions": f"crazychoir_fw {build['version']} over MuJoCo {build['mujoco']}",
         "providers": "; ".join(_provider(number) for number in numbers),
         "memory": _digest([json.dumps(layouts).encode()]),
         "size": f"{np.count_nonzero(model.body_plugin >= 0)} drones and {_state_size(model)} numbers of state",
-        "drones": _digest([model.plugin_attr.tobytes(), *_names(model)]),
+        "drones": _digest([*drones, *_names(model)]),
+        "programs": _digest(programs),
         "physics": _digest(np.ascontiguousarray(part).tobytes() for part in physics),
     }
 
@@ -75,6 +81,20 @@ def _provider(number: int) -> str:
     known: dict[str, Any] = provider_identity(number)
     keys = ("provider", "version", "platform", "compiler", "content")
     return " ".join(str(known[key]) for key in keys if key in known)
+
+
+def _attributes(model: mujoco.MjModel) -> tuple[list[bytes], list[bytes]]:
+    """Return what the plugins of a model are told, and apart from it the Python classes that they name."""
+    everything = model.plugin_attr.tobytes()
+    known = list(attributes())
+    places = sorted(known.index(name) for name in _PROGRAMS)
+    told, programs = [], []
+    for begin, end in pairwise([*model.plugin_attradr.tolist(), len(everything)]):
+        texts = everything[begin:end].split(b"\0")
+        if len(texts) == len(known) + 1:  # each text ends with a zero; other plugins have other attributes
+            programs += [texts.pop(place) for place in reversed(places)]
+        told.append(b"\0".join(texts))
+    return told, programs
 
 
 def _names(model: mujoco.MjModel) -> list[bytes]:

@@ -126,8 +126,9 @@ def replay(
     warnings = check_before(log)
     journal = _journal(log)
     world = build(journal, threads)
-    # versions have been compared in detail
-    theirs = {**journal.recipe.get("fingerprint", {}), "versions": world.fingerprint["versions"]}
+    # versions have been compared in detail, and what Python classes asked for is in the journal
+    compared = {part: world.fingerprint[part] for part in ("versions", "programs")}
+    theirs = {**journal.recipe.get("fingerprint", {}), **compared}
     differs = difference(theirs, world.fingerprint)
     if differs is not None:
         warnings.append(f"the recorded world {differs}")

@@ -79,6 +79,8 @@ class Snapshot:
             RangeError: If it is no snapshot.
         """
         try:
+            if Path(path).is_file() and not zipfile.is_zipfile(path):
+                raise ValueError("it is no NumPy archive (.npz)")  # where np.load would guess, and speak of pickles
             with np.load(path, allow_pickle=False) as file:
                 about = json.loads(str(file["about"]))
                 if about["format"] != _FORMAT:

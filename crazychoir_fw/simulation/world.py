@@ -172,16 +172,18 @@ class World:
 
         `details` are what JSON can hold.
         """
-        self.events.append(Event(self.time if at is None else at, kind, drone, details))
+        self.events.append(Event(round(self.time if at is None else at, 9), kind, drone, details))
 
     def add_fault(self, fault: Fault) -> None:
         """Let something go wrong: a motor, a sensor, the radio, …, at a simulated time.
 
         Raises:
-            RangeError: If its time is over.
+            RangeError: If its time is over, or it is no fault.
             UnknownNameError: If it names a drone that does not exist.
             StateError: If a drone cannot have it, such as one that has no payload to drop.
         """
+        if not isinstance(fault, Fault):
+            raise RangeError(f"add_fault({fault!r}): allowed: a Fault, such as Kick or MotorFault")
         self.faults.add(fault)
 
     def step(self, n_ticks: int = 1) -> None:

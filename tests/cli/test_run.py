@@ -1,5 +1,7 @@
 """`crazychoir run` on the example's model, and on what is none."""
 
+import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -33,7 +35,32 @@ def test_a_class_that_raises_is_told_and_fails_the_run(tmp_path):
     assert "cf2: its motor control failed: Bad: ZeroDivisionError: division by zero (bad.py:3)" in result.output
 
 
-@pytest.mark.parametrize("words", [("nothing.xml",), (__file__,), (MODEL, "--seconds", "-1")])
+@pytest.mark.parametrize(("words", "way"), [(["--view"], "auto"), (["--view", "web"], "web")])
+def test_a_run_can_be_watched(monkeypatch, words, way):
+    opened, shown = [], []
+    observer = nullcontext(lambda world, progress: shown.append(progress.sim_seconds))
+    monkeypatch.setattr(
+        sys.modules["crazychoir_fw.cli.run"], "open_view", lambda way, say: opened.append(way) or observer
+    )
+    result = run(*words, MODEL, "--seconds", "0.05")
+    assert result.exit_code == 0, result.output
+    assert opened == [way]
+    assert shown == [0.0, 0.02, 0.04, 0.05]
+
+
+def test_a_run_is_watched_on_a_page_without_a_display(monkeypatch):
+    pytest.importorskip("viser")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setattr("crazychoir_fw.cli.view_web._wait_for_somebody", lambda server, patience_s: None)
+    result = run(MODEL, "--seconds", "0.1", "--view")
+    assert result.exit_code == 0, result.output
+    assert "Watch at http://127.0.0.1:" in result.output
+
+
+@pytest.mark.parametrize(
+    "words", [("nothing.xml",), (__file__,), (MODEL, "--seconds", "-1"), (MODEL, "--view=hologram")]
+)
 def test_what_cannot_be_run_is_refused(words):
     result = run(*words)
     assert result.exit_code == 2

@@ -24,10 +24,13 @@ def refusal_of(mission):
         ([{"motro": {}}], "faults[0] has no key 'motro' (did you mean 'motor'?), but only battery, gust"),
         ([{"motor": {}, "kick": {}}], "faults[0] is {"),
         (["hover"], "faults[0] is 'hover', but must be"),
-        ([{"motor": {"motor": 5}}], "faults[0].motor.motor is"),
-        ([{"motor": {"efficiencyy": 0.5}}], "faults[0] has no key 'efficiencyy' (did you mean 'efficiency'?)"),
-        ([{"imu": {"sensor": "gyros", "stuck": True}}], "faults[0].imu.sensor is"),
-        ([{"kick": {}}], "faults[0].kick is"),
+        ([{"motor": {"motor": 5}}], "faults[0].motor.motor is 5, but must be a whole number in [1, 4]"),
+        ([{"motor": {"efficiencyy": 0.5}}], "faults[0].motor has no key 'efficiencyy' (did you mean 'efficiency'?)"),
+        (
+            [{"imu": {"sensor": "gyros", "stuck": True}}],
+            "faults[0].imu.sensor is 'gyros', but must be one of gyro, acc (did",
+        ),
+        ([{"kick": {}}], "faults[0].kick: impulse is missing, allowed: one that is not zero"),
         ([{"motor": {"drones": ["cf3"]}}], "faults[0].motor.drones names 'cf3', but must name drones of the mission"),
         ([{"positioning": {"delay": 0.1}}], "faults[0].positioning befalls cf2 with positioning 'flow'"),
     ],
@@ -38,6 +41,12 @@ def test_impossible_faults_are_refused_in_one_sentence(hop, faults, sentence):
     text = refusal_of(hop)
     assert text.startswith(sentence)
     assert "\n" not in text
+
+
+def test_a_drop_of_what_nobody_carries_is_refused_before_the_flight(hop):
+    hop["faults"] = [{"motor": {"at": 1.0}}, {"payload": {"at": 1.0, "drones": ["cf2"]}}]
+    with pytest.raises(MissionError, match=r"^faults\[1\]\.payload: cf2: carries no detachable payload$"):
+        fly(parse_mission(hop), visuals=False)
 
 
 def test_may_fail_names_drones(hop):

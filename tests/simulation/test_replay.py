@@ -135,6 +135,17 @@ def test_plugins_are_in_the_journal_and_do_not_run_again(monkeypatch):
     assert not world.is_replay
 
 
+def test_a_replay_does_without_the_classes_that_flew_and_does_not_miss_them():
+    world = World([DroneConfig("cf1", motor_ctrl="MotorCtrlXYZ", motor_ctrl_properties={"a": 1})], seed=3)
+    recorder = FlightRecorder(world)
+    world.wait_until_ready()
+    world["cf1"].motor_ctrl.command(0.0, 0.0, 0.5, 1.0)
+    recorder.run(0.5)
+    flown = replay(recorder.finish())
+    assert flown.deviation is None
+    assert flown.warnings == ()
+
+
 def test_requests_between_two_samples_come_at_their_ticks():
     world = make_world(1, seed=3)
     recorder = FlightRecorder(world, rate_hz=10)

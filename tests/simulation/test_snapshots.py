@@ -124,6 +124,12 @@ def test_every_array_beside_the_state_is_one_of_mjdata(airborne):
         (lambda: make_world(2, seed=4), "it has 3 drones and .* numbers of state, this one 2 drones"),
         (lambda: make_world(3, seed=5), "configured differently or another seed"),
         (lambda: World([DroneConfig(f"x{i}", (0.5 * i, 0.0)) for i in range(3)], seed=4), "configured differently"),
+        (
+            lambda: World(
+                [DroneConfig(f"cf{i + 1}", (0.5 * i, 0.0), motor_ctrl="MotorCtrlVel") for i in range(3)], seed=4
+            ),
+            "flown by other Python classes",
+        ),
         (lambda: World([DroneConfig(f"cf{i + 1}", (0.5 * i, 0.1)) for i in range(3)], seed=4), "other vehicles"),
         (lambda: World([DroneConfig(f"cf{i + 1}", (0.5 * i, 0.0), mass=0.03) for i in range(3)], seed=4), "vehicles"),
     ],

@@ -44,12 +44,22 @@ class FaultSchedule:
         world = self._world
         if fault.begin_tick < world.tick:
             raise RangeError(f"{fault.kind}: at is {fault.at} s, allowed: the present time {world.time:.3f} s or later")
-        drones = self._befallen(fault)
-        for drone in drones:
-            fault.check(world, drone)
+        drones = self.check(fault)
         self._plan(fault, drones, from_tick=world.tick)
         if fault.begin_tick == world.tick:
             world.agenda.keep(world.tick)
+
+    def check(self, fault: Fault) -> list[Drone]:
+        """Return the drones that a fault befalls.
+
+        Raises:
+            UnknownNameError: If it names a drone that does not exist.
+            StateError: If a drone cannot have it.
+        """
+        drones = self._befallen(fault)
+        for drone in drones:
+            fault.check(self._world, drone)
+        return drones
 
     def go_on_from(self, other: FaultSchedule) -> None:
         """Plan in a fork what is still to come of the faults of the world that it comes from."""
