@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BeforeValidator, model_validator
 
 from crazychoir_fw.errors import RangeError
-from crazychoir_fw.mission.section import Section
+from crazychoir_fw.mission.section import OneOf
 from crazychoir_fw.mission.values import did_you_mean, objection, refusal, unknown_key
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.faults import Fault
 
 
-class FaultEntry(Section):
+class FaultEntry(OneOf):
     """One entry of `faults`: exactly one of these keys, with a mapping of what the kind has."""
 
     motor: Mapping[str, Any] | None = None
@@ -30,20 +30,8 @@ class FaultEntry(Section):
     kick: Mapping[str, Any] | None = None
     gust: Mapping[str, Any] | None = None
 
-    @model_validator(mode="before")
-    @classmethod
-    def _fill(cls, data: Any) -> Any:
-        # "- payload" and "- payload:" have nothing set
-        if isinstance(data, str) and data in cls.model_fields:
-            return {data: {}}
-        if isinstance(data, Mapping):
-            return {key: {} if value is None else value for key, value in data.items()}
-        return data
-
     @model_validator(mode="after")
     def _understand(self) -> "FaultEntry":
-        if len(self.model_fields_set) != 1:
-            raise refusal("a mapping with exactly one of " + ", ".join(type(self).model_fields))
         _ = self.fault
         return self
 

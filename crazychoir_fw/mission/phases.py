@@ -1,14 +1,13 @@
 """The phases of a flight, as the list `flight` of a mission file names them."""
 
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr, StrictBool, ValidationInfo, model_validator
 
-from crazychoir_fw.mission.section import Section
+from crazychoir_fw.mission.section import OneOf, Section
 from crazychoir_fw.mission.trajectory import MEMORY_PIECES, read_pieces
 from crazychoir_fw.mission.values import number, point, refusal, whole
 
@@ -161,7 +160,7 @@ class Land(Maneuver):
     """Time to get there (s)."""
 
 
-class Phase(Section):
+class Phase(OneOf):
     """One entry of `flight`: exactly one of these keys."""
 
     takeoff: Takeoff | None = None
@@ -172,22 +171,6 @@ class Phase(Section):
     land: Land | None = None
     together: Annotated[list["Phase"], Field(min_length=1)] | None = None
     """Phases of different drones that begin at the same time; it ends with the longest."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _fill(cls, data: Any) -> Any:
-        # "- land" and "- land:" are a landing with nothing set
-        if isinstance(data, str) and data in cls.model_fields:
-            return {data: {}}
-        if isinstance(data, Mapping):
-            return {key: {} if value is None else value for key, value in data.items()}
-        return data
-
-    @model_validator(mode="after")
-    def _exactly_one(self) -> "Phase":
-        if len(self.model_fields_set) != 1:
-            raise refusal("a mapping with exactly one of " + ", ".join(type(self).model_fields))
-        return self
 
     @property
     def name(self) -> str:

@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
-from crazychoir_fw.mission.values import unknown_key
+from crazychoir_fw.mission.values import refusal, unknown_key
 
 
 class Section(BaseModel):
@@ -21,3 +21,23 @@ class Section(BaseModel):
                 if key not in cls.model_fields:
                     raise unknown_key(key, cls.model_fields)
         return data
+
+
+class OneOf(Section):
+    """A mapping with exactly one of the known keys, such as a phase or a fault; a word alone has nothing set."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _fill(cls, data: Any) -> Any:
+        # "- land" and "- land:" are a landing with nothing set
+        if isinstance(data, str) and data in cls.model_fields:
+            return {data: {}}
+        if isinstance(data, Mapping):
+            return {key: {} if value is None else value for key, value in data.items()}
+        return data
+
+    @model_validator(mode="after")
+    def _exactly_one(self) -> "OneOf":
+        if len(self.model_fields_set) != 1:
+            raise refusal("a mapping with exactly one of " + ", ".join(type(self).model_fields))
+        return self

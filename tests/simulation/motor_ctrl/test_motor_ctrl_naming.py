@@ -3,6 +3,7 @@
 import textwrap
 
 import mujoco
+import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -167,4 +168,6 @@ def test_what_was_saved_flies(tmp_path):
 
 def test_the_engine_plugin_ignores_what_is_for_the_world(tmp_path):
     model = mujoco.MjModel.from_xml_path(str(write(tmp_path, config(motor_ctrl="nowhere.py:Nothing"))))
-    mujoco.mj_step(model, mujoco.MjData(model), nstep=10)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data, nstep=10)
+    assert data.time == pytest.approx(10 * model.opt.timestep) and np.isfinite(data.qpos).all()
