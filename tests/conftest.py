@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from hypothesis import settings
+from hypothesis.internal.conjecture import providers
 
 TESTS = Path(__file__).resolve().parent
 sys.path.append(str(TESTS / "firmware"))  # for the miniature checkout
@@ -20,6 +21,12 @@ from crazychoir_fw.firmware.build import build_provider  # noqa: E402
 settings.register_profile("gate", deadline=None, derandomize=True)
 settings.register_profile("explore", deadline=None, max_examples=1000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "gate"))
+
+# Hypothesis also tries the constants of whatever modules are imported, and that differs with what a worker of
+# pytest-xdist ran before: only to explore.
+if settings.get_current_profile_name() == "gate" and hasattr(providers, "_get_local_constants"):
+    NO_CONSTANTS = providers.Constants()
+    providers._get_local_constants = lambda: NO_CONSTANTS
 
 
 def pytest_configure(config):

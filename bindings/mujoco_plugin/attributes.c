@@ -75,10 +75,19 @@ void cf_attribute_range(int i, char *text, int capacity) {
              a->kind == KIND_COUNT ? "whole number " : "", a->low, a->high);
     return;
   }
-  int used = 0;
+  cf_attribute_choices(i, NULL, NULL, text, capacity);
+}
+
+void cf_attribute_choices(int i, bool (*has)(const void *context, int number), const void *context,
+                          char *text, int capacity) {
+  const attribute_t *a    = cf_attribute(i);
+  int                used = 0;
+  text[0]                 = '\0';
   for (int k = 0; k < CF_MAX_CHOICES && a->words[k] != NULL && used < capacity; k++) {
-    used +=
-        snprintf(text + used, (size_t)(capacity - used), "%s%s", k == 0 ? "" : " | ", a->words[k]);
+    if (has == NULL || has(context, a->numbers[k])) {
+      used += snprintf(text + used, (size_t)(capacity - used), "%s%s", used == 0 ? "" : " | ",
+                       a->words[k]);
+    }
   }
 }
 

@@ -17,6 +17,10 @@ const char *cf_attribute_doc(int i);
 // Writes the allowed values of attribute i as text, e.g. "cf2 | cf21bl" or "0 to 1".
 void cf_attribute_range(int i, char *text, int capacity);
 
+// The same for an attribute with words, leaving out those whose number `has` denies.
+void cf_attribute_choices(int i, bool (*has)(const void *context, int number), const void *context,
+                          char *text, int capacity);
+
 // Sets attribute i from text; empty text leaves the default. Attribute 0 is the platform and must
 // be set first, because it chooses the defaults of the others. On CF_ERR_VALUE `message` says what
 // is allowed. The words for a provider are the names of those that are loaded.

@@ -121,15 +121,29 @@ static void check_size(const cf_mujoco_api_t *mj, const drone_t *drone, const mj
   }
 }
 
+static bool has_controller(const void *provider, int number) {
+  return number == ControllerTypeAutoSelect ||
+         ((const cf_provider_t *)provider)->controller_name(number) != NULL;
+}
+
+static bool has_estimator(const void *provider, int number) {
+  return number == StateEstimatorTypeAutoSelect || cf_estimator_exists(provider, number);
+}
+
 static void refuse_unknown(const cf_mujoco_api_t *mj, const drone_t *drone, const mjModel *model) {
   const cf_provider_t *provider      = cf_provider(drone->config.provider);
-  const bool           is_controller = drone->config.controller != ControllerTypeAutoSelect &&
-                                       provider != NULL &&
-                                       provider->controller_name(drone->config.controller) == NULL;
+  const bool           is_controller = !has_controller(provider, drone->config.controller);
   const char          *what          = is_controller ? "controller" : "estimator";
-  mj->error("crazyflie %s: %s is '%s', but provider '%s' has none of that name",
+  char                 allowed[CF_ATTRIBUTE_MESSAGE_BYTES] = "";
+  for (int i = 0; i < cf_attribute_count(); i++) {
+    if (strcmp(cf_attribute_name(i), what) == 0) {
+      cf_attribute_choices(i, is_controller ? has_controller : has_estimator, provider, allowed,
+                           (int)sizeof allowed);
+    }
+  }
+  mj->error("crazyflie %s: %s is '%s', but provider '%s' has none of that name, allowed: %s",
             body_name(mj, model, drone->body), what, mj->get_config(model, drone->instance, what),
-            cf_provider_name(drone->config.provider));
+            cf_provider_name(drone->config.provider), allowed);
 }
 
 // Numbers that are fine by themselves may not fit together.

@@ -264,7 +264,8 @@ def test_users_own_estimator_gets_the_queue_every_millisecond():
 
 @pytest.mark.parametrize("kind", ["controller", "estimator"])
 def test_a_provider_without_refuses(kind):
-    with pytest.raises(RangeError, match=f"cf1: {kind} is 'out_of_tree', but provider 'builtin' has none of that name"):
+    sentence = rf"cf1: {kind} is 'out_of_tree', but provider 'builtin' has none of that name, allowed: auto \| \w+"
+    with pytest.raises(RangeError, match=sentence):
         World([DroneConfig("cf1", **{kind: "out_of_tree"})])
     world = World([DroneConfig("cf1")])
     world.wait_until_ready()

@@ -197,6 +197,14 @@ def test_tumbling_body_keeps_its_attitude_and_energy(integrator, limit_deg):
             "crazyflie bird: .*mocap_latency_ms",
         ),
         ({"attributes": {"wings": "2"}}, "wings"),
+        (
+            {"attributes": {"controller": "out_of_tree"}},
+            r"provider 'builtin' has none of that name, allowed: auto \| pid \| mellinger \| .* \| lee$",
+        ),
+        (
+            {"attributes": {"estimator": "out_of_tree"}},
+            r"provider 'builtin' has none of that name, allowed: auto \| complementary \| kalman$",
+        ),
     ],
 )
 def test_bad_model_ends_in_one_sentence(changes, sentence):
