@@ -1,0 +1,78 @@
+"""What the services of one drone share: the drone, the way down to its client, and the way to the simulation.
+
+Two threads meet here. A *radio* thread brings packets and must have its replies at once, whether the simulation runs,
+is slow or is paused. The *simulation* thread alone may change a drone, and only between two steps. So a service
+
+- answers in `Service.receive` at once, from tables, from constants, from what it keeps itself, and by reading single
+  numbers of the drone's memory, which is allowed while the drone ticks;
+- lets everything that changes the drone happen `later`;
+- sends what nobody asked for with `send`, from either thread.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from crazychoir_fw.crtp.packet import Packet
+
+if TYPE_CHECKING:
+    from crazychoir_fw.simulation.drone import Drone
+    from crazychoir_fw.simulation.world import World
+
+MAX_WAITING = 1000
+"""Changes that wait for the simulation; more are refused, so that a flood cannot fill the memory."""
+
+
+class Line:
+    """One drone, seen from its services."""
+
+    def __init__(self, world: World, drone: Drone) -> None:
+        self.world = world
+        self.drone = drone
+        self._later: deque[Callable[[], None]] = deque()
+        self._out: deque[tuple[bytes, bool]] = deque()
+        self._lock = threading.Lock()
+        self.wake_simulation: Callable[[], None] = lambda: None
+        """Called when there is something to carry out; a simulation that waits for the clock need not wait for it."""
+        self.wake_radio: Callable[[], None] = lambda: None
+        """Called when there is something to send."""
+
+    def later(self, change: Callable[[], None]) -> bool:
+        """Have a change carried out by the simulation thread between two steps, in the order of their coming.
+
+        Returns:
+            False when too many wait already, and this one is dropped.
+        """
+        with self._lock:
+            if len(self._later) >= MAX_WAITING:
+                return False
+            self._later.append(change)
+        self.wake_simulation()
+        return True
+
+    def carry_out(self) -> None:
+        """Carry out what waits; only the simulation thread calls this."""
+        while self._later:
+            self._later.popleft()()
+
+    def send(self, port: int, channel: int, payload: bytes, *, droppable: bool = False) -> None:
+        """Send a packet to the client, if there is one.
+
+        Args:
+            port: Port of the packet.
+            channel: Channel of the packet.
+            payload: Up to 30 bytes.
+            droppable: True for what may be lost when the client is behind: log data and console text.
+        """
+        self._out.append((Packet(port, channel, payload).to_bytes(), droppable))
+        self.wake_radio()
+
+    def take_out(self) -> list[tuple[bytes, bool]]:
+        """Return datagrams to send, oldest first, each with whether it may be dropped; only the radio calls this."""
+        taken = []
+        while self._out:
+            taken.append(self._out.popleft())
+        return taken

@@ -1,0 +1,5 @@
+"""The services of a drone, one file per port (crtp-cflib dossier sections 5 to 14)."""
+
+from crazychoir_fw.crtp.services.service import Reply, Service
+
+__all__ = ["Reply", "Service"]
