@@ -78,7 +78,7 @@ static void build(struct piecewise_traj_compressed *traj, uint32_t offset,
   struct piecewise_traj_compressed_piece *current = &traj->current_piece;
   current->poly4d                                 = poly4d_zero(0.0f);
 
-  stored_piece_t piece;
+  stored_piece_t piece  = {0};
   const bool     exists = find_piece(traj, offset, &piece);
   current->next_offset  = exists ? piece.next_offset : 0;
   if (exists) {
