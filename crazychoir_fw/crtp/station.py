@@ -21,9 +21,10 @@ SERVICES: Sequence[Callable[[Line], Service]] = (LinkService,)
 class Station:
     """The services of one drone behind one way in and one way out. It knows nothing of sockets."""
 
-    def __init__(self, world: World, drone: Drone) -> None:
+    def __init__(self, world: World, drone: Drone, services: Sequence[Callable[[Line], Service]] | None = None) -> None:
+        """Build the services: `SERVICES`, or others for whoever tries out something."""
         self.line = Line(world, drone)
-        self.services = [make(self.line) for make in SERVICES]
+        self.services = [make(self.line) for make in (SERVICES if services is None else services)]
         self._by_port = {port: service for service in self.services for port in service.ports}
 
     def receive(self, datagram: bytes) -> list[bytes]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
@@ -31,6 +31,10 @@ from crazychoir_fw.simulation.motor_ctrl.pilots import Pilots
 from crazychoir_fw.simulation.provider_words import load_apps, load_providers
 from crazychoir_fw.simulation.recipe import write_recipe
 from crazychoir_fw.simulation.snapshot import Snapshot, put, take
+
+if TYPE_CHECKING:
+    from crazychoir_fw.crtp.link_model import Link
+    from crazychoir_fw.crtp.server import Server
 
 TICKS_PER_SECOND = 1000
 SETTLE_S = 2.0
@@ -332,6 +336,49 @@ class World:
         if name is not None:
             return self._cameras.in_room(name, width, height, fov_deg)
         return self._cameras.anywhere(position, look_at, width, height, fov_deg)
+
+    def serve(
+        self,
+        host: str = "127.0.0.1",
+        port: int = 19850,
+        speed: float | None = 1.0,
+        link: Link | None = None,
+        *,
+        newest_client_wins: bool = False,
+        relax_after_session: bool = True,
+        silence: float = 1.0,
+    ) -> Server:
+        """Return a server of all drones, so that the unmodified cflib flies them; to be used in a with statement.
+
+        Each drone has its own UDP port: `port`, the next one, and so on in the order of `drones`
+        (``udp://127.0.0.1:19850``). `Server.run` lets time go on; who steps the world instead has lockstep.
+
+        Args:
+            host: Address of this machine to listen at; whoever reaches it can fly the drones.
+            port: Port of the first drone; 0 takes any free ones, see `Server.uris`.
+            speed: Simulated seconds per second in `Server.run`; 0 or None is as fast as possible.
+            link: What packets go through; by default nothing is late or lost.
+            newest_client_wins: Whether a second client takes a drone from the first, instead of waiting for it.
+            relax_after_session: Whether the high-level commander has a drone back when its client has gone.
+            silence: Time (s) without a packet after which a client has gone.
+
+        Raises:
+            RangeError: If a value is outside its range.
+            StateError: If the world is flown from a journal. (Taken ports are told when the server starts.)
+        """
+        # the radio is a layer above, and only for those who have clients
+        from crazychoir_fw.crtp.server import Server
+
+        return Server(
+            self,
+            host,
+            port,
+            speed,
+            link,
+            newest_client_wins=newest_client_wins,
+            relax_after_session=relax_after_session,
+            silence=silence,
+        )
 
     def render(
         self, width: int = 960, height: int = 540, camera: str = "follow", overlays: bool = False

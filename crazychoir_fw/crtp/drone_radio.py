@@ -1,0 +1,48 @@
+"""The radio of one drone: its socket, whom it belongs to, and what it may still send."""
+
+from __future__ import annotations
+
+import socket
+from collections import deque
+
+from crazychoir_fw.crtp.budget import Budget
+from crazychoir_fw.crtp.owner import Owner
+from crazychoir_fw.crtp.station import Station
+from crazychoir_fw.crtp.statistics import PacketCounts
+
+LOG_RATE, LOG_BURST = 5000.0, 100.0
+"""Log data and console text: 16 blocks at 100 Hz are 1600 packets a second; a client takes 5000 evenly, and bursts of
+256 at most, replies among them (crtp-cflib dossier section 3.4)."""
+CLIENT_RATE, CLIENT_BURST = 20000.0, 2000.0
+"""What the drone takes from its client."""
+STRANGER_RATE, STRANGER_BURST = 1000.0, 200.0
+"""What is looked at of all others."""
+NOTE_RATE, NOTE_BURST = 1.0, 20.0
+"""Events about sessions: whoever connects without end shall not fill the memory."""
+
+
+class DroneRadio:
+    """What the radio thread keeps for one drone; only it writes here, except where it says so."""
+
+    def __init__(self, station: Station, opened: socket.socket, owner: Owner) -> None:
+        self.station = station
+        self.name: str = station.line.drone.id
+        self.socket = opened
+        self.owner = owner
+        self.counts = PacketCounts()
+        self.is_open = False
+        """Whether a session has begun."""
+        self.heard_by_drone_at = 0.0
+        """When a packet of the client came through the link to the drone (s)."""
+        self.has_refused = False
+        """Whether somebody else has been refused in this session."""
+        self.has_output = False
+        """Whether there is something to fetch from the line; set by any thread."""
+        self.owes_relax = False
+        """Whether a session has ended since the priority of set-points was relaxed; reset by the simulation thread."""
+        self.unsent: deque[bytes] = deque()
+        """Replies that the operating system did not take yet."""
+        self.of_logs = Budget(LOG_RATE, LOG_BURST)
+        self.of_client = Budget(CLIENT_RATE, CLIENT_BURST)
+        self.of_strangers = Budget(STRANGER_RATE, STRANGER_BURST)
+        self.of_notes = Budget(NOTE_RATE, NOTE_BURST)

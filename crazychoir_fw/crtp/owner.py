@@ -1,0 +1,128 @@
+"""Whom a drone listens to: the rule for one client, for the next one, and for a second one.
+
+UDP has no connections, and cflib says neither hello nor goodbye: each of its connections comes from a new address, begins
+with a request for the link source that is never repeated, and ends with a set-point of zeros; in between it pings ten
+times a second (crtp-cflib dossier sections 2 to 4). Two clients cannot share a drone, because both number their log
+blocks from 1. So a drone belongs to one address at a time:
+
+- A drone that belongs to nobody goes to the first that sends a packet.
+- It goes on to another one when its owner is gone: the operating system says that its socket is closed, or it has sent a
+  set-point of zeros as its last command and has been silent since for longer than a ping takes, or it has been silent
+  for a second, as the radio of a real drone has it.
+- Meanwhile nobody takes it away. Packets of others are counted and ignored. But a request for the link source is kept,
+  and answered when the owner is gone, because the client that sent it will not ask again.
+- With `newest_wins` such a request takes the drone at once.
+"""
+
+from __future__ import annotations
+
+import enum
+
+from crazychoir_fw.crtp.packet import MAX_PAYLOAD, NULL
+
+Address = tuple[str, int]
+
+SILENCE_S = 1.0
+"""Who has sent nothing for so long has gone; radio_is_connected of a real drone waits as long."""
+GOODBYE_S = 0.15
+"""So long nothing comes from a client that has closed its link, and no living one is silent after a set-point of zeros:
+it pings every 0.1 s."""
+
+_HEADER = 0xF3  # without the two reserved bits
+_LINK_SOURCE = 0xF1
+_ECHO = 0xF0
+_NULL = NULL[0] & _HEADER
+_GOODBYE = 0x30, bytes(14)
+
+
+class Ruling(enum.Enum):
+    """What becomes of a datagram."""
+
+    TAKE = "take"
+    """It is for the drone."""
+    BEGIN = "begin"
+    """It is for the drone, and the first of a session."""
+    NULL = "null"
+    """A null packet: its sender gets one back, and nothing else happens."""
+    KEEP = "keep"
+    """A newcomer waits for the drone."""
+    REFUSE = "refuse"
+    """The drone belongs to somebody else."""
+    MALFORMED = "malformed"
+    """It is no packet."""
+
+
+def is_null(datagram: bytes) -> bool:
+    """Tell whether a packet carries nothing: such as scanners send."""
+    return datagram[0] & _HEADER == _NULL
+
+
+class Owner:
+    """Whom one drone belongs to. It knows neither sockets nor the clock; times (s) never go back."""
+
+    def __init__(self, silence_s: float = SILENCE_S, newest_wins: bool = False) -> None:
+        self._silence_s = silence_s
+        self._newest_wins = newest_wins
+        self.address: Address | None = None
+        """Whom the drone belongs to."""
+        self.heard_at = 0.0
+        """When that client was heard last (s)."""
+        self.waiting: tuple[Address, bytes] | None = None
+        """Who waits for the drone, with the request that it will not repeat."""
+        self._said_goodbye = False
+
+    def hear(self, address: Address, datagram: bytes, now: float) -> Ruling:
+        """Rule on a datagram. The caller does what the ruling says."""
+        if not 1 <= len(datagram) <= 1 + MAX_PAYLOAD:
+            return Ruling.MALFORMED
+        kind = datagram[0] & _HEADER
+        if address == self.address:
+            self.heard_at = now
+            if kind == _NULL:
+                return Ruling.NULL
+            if kind == _LINK_SOURCE:
+                self._said_goodbye = False
+                return Ruling.BEGIN
+            if kind != _ECHO:
+                self._said_goodbye = (kind, datagram[1:]) == _GOODBYE
+            return Ruling.TAKE
+        if kind == _NULL:
+            return Ruling.NULL
+        if self.address is None or self.is_gone(now) or (kind == _LINK_SOURCE and self._newest_wins):
+            self._give_to(address, now)
+            return Ruling.BEGIN
+        if kind != _LINK_SOURCE:
+            return Ruling.REFUSE
+        if self._may_be_replaced(now):
+            self._give_to(address, now)
+            return Ruling.BEGIN
+        # of several the latest: it is the most likely to be still there
+        self.waiting = address, datagram
+        return Ruling.KEEP
+
+    def is_gone(self, now: float) -> bool:
+        """Tell whether the owner has been silent for too long."""
+        return self.address is not None and now - self.heard_at > self._silence_s
+
+    def next_in_line(self, now: float) -> bytes | None:
+        """Hand the drone to whoever waits, if it is free. Returns the request to be answered."""
+        if self.waiting is None or not (self.address is None or self._may_be_replaced(now)):
+            return None
+        address, request = self.waiting
+        self._give_to(address, now)
+        return request
+
+    def leave(self) -> None:
+        """Let the drone belong to nobody."""
+        self.address = None
+        self._said_goodbye = False
+
+    def _may_be_replaced(self, now: float) -> bool:
+        return self.is_gone(now) or (self._said_goodbye and now - self.heard_at > GOODBYE_S)
+
+    def _give_to(self, address: Address, now: float) -> None:
+        self.address = address
+        self.heard_at = now
+        self._said_goodbye = False
+        if self.waiting is not None and self.waiting[0] == address:
+            self.waiting = None

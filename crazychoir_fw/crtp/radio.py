@@ -1,0 +1,380 @@
+"""The radio thread: brings datagrams to stations and their replies back, and never waits for the simulation."""
+
+from __future__ import annotations
+
+import logging
+import selectors
+import socket
+import threading
+import time
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import partial
+
+from crazychoir_fw.crtp.clock import Clock
+from crazychoir_fw.crtp.drone_radio import DroneRadio
+from crazychoir_fw.crtp.link_model import Direction, Link
+from crazychoir_fw.crtp.owner import Address, Ruling
+from crazychoir_fw.crtp.packet import NULL
+from crazychoir_fw.crtp.sockets import read_refusals, receive
+
+_MOST_DATAGRAMS = 64
+"""Read of one socket in a row, so that one drone's flood does not keep others waiting."""
+_MOST_UNSENT = 500
+_MOST_REPORTS = 50
+STALL_SHARE = 0.5
+"""A client that has been silent for half the time that ends a session, without a ping even, does not read either: it
+gets replies, but no log data."""
+_LOOK_S = 0.02
+"""Time from one look at who has gone to the next (s)."""
+_IDLE_S = 0.5
+
+logger = logging.getLogger("crazychoir_fw.crtp")
+
+
+class Radio:
+    """All radios of a server and the thread that serves them.
+
+    A turn may also be taken by the simulation thread, in lockstep; a lock keeps the two apart.
+    """
+
+    def __init__(
+        self, radios: Sequence[DroneRadio], link: Link | None, clock: Clock, link_clock: Clock, silence_s: float
+    ) -> None:
+        """Get ready.
+
+        Args:
+            radios: Those of all drones.
+            link: What the packets go through; None is a perfect one, at no cost.
+            clock: Time by which clients are silent and packets are too many.
+            link_clock: Time of the link.
+            silence_s: So long (s) a drone hears nothing until a session is over.
+        """
+        self._radios = radios
+        self._by_name = {radio.name: radio for radio in radios}
+        self._link = link
+        self._clock = clock
+        self._link_clock = link_clock
+        self.link_rate: float = 0.0
+        """Seconds of the link's clock per second on the wall; 0 while somebody else drives it, and takes turns."""
+        self._silence_s = silence_s
+        self.when_a_session_ended: Callable[[], None] = lambda: None
+        self._lock = threading.Lock()
+        self._selector = selectors.DefaultSelector()
+        for radio in radios:
+            self._selector.register(radio.socket, selectors.EVENT_READ, radio)
+            radio.station.line.wake_radio = partial(self._wake_for, radio)
+        self._wake_in, self._wake_out = socket.socketpair()
+        self._wake_in.setblocking(False)
+        self._wake_out.setblocking(False)
+        self._selector.register(self._wake_out, selectors.EVENT_READ, None)
+        self._is_awake = False  # somebody has woken the thread, and it has not looked yet
+        self._is_closing = False
+        self._next_look = 0.0
+        self._reported: set[tuple[str, str]] = set()
+        self._thread = threading.Thread(target=self._run, name="crazychoir radio", daemon=True)
+
+    def start(self) -> None:
+        """Begin to serve."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread, all sessions, and close the sockets."""
+        self._is_closing = True
+        self.wake()
+        if self._thread.ident is not None:
+            self._thread.join()
+        now = self._clock()
+        for radio in self._radios:
+            self._end(radio, now, "closed")
+            radio.owner.leave()
+            radio.station.line.wake_radio = lambda: None
+            radio.socket.close()
+        self._selector.close()
+        self._wake_in.close()
+        self._wake_out.close()
+
+    def wake(self) -> None:
+        """Have the thread look around; any thread may ask."""
+        if not self._is_awake:
+            self._is_awake = True
+            # a full pipe wakes as well
+            with suppress(OSError):
+                self._wake_in.send(b"\0")
+
+    def turn(self) -> None:
+        """Do everything there is to do now, in the thread of the caller."""
+        with self._lock:
+            for _ in range(_MOST_DATAGRAMS):
+                events = self._selector.select(0)
+                self._handle(events)
+                if not events:
+                    break
+
+    # ---------------------------------------------------------------- the thread
+
+    def _run(self) -> None:
+        while not self._is_closing:
+            try:
+                events = self._selector.select(self._timeout())
+                with self._lock:
+                    self._handle(events)
+            except Exception as error:  # a defect of ours or of a link, and clients still want their replies
+                self._report(None, "the radio failed", error)
+                time.sleep(0.01)
+
+    def _timeout(self) -> float:
+        """Return for how long nothing happens unless a packet comes (s)."""
+        timeout = _IDLE_S
+        for radio in self._radios:
+            if radio.unsent:
+                return 0.001
+            if radio.owner.address is not None:
+                timeout = _LOOK_S
+        if self._link is not None and self.link_rate > 0.0:
+            wait = self._link.next_arrival() - self._link_clock()
+            timeout = min(timeout, max(0.0, wait / self.link_rate))
+        return timeout
+
+    def _wake_for(self, radio: DroneRadio) -> None:
+        radio.has_output = True
+        if threading.get_ident() != self._thread.ident:
+            self.wake()
+
+    def _handle(self, events: list[tuple[selectors.SelectorKey, int]]) -> None:
+        now = self._clock()
+        for key, _ in events:
+            if key.data is None:
+                with suppress(OSError):
+                    self._wake_out.recv(64)
+            else:
+                self._receive(key.data, now)
+        # before looking who has output: whoever sends after this wakes again
+        self._is_awake = False
+        if self._link is not None:
+            self._fetch_arrivals(now)
+        for radio in self._radios:
+            if radio.has_output or radio.unsent:
+                self._send_output(radio, now)
+        if now >= self._next_look or now + _LOOK_S < self._next_look:
+            self._next_look = now + _LOOK_S
+            for radio in self._radios:
+                self._look_who_is_gone(radio, now)
+
+    # ---------------------------------------------------------------- up
+
+    def _receive(self, radio: DroneRadio, now: float) -> None:
+        for number in range(_MOST_DATAGRAMS):
+            try:
+                got = receive(radio.socket)
+            except OSError:
+                self._hear_of_gone(radio, now)
+                continue
+            if got is None:
+                if number == 0:
+                    # an error that nobody reads would wake the thread for ever
+                    self._hear_of_gone(radio, now)
+                return
+            self._rule(radio, *got, now)
+
+    def _rule(self, radio: DroneRadio, datagram: bytes, address: Address, now: float) -> None:
+        """Do with a datagram what the rule for clients says."""
+        counts, owner = radio.counts, radio.owner
+        counts.received += 1
+        previous = owner.address
+        budget = radio.of_client if address == previous else radio.of_strangers
+        if not budget.take(now):
+            counts.rate_limited += 1
+            return
+        ruling = owner.hear(address, datagram, now)
+        if ruling is Ruling.TAKE:
+            self._send_up(radio, datagram, now)
+        elif ruling is Ruling.BEGIN:
+            self._end(radio, now, "new session" if address == previous else "next client", previous)
+            self._send_up(radio, datagram, now)
+        elif ruling is Ruling.NULL:
+            if address == previous:
+                radio.heard_by_drone_at = now
+            counts.scans += 1
+            with suppress(OSError):
+                radio.socket.sendto(NULL, address)
+        elif ruling is Ruling.KEEP:
+            self._refuse(radio, address, now)
+            if previous is not None:
+                # should its socket be closed, the operating system says so at once
+                with suppress(OSError):
+                    radio.socket.sendto(NULL, previous)
+        elif ruling is Ruling.REFUSE:
+            self._refuse(radio, address, now)
+        else:
+            counts.malformed += 1
+
+    def _refuse(self, radio: DroneRadio, address: Address, now: float) -> None:
+        radio.counts.refused += 1
+        if not radio.has_refused:
+            radio.has_refused = True
+            self._note(radio, now, "radio_refused", client=_named(address), owner=_named(radio.owner.address))
+
+    def _send_up(self, radio: DroneRadio, datagram: bytes, now: float) -> None:
+        if self._link is not None:
+            self._link.send(self._link_clock(), radio.name, Direction.UP, datagram)
+        else:
+            self._deliver(radio, datagram, now)
+
+    def _deliver(self, radio: DroneRadio, datagram: bytes, now: float) -> None:
+        """Let the drone have a packet, and send its replies."""
+        radio.counts.taken += 1
+        radio.heard_by_drone_at = now
+        if not radio.is_open:
+            self._begin(radio, now)
+        try:
+            replies = radio.station.receive(datagram)
+        except Exception as error:  # a defect of a service, and not the end of the others
+            radio.counts.errors += 1
+            self._report(radio, f"packet {datagram.hex(' ')} was not answered", error)
+            return
+        for reply in replies:
+            radio.counts.replied += 1
+            self._send_down(radio, reply, False, now)
+
+    def _fetch_arrivals(self, now: float) -> None:
+        """Take what has come through the link."""
+        link = self._link
+        assert link is not None
+        link_now = self._link_clock()
+        # what is delivered may be answered, and the answer arrive at once
+        for _ in range(_MOST_DATAGRAMS):
+            arrivals = link.arrivals(link_now)
+            if not arrivals:
+                return
+            for name, direction, datagram in arrivals:
+                radio = self._by_name[name]
+                if direction is Direction.UP:
+                    self._deliver(radio, datagram, now)
+                else:
+                    self._emit(radio, datagram, False, now)
+
+    # ---------------------------------------------------------------- down
+
+    def _send_output(self, radio: DroneRadio, now: float) -> None:
+        """Send what services sent of their own accord; what may be dropped, within its budget."""
+        radio.has_output = False
+        for _ in range(len(radio.unsent)):
+            self._emit(radio, radio.unsent.popleft(), False, now)
+        counts, owner = radio.counts, radio.owner
+        is_behind = not radio.is_open or owner.address is None or now - owner.heard_at > STALL_SHARE * self._silence_s
+        for datagram, droppable in radio.station.line.take_out():
+            if not radio.is_open or (droppable and (is_behind or not radio.of_logs.take(now))):
+                counts.dropped += 1
+            else:
+                counts.sent += 1
+                self._send_down(radio, datagram, droppable, now)
+
+    def _send_down(self, radio: DroneRadio, datagram: bytes, droppable: bool, now: float) -> None:
+        if self._link is not None:
+            self._link.send(self._link_clock(), radio.name, Direction.DOWN, datagram, droppable)
+        else:
+            self._emit(radio, datagram, droppable, now)
+
+    def _emit(self, radio: DroneRadio, datagram: bytes, droppable: bool, now: float) -> None:
+        """Hand a datagram to the operating system, for the client."""
+        address = radio.owner.address
+        while address is not None and address == radio.owner.address:
+            try:
+                radio.socket.sendto(datagram, address)
+                return
+            except BlockingIOError:
+                if not droppable and len(radio.unsent) < _MOST_UNSENT:
+                    radio.unsent.append(datagram)
+                    return
+                break
+            except ConnectionError:
+                # of an earlier datagram, perhaps to somebody else; this one was not sent
+                if not self._hear_of_gone(radio, now):
+                    break
+            except OSError:
+                break
+        if droppable:
+            radio.counts.dropped += 1
+        else:
+            radio.counts.lost += 1
+
+    # ---------------------------------------------------------------- sessions
+
+    def _begin(self, radio: DroneRadio, now: float) -> None:
+        radio.is_open = True
+        radio.has_refused = False
+        radio.counts.sessions += 1
+        self._note(radio, now, "radio_session", phase="begin", client=_named(radio.owner.address))
+
+    def _end(self, radio: DroneRadio, now: float, reason: str, client: Address | None = None) -> None:
+        """End a session, if there is one."""
+        if not radio.is_open:
+            return
+        radio.is_open = False
+        try:
+            radio.station.end_session()
+        except Exception as error:
+            radio.counts.errors += 1
+            self._report(radio, "the session was not ended properly", error)
+        radio.counts.dropped += len(radio.station.line.take_out())
+        radio.unsent.clear()
+        self._note(
+            radio, now, "radio_session", phase="end", reason=reason, client=_named(client or radio.owner.address)
+        )
+        radio.owes_relax = True
+        self.when_a_session_ended()
+
+    def _look_who_is_gone(self, radio: DroneRadio, now: float) -> None:
+        if radio.is_open and now - radio.heard_by_drone_at > self._silence_s:
+            self._end(radio, now, "silence")
+        if radio.owner.is_gone(now):
+            self._end(radio, now, "silence")
+            radio.owner.leave()
+        self._serve_next(radio, now)
+
+    def _serve_next(self, radio: DroneRadio, now: float) -> None:
+        """Hand the drone to who waits for it, if it is free."""
+        if radio.owner.waiting is None:
+            return
+        previous = radio.owner.address
+        request = radio.owner.next_in_line(now)
+        if request is not None:
+            self._end(radio, now, "next client", previous)
+            self._send_up(radio, request, now)
+
+    def _hear_of_gone(self, radio: DroneRadio, now: float) -> bool:
+        """Ask the operating system which clients are gone. Returns whether there were any."""
+        gone = read_refusals(radio.socket)
+        owner = radio.owner
+        for address in gone:
+            if owner.waiting is not None and owner.waiting[0] == address:
+                owner.waiting = None
+            if owner.address == address:
+                self._end(radio, now, "gone")
+                owner.leave()
+                self._serve_next(radio, now)
+        return bool(gone)
+
+    # ---------------------------------------------------------------- what is told
+
+    def _note(self, radio: DroneRadio, now: float, kind: str, **details: str) -> None:
+        """Have the world remember something; too much of it is forgotten."""
+        if radio.of_notes.take(now):
+            line = radio.station.line
+            line.later(partial(line.world.note, kind, radio.name, **details))
+
+    def _report(self, radio: DroneRadio | None, sentence: str, error: Exception) -> None:
+        report(self._reported, radio.name if radio is not None else "all drones", sentence, error)
+
+
+def report(reported: set[tuple[str, str]], name: str, sentence: str, error: Exception) -> None:
+    """Log an error with its traceback, but each kind at each drone once."""
+    kind = (name, type(error).__name__)
+    if kind not in reported and len(reported) < _MOST_REPORTS:
+        reported.add(kind)
+        logger.error("%s: %s: %s: %s", name, sentence, type(error).__name__, error, exc_info=error)
+
+
+def _named(address: Address | None) -> str:
+    return f"{address[0]}:{address[1]}" if address is not None else "nobody"
