@@ -61,6 +61,7 @@
 #include "library/library.h"
 #include "loader/library_host.h"
 #include "loader/library_loader.h"
+#include "log_packing.h"
 #include "mujoco_plugin/attributes.h"
 #include "mujoco_plugin/collision.h"
 #include "mujoco_plugin/peer_grid.h"

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from crazychoir_fw.crtp.packet import Packet
@@ -68,6 +68,11 @@ class Line:
             droppable: True for what may be lost when the client is behind: log data and console text.
         """
         self._out.append((Packet(port, channel, payload).to_bytes(), droppable))
+        self.wake_radio()
+
+    def send_ready(self, datagrams: Iterable[tuple[bytes, bool]]) -> None:
+        """Send datagrams that are packed already, each with whether it may be dropped, and wake the radio once."""
+        self._out.extend(datagrams)
         self.wake_radio()
 
     def take_out(self) -> list[tuple[bytes, bool]]:

@@ -3,18 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from crazychoir_fw.crtp.line import Line
-from crazychoir_fw.crtp.packet import Packet, parse
+from crazychoir_fw.crtp.packet import Packet, Port, parse
 from crazychoir_fw.crtp.services import Service
-from crazychoir_fw.crtp.services.link import LinkService
+from crazychoir_fw.crtp.services.app_channel import AppChannel
+from crazychoir_fw.crtp.services.console import ConsoleService
+from crazychoir_fw.crtp.services.link import NULL, LinkService
+from crazychoir_fw.crtp.services.log import LogService
+from crazychoir_fw.crtp.services.platform import PlatformService
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone
     from crazychoir_fw.simulation.world import World
 
-SERVICES: Sequence[Callable[[Line], Service]] = (LinkService,)
+_S = TypeVar("_S")
+
+SERVICES: Sequence[Callable[[Line], Service]] = (
+    ConsoleService,
+    LinkService,
+    LogService,
+    PlatformService,
+)
 """All that a drone offers."""
 
 
@@ -26,10 +37,21 @@ class Station:
         self.line = Line(world, drone)
         self.services = [make(self.line) for make in (SERVICES if services is None else services)]
         self._by_port = {port: service for service in self.services for port in service.ports}
+        self._console = self._of_class(ConsoleService)
+        self.app_channel: AppChannel = self._of_class(PlatformService).app_channel
+        """For Python that stands in for an app on board."""
+        self._has_session = False
+
+    def _of_class(self, kind: type[_S]) -> _S:
+        return next(service for service in self.services if isinstance(service, kind))
 
     def receive(self, datagram: bytes) -> list[bytes]:
         """Take what came by radio, whatever it is, and return the datagrams that answer it at once."""
         packet = parse(datagram)
+        if not self._has_session and packet is not None and (packet.port, packet.channel) != (Port.LINK, NULL):
+            # a client, and not only somebody who scans
+            self._has_session = True
+            self._console.begin_session()
         service = self._by_port.get(packet.port) if packet is not None else None
         if packet is None or service is None:
             return []
@@ -38,5 +60,6 @@ class Station:
 
     def end_session(self) -> None:
         """Forget what belongs to a client that has gone."""
+        self._has_session = False
         for service in self.services:
             service.end_session()

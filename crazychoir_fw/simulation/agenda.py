@@ -83,12 +83,12 @@ class Agenda:
 
     def keep(self, tick: int) -> None:
         """Call everybody who has an appointment at this tick or was left over before it."""
-        is_new = tick > self._now
-        self._now = tick
+        before, self._now = self._now, tick
         self._keep_single()
-        if is_new:
+        if tick > before:
             for entry in list(self._periodic):
-                if (tick - entry.phase) % entry.period == 0:
+                # a scene whose steps are longer than a tick leaves some out
+                if entry.next_after(before) <= tick:
                     entry.call()
             self._keep_single()  # what was appointed just now
 

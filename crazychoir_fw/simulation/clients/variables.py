@@ -21,6 +21,20 @@ _LAZY_LOG_GROUPS = ("stateEstimateZ.", "ctrltargetZ.", "sim.contacts")
 """Log groups that the core computes only when somebody reads them (`cf_refresh_logs`)."""
 
 
+def is_computed_when_read(variable: Variable, provider: int) -> bool:
+    """Tell whether whoever reads a log variable calls `cf_refresh_logs` first.
+
+    Args:
+        variable: One of `log_table(provider)`.
+        provider: Number of the provider.
+    """
+    if variable.name.startswith(_LAZY_LOG_GROUPS):
+        return True
+    # software that is loaded may compute any of its log variables
+    is_of_provider = variable.offset >= ffi.offsetof("cf_t", "provider_state")
+    return is_of_provider and bool(provider_functions(provider).refresh_logs != ffi.NULL)
+
+
 class _Variables(Mapping[str, float]):
     """Values of one drone by name; subclasses say what may be written."""
 
