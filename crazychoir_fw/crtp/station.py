@@ -3,37 +3,65 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from crazychoir_fw.crtp.line import Line
+from crazychoir_fw.crtp.link_statistics import LinkStatistics
 from crazychoir_fw.crtp.packet import Packet, parse
 from crazychoir_fw.crtp.services import Service
+from crazychoir_fw.crtp.services.commander import CommanderService
+from crazychoir_fw.crtp.services.high_level import HighLevelService
 from crazychoir_fw.crtp.services.link import LinkService
+from crazychoir_fw.crtp.services.localization import LocalizationService
+from crazychoir_fw.crtp.services.param import ParamService
+from crazychoir_fw.crtp.services.supervisor import SupervisorService
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone
     from crazychoir_fw.simulation.world import World
 
-SERVICES: Sequence[Callable[[Line], Service]] = (LinkService,)
+SERVICES: Sequence[Callable[[Line], Service]] = (
+    LinkService,
+    ParamService,
+    CommanderService,
+    HighLevelService,
+    SupervisorService,
+    LocalizationService,
+)
 """All that a drone offers."""
 
 
 class Station:
     """The services of one drone behind one way in and one way out. It knows nothing of sockets."""
 
-    def __init__(self, world: World, drone: Drone) -> None:
-        self.line = Line(world, drone)
+    def __init__(self, world: World, drone: Drone, storage: str | Path | None = None) -> None:
+        """Let a drone listen.
+
+        Args:
+            world: Its world.
+            drone: The drone.
+            storage: Folder of what clients store on their drones; None keeps it in memory, as long as the world.
+
+        Raises:
+            RangeError: If what is stored there cannot be read.
+        """
+        self.line = Line(world, drone, storage)
+        self.statistics = LinkStatistics(self.line)
         self.services = [make(self.line) for make in SERVICES]
         self._by_port = {port: service for service in self.services for port in service.ports}
 
     def receive(self, datagram: bytes) -> list[bytes]:
         """Take what came by radio, whatever it is, and return the datagrams that answer it at once."""
         packet = parse(datagram)
+        self.line.received += 1
         service = self._by_port.get(packet.port) if packet is not None else None
         if packet is None or service is None:
             return []
         replies = service.receive(packet.port, packet.channel, packet.payload)
-        return [Packet(packet.port, channel, payload).to_bytes() for channel, payload in replies]
+        datagrams = [Packet(packet.port, channel, payload).to_bytes() for channel, payload in replies]
+        self.line.sent += len(datagrams)
+        return datagrams
 
     def end_session(self) -> None:
         """Forget what belongs to a client that has gone."""
