@@ -76,8 +76,6 @@ typedef struct {
   // parameters
   uint8_t estimator_type;    // stabilizer.estimator
   uint8_t controller_type;   // stabilizer.controller
-  uint8_t streams_ranges;    // locSrv.enRangeStreamFP32; kept, but nothing is streamed
-  uint8_t streams_angles;    // locSrv.enLhAngleStream; likewise
   float   ext_pos_std_dev;   // [m], locSrv.extPosStdDev
   float   ext_quat_std_dev;  // [rad], locSrv.extQuatStdDev
 

@@ -6,8 +6,6 @@
 static const cf_variable_t PARAMETERS[] = {
     CF_ROW("stabilizer", "estimator", UINT8, CF_CORE, cf_onboard_t, estimator_type),
     CF_ROW("stabilizer", "controller", UINT8, CF_CORE, cf_onboard_t, controller_type),
-    CF_ROW("locSrv", "enRangeStreamFP32", UINT8, CF_CORE, cf_onboard_t, streams_ranges),
-    CF_ROW("locSrv", "enLhAngleStream", UINT8, CF_CORE, cf_onboard_t, streams_angles),
     CF_ROW("locSrv", "extPosStdDev", FLOAT, CF_CORE, cf_onboard_t, ext_pos_std_dev),
     CF_ROW("locSrv", "extQuatStdDev", FLOAT, CF_CORE, cf_onboard_t, ext_quat_std_dev),
 };

@@ -279,6 +279,7 @@ static const cf_variable_t LOGS[] = {
     CF_ROW("sys", "canfly", UINT8, CF_CORE, cf_supervisor_t, can_fly),
     CF_ROW("sys", "isFlying", UINT8, CF_CORE, cf_supervisor_t, is_flying),
     CF_ROW("sys", "isTumbled", UINT8, CF_CORE, cf_supervisor_t, is_tumbled),
+    CF_ROW("sys", "armed", UINT8, 0, cf_supervisor_t, is_armed),
     CF_ROW("supervisor", "info", UINT16, 0, cf_supervisor_t, info),
 };
 

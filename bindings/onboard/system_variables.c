@@ -13,6 +13,9 @@ void cf_system_variables_init(cf_system_variables_t *system, uint32_t seed, uint
       .id              = {0x43465349, seed, serial},
       .ring_effects    = RING_EFFECTS,
       .ring_fade_time  = FADE_TIME,
+
+      .color_led_bottom.corrects = 1,
+      .color_led_top.corrects    = 1,
   };
 }
 
@@ -28,6 +31,11 @@ void cf_system_variables_update(cf_system_variables_t *system) {
 
 #define VARIABLE(group_, name_, type_, flags_, member_) \
   CF_ROW(group_, name_, type_, flags_, cf_system_variables_t, member_)
+
+#define COLOR_LED(group_, member_)                                            \
+  VARIABLE(group_, "wrgb8888", UINT32, 0, member_.color),                     \
+      VARIABLE(group_, "brightCorr", UINT8, CF_PERSISTENT, member_.corrects), \
+      VARIABLE(group_, "throttlePct", UINT8, CF_READ_ONLY, member_.throttling)
 
 static const cf_variable_t PARAMETERS[] = {
     VARIABLE("system", "taskDump", UINT8, 0, task_dump),
@@ -51,6 +59,9 @@ static const cf_variable_t PARAMETERS[] = {
     VARIABLE("ring", "fadeColor", UINT32, CF_CORE | CF_PERSISTENT, ring_fade_color),
     VARIABLE("ring", "fadeTime", FLOAT, CF_CORE | CF_PERSISTENT, ring_fade_time),
     VARIABLE("sound", "effect", UINT8, CF_CORE, sound_effect),
+    VARIABLE("led_deck_ctrl", "rgb888", UINT32, 0, led_deck_color),
+    COLOR_LED("colorLedBot", color_led_bottom),
+    COLOR_LED("colorLedTop", color_led_top),
     VARIABLE("memTst", "resetW", UINT8, 0, memory_test_reset),
 };
 

@@ -10,6 +10,13 @@
 
 #include "variables.h"
 
+// A color LED deck.
+typedef struct {
+  uint32_t color;       // 0xWWRRGGBB, wrgb8888
+  uint8_t  corrects;    // brightCorr
+  uint8_t  throttling;  // [%], throttlePct, read-only: nothing gets hot here
+} cf_color_led_t;
+
 typedef struct {
   // what this drone is
   int8_t   selftest_passed;  // system.selftestPassed
@@ -34,6 +41,10 @@ typedef struct {
   uint32_t ring_fade_color;  // 0xRRGGBB
   float    ring_fade_time;   // [s]
   uint8_t  sound_effect;
+  uint32_t led_deck_color;  // 0xRRGGBB, led_deck_ctrl.rgb888
+
+  cf_color_led_t color_led_bottom;  // colorLedBot
+  cf_color_led_t color_led_top;     // colorLedTop
 
   // statistics of the link; whoever simulates the radio writes them
   uint8_t  radio_rssi;

@@ -14,6 +14,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from crazychoir_fw.crtp.packet import Packet
@@ -29,9 +30,15 @@ MAX_WAITING = 1000
 class Line:
     """One drone, seen from its services."""
 
-    def __init__(self, world: World, drone: Drone) -> None:
+    def __init__(self, world: World, drone: Drone, storage: str | Path | None = None) -> None:
         self.world = world
         self.drone = drone
+        self.storage = storage
+        """Folder of what clients store on the drone; None keeps it in memory."""
+        self.received = 0
+        """Packets that came from clients."""
+        self.sent = 0
+        """Packets that went to them."""
         self._later: deque[Callable[[], None]] = deque()
         self._out: deque[tuple[bytes, bool]] = deque()
         self._lock = threading.Lock()
@@ -80,4 +87,5 @@ class Line:
         taken = []
         while self._out:
             taken.append(self._out.popleft())
+        self.sent += len(taken)
         return taken

@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from crazychoir_fw.crtp.line import Line
+from crazychoir_fw.crtp.link_statistics import LinkStatistics
 from crazychoir_fw.crtp.packet import Packet, Port, parse
 from crazychoir_fw.crtp.services import Service
 from crazychoir_fw.crtp.services.app_channel import AppChannel
+from crazychoir_fw.crtp.services.commander import CommanderService
 from crazychoir_fw.crtp.services.console import ConsoleService
+from crazychoir_fw.crtp.services.high_level import HighLevelService
 from crazychoir_fw.crtp.services.link import NULL, LinkService
+from crazychoir_fw.crtp.services.localization import LocalizationService
 from crazychoir_fw.crtp.services.log import LogService
+from crazychoir_fw.crtp.services.param import ParamService
 from crazychoir_fw.crtp.services.platform import PlatformService
+from crazychoir_fw.crtp.services.supervisor import SupervisorService
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone
@@ -21,10 +28,15 @@ if TYPE_CHECKING:
 _S = TypeVar("_S")
 
 SERVICES: Sequence[Callable[[Line], Service]] = (
+    CommanderService,
     ConsoleService,
+    HighLevelService,
     LinkService,
+    LocalizationService,
     LogService,
+    ParamService,
     PlatformService,
+    SupervisorService,
 )
 """All that a drone offers."""
 
@@ -32,31 +44,55 @@ SERVICES: Sequence[Callable[[Line], Service]] = (
 class Station:
     """The services of one drone behind one way in and one way out. It knows nothing of sockets."""
 
-    def __init__(self, world: World, drone: Drone, services: Sequence[Callable[[Line], Service]] | None = None) -> None:
-        """Build the services: `SERVICES`, or others for whoever tries out something."""
-        self.line = Line(world, drone)
-        self.services = [make(self.line) for make in (SERVICES if services is None else services)]
+    def __init__(
+        self,
+        world: World,
+        drone: Drone,
+        services: Sequence[Callable[[Line], Service]] = SERVICES,
+        storage: str | Path | None = None,
+    ) -> None:
+        """Let a drone listen.
+
+        Args:
+            world: Its world.
+            drone: The drone.
+            services: What it offers.
+            storage: Folder of what clients store on their drones; None keeps it in memory, as long as the world.
+
+        Raises:
+            RangeError: If what is stored there cannot be read.
+        """
+        self.line = Line(world, drone, storage)
+        self.statistics = LinkStatistics(self.line)
+        self.services = [make(self.line) for make in services]
         self._by_port = {port: service for service in self.services for port in service.ports}
         self._console = self._of_class(ConsoleService)
-        self.app_channel: AppChannel = self._of_class(PlatformService).app_channel
-        """For Python that stands in for an app on board."""
         self._has_session = False
 
-    def _of_class(self, kind: type[_S]) -> _S:
-        return next(service for service in self.services if isinstance(service, kind))
+    @property
+    def app_channel(self) -> AppChannel:
+        """For Python that stands in for an app on board."""
+        return self._of_class(PlatformService).app_channel
+
+    def _of_class(self, kind: type[_S]) -> _S | None:
+        return next((service for service in self.services if isinstance(service, kind)), None)
 
     def receive(self, datagram: bytes) -> list[bytes]:
         """Take what came by radio, whatever it is, and return the datagrams that answer it at once."""
         packet = parse(datagram)
+        self.line.received += 1
         if not self._has_session and packet is not None and (packet.port, packet.channel) != (Port.LINK, NULL):
             # a client, and not only somebody who scans
             self._has_session = True
-            self._console.begin_session()
+            if self._console is not None:
+                self._console.begin_session()
         service = self._by_port.get(packet.port) if packet is not None else None
         if packet is None or service is None:
             return []
         replies = service.receive(packet.port, packet.channel, packet.payload)
-        return [Packet(packet.port, channel, payload).to_bytes() for channel, payload in replies]
+        datagrams = [Packet(packet.port, channel, payload).to_bytes() for channel, payload in replies]
+        self.line.sent += len(datagrams)
+        return datagrams
 
     def end_session(self) -> None:
         """Forget what belongs to a client that has gone."""

@@ -65,6 +65,7 @@ class Drone:
         self.uplink.handle("setpoint", self._receive_setpoint)
         self.uplink.handle("place", self._place)
         self.uplink.handle("restore", self._restore)
+        self.uplink.handle("link_statistics", self._note_link)
         self.uplink.handle("drop_payload", partial(drop_payload, model, data, config.id))
         self.commander = Commander(self.id, self.uplink)
         self.high_level_commander = HighLevelCommander(self.id, self._cf, self.uplink)
@@ -275,6 +276,15 @@ class Drone:
         return lib.cf_send_setpoint_bytes(self._cf, data, len(data))
 
     # ---------------------------------------------------------------- what happens to it
+
+    def _note_link(self, rssi: int, is_connected: bool, received: int, receive_rate: int, transmit_rate: int) -> None:
+        """Take the numbers of whoever simulates the radio: log groups ``radio`` and ``crtp``."""
+        system = self._cf.onboard.system
+        system.radio_rssi = rssi
+        system.radio_is_connected = is_connected
+        system.radio_received_unicasts = received
+        system.crtp_receive_rate = receive_rate
+        system.crtp_transmit_rate = transmit_rate
 
     def blow_gust(self, peak: tuple[float, float, float], duration_s: float) -> None:
         """Let a gust begin now: the wind rises by `peak` (m/s, world) and is back after `duration_s`, as 1 - cosine.

@@ -176,7 +176,7 @@ LOGS = "\n\n".join(
         + "\nstateEstimateZ.quat u32 -\n"
         + names("stateEstimateZ", "rateRoll ratePitch rateYaw", "i16"),
         names("motor", "m1 m2 m3 m4", "u16", "core") + "\n" + names("motor", "m1req m2req m3req m4req", "i32"),
-        names("sys", "canfly isFlying isTumbled", "u8", "core"),
+        names("sys", "canfly isFlying isTumbled", "u8", "core") + "\nsys.armed u8 -",
         "supervisor.info u16 -",
         "colAv.latency u32 -",
     ]

@@ -11,11 +11,18 @@
 #define ALL_SENSORS 0xfu    // of CF_LIGHTHOUSE_SENSORS
 #define LEAST_SLANT 1e-3f   // sine of the angle between a ray and the plane of the deck
 
+// the firmware's are not established; these are what cflib asks for
+#define MATCHED_STATIONS 2
+#define MATCHED_TIME 25  // [ms]
+
 void cf_lighthouse_deck_init(cf_lighthouse_deck_t *deck) {
   *deck = (cf_lighthouse_deck_t){
       .method      = CF_LIGHTHOUSE_RAW_SWEEPS,
       .system_type = 2,
       .available   = (1u << CF_LIGHTHOUSE_STATIONS) - 1u,
+
+      .matched_stations = MATCHED_STATIONS,
+      .matched_time     = MATCHED_TIME,
   };
 }
 
@@ -258,6 +265,10 @@ static const cf_variable_t PARAMETERS[] = {
     CF_ROW("lighthouse", "method", UINT8, 0, cf_lighthouse_deck_t, method),
     CF_ROW("lighthouse", "systemType", UINT8, CF_PERSISTENT, cf_lighthouse_deck_t, system_type),
     CF_ROW("lighthouse", "bsCalibReset", UINT8, 0, cf_lighthouse_deck_t, calib_reset),
+    CF_ROW("locSrv", "enLhAngleStream", UINT8, CF_CORE, cf_lighthouse_deck_t, streams_angles),
+    CF_ROW("locSrv", "enLhMtchStm", UINT8, 0, cf_lighthouse_deck_t, streams_matched),
+    CF_ROW("locSrv", "minBsLhMtchStm", UINT8, 0, cf_lighthouse_deck_t, matched_stations),
+    CF_ROW("locSrv", "maxTimeLhMtchStm", UINT8, 0, cf_lighthouse_deck_t, matched_time),
 };
 
 #define LOG(name_, type_, member_) \

@@ -34,6 +34,12 @@ typedef struct {
   uint8_t system_type;  // 2: base stations of the second generation
   uint8_t calib_reset;  // for clients; there is nothing to forget
 
+  // parameters of what is streamed to clients; whoever streams it reads `turns`
+  uint8_t streams_angles;    // locSrv.enLhAngleStream
+  uint8_t streams_matched;   // locSrv.enLhMtchStm
+  uint8_t matched_stations;  // locSrv.minBsLhMtchStm, as many base stations make a group
+  uint8_t matched_time;      // [ms], locSrv.maxTimeLhMtchStm, between the turns of a group
+
   // log: bit i stands for base station i
   uint16_t available;               // can be used at all
   uint16_t received;                // within the last second
@@ -60,7 +66,7 @@ void cf_lighthouse_deck_sweep(cf_lighthouse_deck_t *deck, cf_estimator_t *estima
 // Counts for the log, once per second.
 void cf_lighthouse_deck_count(cf_lighthouse_deck_t *deck, const cf_base_stations_t *stations);
 
-// Group lighthouse. Offsets count from cf_lighthouse_deck_t.
+// Groups lighthouse and locSrv. Offsets count from cf_lighthouse_deck_t.
 cf_variables_t cf_lighthouse_deck_parameters(void);
 cf_variables_t cf_lighthouse_deck_logs(void);
 

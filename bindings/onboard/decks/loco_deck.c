@@ -36,6 +36,13 @@ static measurement_t tdoa_of(const cf_loco_deck_t *deck, const cf_ranging_t *ran
   };
 }
 
+static void keep(cf_streamed_ranges_t *streamed, const cf_ranging_t *ranging) {
+  const uint32_t at       = streamed->written % CF_STREAMED_RANGES;
+  streamed->anchors[at]   = ranging->anchor;
+  streamed->distances[at] = ranging->distance;
+  streamed->written++;
+}
+
 void cf_loco_deck_ranging(cf_loco_deck_t *deck, cf_estimator_t *estimator,
                           const cf_ranging_t *ranging, uint32_t tick) {
   if (deck->mode != CF_LOCO_AUTO && deck->mode != ranging->mode) {
@@ -47,6 +54,9 @@ void cf_loco_deck_ranging(cf_loco_deck_t *deck, cf_estimator_t *estimator,
   if (ranging->mode == CF_LOCO_TWR) {
     deck->distances[ranging->anchor] = ranging->distance;
     measurement                      = distance_of(deck, ranging);
+    if (deck->streams != 0) {
+      keep(&deck->streamed, ranging);
+    }
   } else {
     measurement = tdoa_of(deck, ranging, tick);
   }
@@ -70,6 +80,7 @@ static const cf_variable_t PARAMETERS[] = {
     CF_ROW("loco", "mode", UINT8, 0, cf_loco_deck_t, mode),
     CF_ROW("tdoa2", "stddev", FLOAT, 0, cf_loco_deck_t, tdoa2_std),
     CF_ROW("tdoa3", "stddev", FLOAT, 0, cf_loco_deck_t, tdoa3_std),
+    CF_ROW("locSrv", "enRangeStreamFP32", UINT8, CF_CORE, cf_loco_deck_t, streams),
 };
 
 #define DISTANCE(i_) CF_ROW("ranging", "distance" #i_, FLOAT, 0, cf_loco_deck_t, distances[i_])

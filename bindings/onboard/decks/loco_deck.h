@@ -13,11 +13,22 @@
 #include "onboard/estimator.h"
 #include "variables.h"
 
+#define CF_STREAMED_RANGES 16
+
+// The latest distances (TWR), written while they are streamed; whoever streams them remembers how
+// many it has seen.
+typedef struct {
+  uint32_t written;                        // range n is at n modulo CF_STREAMED_RANGES
+  float    distances[CF_STREAMED_RANGES];  // [m]
+  uint8_t  anchors[CF_STREAMED_RANGES];
+} cf_streamed_ranges_t;
+
 typedef struct {
   // parameters
   uint8_t mode;       // cf_loco_mode_t; CF_LOCO_AUTO takes whatever the anchors speak
   float   tdoa2_std;  // [m]
   float   tdoa3_std;  // [m]
+  uint8_t streams;    // locSrv.enRangeStreamFP32: distances are kept for clients
 
   // log
   float    distances[CF_LOCO_ANCHORS];  // [m], of the latest ranges (TWR)
@@ -29,6 +40,8 @@ typedef struct {
   float height;                       // [m], in two dimensions
 
   uint16_t heard;  // bit i: anchor i since the last count
+
+  cf_streamed_ranges_t streamed;
 } cf_loco_deck_t;
 
 // Writes the whole struct; anchors at the origin, three dimensions.
@@ -42,7 +55,7 @@ void cf_loco_deck_ranging(cf_loco_deck_t *deck, cf_estimator_t *estimator,
 // Counts for the log, once per second.
 void cf_loco_deck_count(cf_loco_deck_t *deck);
 
-// Groups loco, tdoa2 and tdoa3; ranging. Offsets count from cf_loco_deck_t.
+// Groups loco, tdoa2, tdoa3 and locSrv; ranging. Offsets count from cf_loco_deck_t.
 cf_variables_t cf_loco_deck_parameters(void);
 cf_variables_t cf_loco_deck_logs(void);
 

@@ -10,8 +10,9 @@ from crazychoir_fw._core import lib
 from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import Port
 from crazychoir_fw.crtp.services.log_sampler import Run, Value, sampler_of
-from crazychoir_fw.crtp.services.log_toc import GET_INFO, GET_ITEM, MAX_BLOCKS, MAX_VALUES, log_toc
+from crazychoir_fw.crtp.services.log_variables import log_variables
 from crazychoir_fw.crtp.services.service import Reply
+from crazychoir_fw.crtp.toc import LOG_BLOCKS, LOG_OPERATIONS, log_toc
 
 TOC, CONTROL, DATA = range(3)
 """Channels."""
@@ -51,9 +52,7 @@ class LogService:
     def __init__(self, line: Line) -> None:
         self._line = line
         self._toc = log_toc(line.drone.provider_number)
-        self._info = ((TOC, self._toc.info),)
-        self._items = tuple(((TOC, item),) for item in self._toc.items)
-        self._no_item = ((TOC, self._toc.no_item),)
+        self._variables = log_variables(line.drone.provider_number)
         self._sampler = sampler_of(line.world)
         self._blocks: dict[int, _Block] = {}
         self._starting: dict[tuple[int, bool], Run] = {}  # by number, and whether it is for one packet
@@ -72,7 +71,8 @@ class LogService:
         if not payload:
             return ()
         if channel == TOC:
-            return self._look_up(payload)
+            answer = self._toc.answer(payload)
+            return () if answer is None else ((TOC, answer),)
         if channel == CONTROL:
             return ((CONTROL, self._control(payload)),)
         return ()
@@ -83,14 +83,6 @@ class LogService:
             block.stop()
         self._blocks = {}
         self._sampler.changed()
-
-    # ---------------------------------------------------------------- table of contents
-
-    def _look_up(self, payload: bytes) -> Iterable[Reply]:
-        if payload[0] == GET_ITEM:
-            index = payload[1] | payload[2] << 8 if len(payload) >= 3 else len(self._items)
-            return self._items[index] if index < len(self._items) else self._no_item
-        return self._info if payload[0] == GET_INFO else ()
 
     # ---------------------------------------------------------------- blocks
 
@@ -109,7 +101,7 @@ class LogService:
     def _create(self, number: int, entries: bytes) -> int:
         if number in self._blocks:
             return errno.EEXIST
-        if len(self._blocks) >= MAX_BLOCKS:
+        if len(self._blocks) >= LOG_BLOCKS:
             return errno.ENOMEM
         self._blocks[number] = _Block()
         return self._append(number, entries)
@@ -119,14 +111,14 @@ class LogService:
         block = self._blocks.get(number)
         if block is None:
             return errno.ENOENT
-        free = MAX_VALUES - sum(len(other.values) for other in self._blocks.values())
+        free = LOG_OPERATIONS - sum(len(other.values) for other in self._blocks.values())
         values, size, error = list(block.values), block.bytes, OK
         for fetched, index in _entries(entries):
             size_of_value = lib.cf_log_value_bytes(fetched)
             error = self._reason_against(index, size_of_value, size, free)
             if error != OK:
                 break
-            variable = self._toc.variables[index]
+            variable = self._variables[index]
             values.append(Value(variable.offset, variable.stored, fetched, variable.is_computed_when_read))
             size += size_of_value
             free -= 1
@@ -142,7 +134,7 @@ class LogService:
         if free == 0:
             return errno.ENOMEM
         # raw memory (0xFFFF) is not served; types that do not exist are refused with an error that clients know
-        if index >= len(self._toc.variables) or size_of_value == 0:
+        if index >= len(self._variables) or size_of_value == 0:
             return errno.ENOENT
         return OK
 

@@ -490,5 +490,6 @@ def test_logs_have_names_types_and_flags() -> None:
         ("sys.canfly", lib.CF_TYPE_UINT8, lib.CF_CORE),
         ("sys.isFlying", lib.CF_TYPE_UINT8, lib.CF_CORE),
         ("sys.isTumbled", lib.CF_TYPE_UINT8, lib.CF_CORE),
+        ("sys.armed", lib.CF_TYPE_UINT8, 0),
         ("supervisor.info", lib.CF_TYPE_UINT16, 0),
     ]

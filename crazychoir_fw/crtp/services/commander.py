@@ -1,0 +1,28 @@
+"""Ports 3 and 7: setpoints (crtp-cflib dossier section 12, planner-commander dossier sections 8.4, 9 and 10)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from crazychoir_fw.crtp.line import Line
+from crazychoir_fw.crtp.packet import Port
+from crazychoir_fw.crtp.services.hand_over import HandOver
+from crazychoir_fw.crtp.services.service import Reply
+
+
+class CommanderService:
+    """Hands setpoints to the drone; none of them is answered."""
+
+    ports = (Port.COMMANDER, Port.COMMANDER_GENERIC)
+
+    def __init__(self, line: Line) -> None:
+        # the newest setpoint replaces others anyway
+        self.packets = HandOver(line, newest_wins=True)
+
+    def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
+        """Let a setpoint take effect in the next step."""
+        self.packets.take(port, channel, payload)
+        return ()
+
+    def end_session(self) -> None:
+        """The drone keeps its last setpoint until that is too old, as the firmware does."""

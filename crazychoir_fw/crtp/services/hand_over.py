@@ -1,0 +1,59 @@
+"""Packets on their way to the onboard software, which takes them between two steps of the simulation."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+
+from crazychoir_fw.crtp.line import Line
+from crazychoir_fw.errors import CrazychoirError
+
+
+class HandOver:
+    """Keeps the order of packets, and does not let them pile up while the simulation is paused."""
+
+    def __init__(self, line: Line, limit: int = 100, *, newest_wins: bool = False) -> None:
+        """Wait for packets.
+
+        Args:
+            line: The drone.
+            limit: So many packets wait at most.
+            newest_wins: Whether a packet beyond takes the place of the newest one that waits; otherwise it is lost.
+        """
+        self._line = line
+        self._limit = limit
+        self._newest_wins = newest_wins
+        self._waiting: deque[tuple[int, int, bytes]] = deque()
+        self._lock = threading.Lock()
+        self.refused = 0
+        """Packets that the drone did not understand, or did not accept."""
+        self.lost = 0
+        """Packets that came while too many waited."""
+
+    def take(self, port: int, channel: int, payload: bytes) -> None:
+        """Have the drone receive a packet; what it answers is sent."""
+        with self._lock:
+            if len(self._waiting) >= self._limit:
+                self.lost += 1
+                if self._newest_wins:
+                    self._waiting[-1] = (port, channel, payload)
+                return
+            self._waiting.append((port, channel, payload))
+        if not self._line.later(self._carry_out):
+            with self._lock:
+                self.lost += 1
+                if self._waiting:
+                    self._waiting.pop()
+
+    def _carry_out(self) -> None:
+        with self._lock:
+            if not self._waiting:
+                return
+            port, channel, payload = self._waiting.popleft()
+        try:
+            answer = self._line.drone.receive_packet(port, channel, payload)
+        except CrazychoirError:
+            self.refused += 1
+            return
+        if answer is not None:
+            self._line.send(port, channel, answer)

@@ -1,0 +1,30 @@
+"""Port 8: the high-level commander (crtp-cflib dossier section 13, planner-commander dossier section 7)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from crazychoir_fw.crtp.line import Line
+from crazychoir_fw.crtp.packet import Port
+from crazychoir_fw.crtp.services.hand_over import HandOver
+from crazychoir_fw.crtp.services.service import Reply
+
+COMMANDS = 0
+"""The channel that clients use; the firmware looks at none."""
+
+
+class HighLevelService:
+    """Hands commands to the drone; its answer tells whether they were accepted."""
+
+    ports = (Port.COMMANDER_HIGH_LEVEL,)
+
+    def __init__(self, line: Line) -> None:
+        self.packets = HandOver(line)
+
+    def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
+        """Let a command take effect in the next step; the answer follows then."""
+        self.packets.take(port, COMMANDS, payload)
+        return ()
+
+    def end_session(self) -> None:
+        """The drone goes on with what it was told."""

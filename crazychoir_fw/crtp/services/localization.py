@@ -1,0 +1,57 @@
+"""Port 6: positions from outside, what positioning decks measure, emergency stop (crtp-cflib dossier section 14)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from crazychoir_fw.crtp.line import Line
+from crazychoir_fw.crtp.packet import Port
+from crazychoir_fw.crtp.services.hand_over import HandOver
+from crazychoir_fw.crtp.services.localization_streams import MatchedAngles, RangeStream, SweepAngles
+from crazychoir_fw.crtp.services.service import Reply
+
+POSITION, GENERIC, PACKED_POSITIONS = range(3)
+
+EMERGENCY_STOP, EMERGENCY_WATCHDOG = 3, 4
+POSE, PACKED_POSES = 8, 9
+"""First byte on the generic channel."""
+
+LOOK_EVERY = 10
+"""Ticks between two looks for new measurements."""
+
+
+class LocalizationService:
+    """Hands positions to the drone, and streams the measurements of its decks while parameters ask for them."""
+
+    ports = (Port.LOCALIZATION,)
+
+    def __init__(self, line: Line) -> None:
+        self._line = line
+        self.positions = HandOver(line, newest_wins=True)
+        self.packets = HandOver(line)
+        # one that waits is as good as many, and nothing else can take its place
+        self._emergencies = {request: HandOver(line, 1) for request in (EMERGENCY_STOP, EMERGENCY_WATCHDOG)}
+        decks = line.drone.struct.onboard.decks
+        self._streams = [
+            *([RangeStream(decks.loco)] if decks.flags.loco else []),
+            *([SweepAngles(decks.lighthouse), MatchedAngles(decks.lighthouse)] if decks.flags.lighthouse4 else []),
+        ]
+        if self._streams:
+            line.world.agenda.every(LOOK_EVERY, self._stream)
+
+    def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
+        """Let a packet take effect in the next step; where the drone answers, it does so then."""
+        kind = payload[0] if channel == GENERIC and payload else -1
+        if channel in (POSITION, PACKED_POSITIONS) or kind in (POSE, PACKED_POSES):
+            self.positions.take(port, channel, payload)
+        else:
+            self._emergencies.get(kind, self.packets).take(port, channel, payload)
+        return ()
+
+    def _stream(self) -> None:
+        for stream in self._streams:
+            for payload in stream.payloads():
+                self._line.send(Port.LOCALIZATION, GENERIC, payload, droppable=True)
+
+    def end_session(self) -> None:
+        """Streams go on while their parameters are set, as on the drone; nobody hears them."""

@@ -1,0 +1,47 @@
+"""Port 9: the supervisor (crtp-cflib dossier section 7, planner-commander dossier section 14.10)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from crazychoir_fw.core import receive_packet
+from crazychoir_fw.crtp.line import Line
+from crazychoir_fw.crtp.packet import Port
+from crazychoir_fw.crtp.services.hand_over import HandOver
+from crazychoir_fw.crtp.services.service import Reply
+from crazychoir_fw.errors import CrazychoirError
+
+INFO, COMMAND = range(2)
+
+EMERGENCY_STOP = b"\x03"
+EMERGENCY_WATCHDOG = b"\x04"
+
+
+class SupervisorService:
+    """Answers questions at once, and obeys between two steps of the simulation."""
+
+    ports = (Port.SUPERVISOR,)
+
+    def __init__(self, line: Line) -> None:
+        self._line = line
+        self.packets = HandOver(line)
+        # one that waits is as good as many, and nothing else can take its place
+        self._emergencies = {request: HandOver(line, 1) for request in (EMERGENCY_STOP, EMERGENCY_WATCHDOG)}
+
+    def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
+        """Answer a question; a command is answered when it has been obeyed."""
+        if channel == INFO:
+            answer = self._tell(payload)
+            return () if answer is None else ((INFO, answer),)
+        self._emergencies.get(payload, self.packets).take(port, channel, payload)
+        return ()
+
+    def _tell(self, payload: bytes) -> bytes | None:
+        # past the uplink: questions only read, also while the drone ticks, and belong in no journal
+        try:
+            return receive_packet(self._line.drone.struct, Port.SUPERVISOR, INFO, payload, self._line.drone.id)
+        except CrazychoirError:
+            return None
+
+    def end_session(self) -> None:
+        """An emergency watchdog that was started goes on, as on the drone."""
