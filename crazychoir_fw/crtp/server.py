@@ -17,7 +17,7 @@ from crazychoir_fw.crtp.pacing import TICKS_PER_SECOND, Pace
 from crazychoir_fw.crtp.radio import Radio, report
 from crazychoir_fw.crtp.services import Service
 from crazychoir_fw.crtp.sockets import open_sockets
-from crazychoir_fw.crtp.station import Station
+from crazychoir_fw.crtp.station import SERVICES, Station
 from crazychoir_fw.crtp.statistics import Statistics
 from crazychoir_fw.errors import RangeError, StateError
 
@@ -52,7 +52,7 @@ class Server:
         newest_client_wins: bool = False,
         relax_after_session: bool = True,
         silence: float = SILENCE_S,
-        services: Sequence[Callable[[Line], Service]] | None = None,
+        services: Sequence[Callable[[Line], Service]] = SERVICES,
     ) -> None:
         """Get ready; see `World.serve`."""
         if world.is_replay:
