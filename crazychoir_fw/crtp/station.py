@@ -21,7 +21,9 @@ SERVICES: Sequence[Callable[[Line], Service]] = (LinkService,)
 class Station:
     """The services of one drone behind one way in and one way out. It knows nothing of sockets."""
 
-    def __init__(self, world: World, drone: Drone, services: Sequence[Callable[[Line], Service]] | None = None) -> None:
+    def __init__(
+        self, world: World, drone: Drone, *, services: Sequence[Callable[[Line], Service]] | None = None
+    ) -> None:
         """Build the services: `SERVICES`, or others for whoever tries out something."""
         self.line = Line(world, drone)
         self.services = [make(self.line) for make in (SERVICES if services is None else services)]
