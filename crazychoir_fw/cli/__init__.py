@@ -1,4 +1,4 @@
-"""The command line: `crazychoir fly`, `run`, `replay`, `export`, `info`, `variables`, `vehicle`, `app` and `firmware`.
+"""The command line: `crazychoir fly`, `run`, `serve`, `replay`, `info`, `variables`, `vehicle` and others.
 
 One module per command. Whatever is slow to import, a command imports when it runs.
 """
@@ -12,6 +12,7 @@ from crazychoir_fw.cli.fly import fly
 from crazychoir_fw.cli.info import info
 from crazychoir_fw.cli.replay import replay
 from crazychoir_fw.cli.run import run
+from crazychoir_fw.cli.serve import serve
 from crazychoir_fw.cli.shim import install_shim
 from crazychoir_fw.cli.variables import variables
 from crazychoir_fw.cli.vehicle import vehicle
@@ -25,6 +26,7 @@ app = typer.Typer(
 )
 app.command(cls=ViewCommand)(fly)
 app.command(cls=ViewCommand)(run)
+app.command(cls=ViewCommand)(serve)
 app.command()(replay)
 app.command()(export)
 app.command()(info)

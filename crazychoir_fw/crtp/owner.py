@@ -1,14 +1,14 @@
 """Whom a drone listens to: the rule for one client, for the next one, and for a second one.
 
-UDP has no connections, and cflib says neither hello nor goodbye: each of its connections comes from a new address, begins
-with a request for the link source that is never repeated, and ends with a set-point of zeros; in between it pings ten
-times a second (crtp-cflib dossier sections 2 to 4). Two clients cannot share a drone, because both number their log
-blocks from 1. So a drone belongs to one address at a time:
+UDP has no connections, and cflib says neither hello nor goodbye: each of its connections comes from a new address,
+begins with a request for the link source that is never repeated, and ends with a set-point of zeros; in between it
+pings ten times a second (crtp-cflib dossier sections 2 to 4). Two clients cannot share a drone, because both number
+their log blocks from 1. So a drone belongs to one address at a time:
 
 - A drone that belongs to nobody goes to the first that sends a packet.
-- It goes on to another one when its owner is gone: the operating system says that its socket is closed, or it has sent a
-  set-point of zeros as its last command and has been silent since for longer than a ping takes, or it has been silent
-  for a second, as the radio of a real drone has it.
+- It goes on to another one when its owner is gone: the operating system says that its socket is closed, or its last
+  command was a set-point of zeros and then even its pings have ceased, or it has been silent for a second, as the radio
+  of a real drone has it.
 - Meanwhile nobody takes it away. Packets of others are counted and ignored. But a request for the link source is kept,
   and answered when the owner is gone, because the client that sent it will not ask again.
 - With `newest_wins` such a request takes the drone at once.
@@ -23,7 +23,7 @@ from crazychoir_fw.crtp.packet import MAX_PAYLOAD, NULL
 Address = tuple[str, int]
 
 SILENCE_S = 1.0
-"""Who has sent nothing for so long has gone; radio_is_connected of a real drone waits as long."""
+"""Who has sent nothing for so long has gone; the radio of a real drone waits as long."""
 GOODBYE_S = 0.15
 """So long nothing comes from a client that has closed its link, and no living one is silent after a set-point of zeros:
 it pings every 0.1 s."""

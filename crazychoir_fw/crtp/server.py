@@ -104,7 +104,7 @@ class Server:
         sockets = open_sockets(self.host, self.port, len(drones))
         self._radios = []
         for drone, opened in zip(drones, sockets, strict=True):
-            station = Station(self.world, drone, self._services)
+            station = Station(self.world, drone, services=self._services)
             station.line.wake_simulation = self._wake
             self._radios.append(
                 DroneRadio(station, opened, Owner(self._silence_s, newest_wins=self._newest_client_wins))
@@ -140,6 +140,11 @@ class Server:
     def _port_of(self, radio: DroneRadio) -> int:
         number = radio.socket.getsockname()[1] if radio.socket.fileno() >= 0 else 0
         return int(number)
+
+    @property
+    def speed(self) -> float | None:
+        """Simulated seconds per second in `run`; None is as fast as possible."""
+        return self._pace.speed
 
     @property
     def clients(self) -> int:
@@ -307,6 +312,7 @@ class Server:
     def statistics(self) -> Statistics:
         """Return how the server does; counters go on while you look at them."""
         pace = self._pace
+        link_figures = getattr(self._link, "statistics", None)
         wall, processor = time.perf_counter() - self._began[0], time.process_time() - self._began[1]
         return Statistics(
             sim_seconds=pace.ticks / TICKS_PER_SECOND,
@@ -318,4 +324,5 @@ class Server:
             resyncs=pace.resyncs,
             cpu_share=processor / wall if wall > 0.0 else 0.0,
             drones={radio.name: radio.counts for radio in self._radios},
+            link=link_figures() if link_figures is not None else {},
         )

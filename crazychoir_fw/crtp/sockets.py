@@ -26,7 +26,7 @@ def open_sockets(host: str, port: int, count: int) -> list[socket.socket]:
         RangeError: If there are not so many ports, or the host is none of this machine.
         StateError: If a port is taken.
     """
-    if not (isinstance(port, int) and not isinstance(port, bool) and 0 <= port and port + count - 1 <= MAX_PORT):
+    if not (isinstance(port, int) and not isinstance(port, bool) and port >= 0 and port + count - 1 <= MAX_PORT):
         raise RangeError(f"port {port!r} for {count} drones, allowed: 0 (any free ones) or 1 to {MAX_PORT + 1 - count}")
     opened: list[socket.socket] = []
     try:

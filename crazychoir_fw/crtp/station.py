@@ -48,7 +48,8 @@ class Station:
         self,
         world: World,
         drone: Drone,
-        services: Sequence[Callable[[Line], Service]] = SERVICES,
+        *,
+        services: Sequence[Callable[[Line], Service]] | None = None,
         storage: str | Path | None = None,
     ) -> None:
         """Let a drone listen.
@@ -56,7 +57,7 @@ class Station:
         Args:
             world: Its world.
             drone: The drone.
-            services: What it offers.
+            services: What it offers; by default `SERVICES`.
             storage: Folder of what clients store on their drones; None keeps it in memory, as long as the world.
 
         Raises:
@@ -64,7 +65,7 @@ class Station:
         """
         self.line = Line(world, drone, storage)
         self.statistics = LinkStatistics(self.line)
-        self.services = [make(self.line) for make in services]
+        self.services = [make(self.line) for make in (SERVICES if services is None else services)]
         self._by_port = {port: service for service in self.services for port in service.ports}
         self._console = self._of_class(ConsoleService)
         self._has_session = False

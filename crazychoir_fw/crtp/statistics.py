@@ -58,6 +58,8 @@ class Statistics:
     """Processor time of the whole process per second; 1 is one core."""
     drones: dict[str, PacketCounts] = field(default_factory=dict)
     """Packets by drone."""
+    link: dict[str, Any] = field(default_factory=dict)
+    """What the link counted, if it counts."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return the statistics as a JSON file holds them."""

@@ -1,0 +1,330 @@
+"""`crazychoir serve`: let scripts with the unmodified cflib fly the drones of a mission."""
+
+import ipaddress
+import json
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from rich import box
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, complaints, console, refuse
+from crazychoir_fw.cli.view import VIEW_HELP, require_way
+
+if TYPE_CHECKING:
+    from crazychoir_fw.crtp.server import Server
+    from crazychoir_fw.crtp.statistics import Statistics
+    from crazychoir_fw.mission.runner import Observer
+    from crazychoir_fw.mission.schema import Mission
+    from crazychoir_fw.simulation import FlightRecorder, World
+
+LONGEST_LIST = 32
+BOOT_S = 5.0
+"""So long drones may take to boot (s, simulated)."""
+_FRAME_S = 1.0 / 60.0
+_STATUS_S = 0.25
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the command line asks for."""
+
+    host: str
+    port: int
+    speed: float
+    seconds: float | None
+    out: Path | None
+    view: str | None
+    threads: int | None
+    newest_wins: bool
+    keep_priority: bool
+
+
+def serve(
+    mission: Annotated[
+        Path | None,
+        typer.Argument(help="Mission file (YAML): its drones, scene and faults.", metavar="[MISSION.yaml]"),
+    ] = None,
+    drones: Annotated[
+        int | None, typer.Option(min=1, max=1000, help="Serve a grid of so many default drones instead of a mission.")
+    ] = None,
+    host: Annotated[str, typer.Option(help="Address of this machine to listen at.")] = "127.0.0.1",
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="UDP port of the first drone; 0 takes any free ones.")
+    ] = 19850,
+    speed: Annotated[
+        float, typer.Option(min=0.0, max=1000.0, help="Simulated seconds per second; 0 is as fast as possible.")
+    ] = 1.0,
+    seconds: Annotated[
+        float | None, typer.Option(min=0.0, max=1e6, help="Simulated time to serve (s); otherwise until Ctrl-C.")
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder for log.npz, flight.png and statistics.json.")] = None,
+    view: Annotated[str | None, typer.Option(help=VIEW_HELP, metavar="[native|web]")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
+    provider: Annotated[str | None, typer.Option(help="Provider of the onboard software.")] = None,
+    threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,
+    newest_wins: Annotated[
+        bool, typer.Option("--newest-wins", help="A second client takes a drone from the first; otherwise it waits.")
+    ] = False,
+    keep_priority: Annotated[
+        bool,
+        typer.Option("--keep-priority", help="Do not relax the priority of set-points when a client has gone."),
+    ] = False,
+) -> None:
+    """Serve the drones of a mission by UDP, so that scripts with cflib fly them; its phases are not flown."""
+    from crazychoir_fw.errors import CrazychoirError
+
+    require_way(view)
+    if (mission is None) == (drones is None):
+        refuse("name a mission file, or a number of drones with --drones")
+    request = Request(host, port, speed, seconds, out, view, threads, newest_wins, keep_priority)
+    try:
+        chosen = _mission(mission, drones, {"seed": seed, "provider": provider})
+        if out is not None:
+            out.mkdir(parents=True, exist_ok=True)
+        failures = _serve(chosen, request)
+    except CrazychoirError as error:
+        complain_of(error)
+        raise typer.Exit(BAD_INPUT) from None
+    except OSError as error:
+        complain(f"{error.filename or out} cannot be written: {error.strerror}")
+        raise typer.Exit(BAD_INPUT) from None
+    for failure in failures:
+        complain(failure)
+    if failures:
+        raise typer.Exit(FLIGHT_FAILED)
+
+
+def _mission(path: Path | None, drones: int | None, overrides: dict[str, Any]) -> "Mission":
+    from crazychoir_fw.mission import load_mission, parse_mission
+
+    if path is not None:
+        return load_mission(path, **overrides)
+    # a mission needs a phase, which is not flown here
+    grid = {"name": "served", "drones": {"count": drones, "spacing": 1.0}, "flight": [{"hover": {"duration": 1.0}}]}
+    return parse_mission(grid, source="--drones", **overrides)
+
+
+def _serve(mission: "Mission", request: Request) -> list[str]:
+    """Serve until the end. Returns what the core stopped drones for, one sentence each."""
+    from crazychoir_fw.errors import StateError
+    from crazychoir_fw.mission.runner import LOG_RATE, build_world
+    from crazychoir_fw.simulation import FlightRecorder
+
+    view: AbstractContextManager[Observer | None] = nullcontext(None)
+    if request.view is not None:
+        from crazychoir_fw.cli.view import open_view
+
+        view = open_view(request.view, lambda line: console.print(line, soft_wrap=True, markup=False))
+    world = build_world(mission, request.threads, visuals=request.view is not None)
+    server = world.serve(
+        request.host,
+        request.port,
+        request.speed,
+        newest_client_wins=request.newest_wins,
+        relax_after_session=not request.keep_priority,
+    )
+    with view as show, server:
+        _boot(world)
+        _plan_faults(mission, world)
+        recorder = None
+        if request.out is not None:
+            recorder = FlightRecorder(world, rate_hz=LOG_RATE)
+            recorder.sample()
+            world.agenda.every(recorder.ticks_per_sample, recorder.sample)
+        _announce(server, mission, request)
+        picture = _Picture(show, world) if show is not None else None
+        try:
+            with _stop_at_signals(server), _Status(server) as status:
+
+                def observe(_: "Server") -> None:
+                    status.show()
+                    if picture is not None:
+                        picture.show()
+
+                server.run(request.seconds, observe, _FRAME_S if picture is not None else _STATUS_S)
+        except StateError as error:
+            if show is None:
+                raise
+            console.print(str(error), markup=False)  # the window was closed
+    statistics = server.statistics()
+    console.print(_summary(statistics))
+    if request.out is not None and recorder is not None:
+        _write(request.out, mission, recorder, statistics)
+    return [drone.failure for drone in world.drones if drone.failure is not None]
+
+
+def _boot(world: "World") -> None:
+    """Let the drones come up as after they were switched on; arming is for the scripts."""
+    end = world.time + BOOT_S
+    while world.time < end and not all(drone.can_fly or drone.can_arm or drone.failure for drone in world.drones):
+        world.run(0.1)
+
+
+def _plan_faults(mission: "Mission", world: "World") -> None:
+    """Plan what goes wrong, in times since the drones have come up."""
+    from crazychoir_fw.errors import CrazychoirError, MissionError
+
+    for number, entry in enumerate(mission.faults):
+        try:
+            world.add_fault(replace(entry.fault, at=round(entry.fault.at + world.time, 6)))
+        except CrazychoirError as error:
+            raise MissionError(f"faults[{number}].{entry.name}: {error}") from None
+
+
+def _announce(server: "Server", mission: "Mission", request: Request) -> None:
+    """Print which drone is where."""
+    if not _is_loopback(request.host):
+        complaints.print(
+            f"Note: whoever reaches {request.host} over the network can fly these drones; there is no password",
+            style="yellow",
+            markup=False,
+            soft_wrap=True,
+        )
+    uris = server.uris
+    table = Table(
+        title=f"{mission.name}: {len(uris)} drones", box=box.SIMPLE_HEAD, pad_edge=False, title_justify="left"
+    )
+    for heading in ("drone", "URI", "platform", "start (m)"):
+        table.add_column(heading, no_wrap=True)
+    for drone in server.world.drones[:LONGEST_LIST]:
+        x, y, z = drone.true_position
+        table.add_row(drone.id, uris[drone.id], drone.config.platform, f"{x:.2f}, {y:.2f}, {z:.2f}")
+    console.print(table)
+    if len(uris) > LONGEST_LIST:
+        last = server.world.drones[-1].id
+        console.print(f"… and so on, up to {last} at {uris[last]}", markup=False, highlight=False)
+    pace = f"{request.speed:g} x real time" if request.speed else "as fast as possible"
+    end = "Ctrl-C ends" if request.seconds is None else f"for {request.seconds:g} s"
+    console.print(f"Serving, {pace}; {end}", markup=False, highlight=False)
+
+
+def _is_loopback(host: str) -> bool:
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+class _Picture:
+    """Hands the world to a view, by the time on the wall: the server keeps the pace, and the view need not."""
+
+    def __init__(self, show: "Observer", world: "World") -> None:
+        self._show = show
+        self._world = world
+        self._began = 0.0
+        self.show()
+        # opening a window takes time that nobody shall wait for
+        self._began = time.perf_counter()
+
+    def show(self) -> None:
+        """Show the present instant."""
+        from crazychoir_fw.mission.runner import Progress
+
+        seconds = time.perf_counter() - self._began if self._began else 0.0
+        self._show(self._world, Progress(seconds, 0.0, seconds))
+
+
+class _Status:
+    """One line that says how it goes, on terminals only."""
+
+    def __init__(self, server: "Server") -> None:
+        self._server = server
+        self._live = Live(console=console, auto_refresh=False, transient=True) if console.is_terminal else None
+        self._next = 0.0
+
+    def __enter__(self) -> "_Status":
+        if self._live is not None:
+            self._live.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._live is not None:
+            self._live.stop()
+
+    def show(self) -> None:
+        """Bring the line up to date, from time to time."""
+        now = time.perf_counter()
+        if self._live is None or now < self._next:
+            return
+        self._next = now + _STATUS_S
+        self._live.update(status_line(self._server), refresh=True)
+
+
+def status_line(server: "Server") -> Text:
+    """Return simulated time, pace and clients."""
+    figures = server.statistics()
+    clients, count = server.clients, len(server.uris)
+    factor = figures.recent_real_time_factor
+    wanted = server.speed
+    is_slow = wanted is not None and factor < 0.95 * wanted and figures.wall_seconds > 1.0
+    return Text.assemble(
+        f"{server.world.time:.1f} s, ",
+        (f"{factor:.2f} x real time", "yellow" if is_slow else ""),
+        f", {clients} of {count} drones with a client",
+    )
+
+
+def _summary(figures: "Statistics") -> Text:
+    """Return the last line: how it went."""
+    counts = figures.drones.values()
+    lines = [
+        f"{figures.sim_seconds:.1f} s served in {figures.wall_seconds:.1f} s "
+        f"({figures.real_time_factor:.2f} x real time), {100.0 * figures.cpu_share:.0f} % of a core",
+        f"{sum(c.sessions for c in counts)} sessions, {sum(c.taken for c in counts)} packets taken, "
+        f"{sum(c.replied for c in counts)} replies; {sum(c.sent for c in counts)} packets of log data and the like "
+        f"sent, {sum(c.dropped for c in counts)} dropped",
+    ]
+    text = Text("\n".join(lines))
+    refused = sum(c.refused + c.rate_limited + c.malformed for c in counts)
+    if refused:
+        text.append(f"\n{refused} datagrams refused: of other clients, too many, or no packets")
+    if figures.resyncs:
+        text.append(
+            f"\nReal time was not kept: {figures.dropped_lag_s:.1f} s given up in {figures.resyncs} steps, "
+            f"{figures.worst_lag_s:.2f} s behind at worst",
+            style="yellow",
+        )
+    if errors := sum(c.errors for c in counts):
+        text.append(f"\n{errors} packets met a defect of this program; the first of each kind was printed", style="red")
+    return text
+
+
+@contextmanager
+def _stop_at_signals(server: "Server") -> Iterator[None]:
+    """Let Ctrl-C and SIGTERM end the serving in order; a second one ends the program."""
+    previous: dict[int, Any] = {}
+
+    def stop(number: int, _: object) -> None:
+        server.stop()
+        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+
+    for number in (signal.SIGINT, signal.SIGTERM):
+        previous[number] = signal.signal(number, stop)
+    try:
+        yield
+    finally:
+        for number, handler in previous.items():
+            signal.signal(number, handler)
+
+
+def _write(folder: Path, mission: "Mission", recorder: "FlightRecorder", statistics: "Statistics") -> None:
+    """Write the log, the picture and the figures."""
+    from crazychoir_fw.replacing import replacing
+    from crazychoir_fw.report.plot import plot_flight
+
+    about = {"mission": mission.name, "description": mission.description, "server": statistics.as_dict()}
+    log = recorder.finish(about)
+    log.save(folder / "log.npz")
+    plot_flight(log, folder / "flight.png", mission.description or mission.name)
+    with replacing(folder / "statistics.json") as temporary:
+        temporary.write_text(json.dumps(statistics.as_dict(), indent=2) + "\n", encoding="utf-8")
+    console.print(f"Written to {folder}/", markup=False, highlight=False)
