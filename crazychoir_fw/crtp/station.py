@@ -9,12 +9,16 @@ from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import Packet, parse
 from crazychoir_fw.crtp.services import Service
 from crazychoir_fw.crtp.services.link import LinkService
+from crazychoir_fw.crtp.services.memory import MemoryService
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone
     from crazychoir_fw.simulation.world import World
 
-SERVICES: Sequence[Callable[[Line], Service]] = (LinkService,)
+SERVICES: Sequence[Callable[[Line], Service]] = (
+    LinkService,
+    MemoryService,
+)
 """All that a drone offers."""
 
 
