@@ -112,6 +112,17 @@ static cf_status_t boot(cf_t *cf) {
   return cf->onboard.fault == CF_FAULT_NONE ? CF_OK : CF_ERR_STATE;
 }
 
+static void fill_eeprom(cf_t *cf) {
+  const cf_configuration_t configuration = {
+      .channel    = CF_RADIO_CHANNEL,
+      .speed      = CF_RADIO_SPEED,
+      .pitch_trim = cf->config.acc_trim_pitch,
+      .roll_trim  = cf->config.acc_trim_roll,
+      .address    = CF_RADIO_ADDRESS | radio_id(&cf->config),
+  };
+  cf_configuration_pack(cf->configuration, &configuration);
+}
+
 cf_status_t cf_init(cf_t *cf, const cf_config_t *config) {
   const cf_config_t copy = *config;  // the caller may pass the drone's own
   if (cf_provider_name(copy.provider) == NULL) {
@@ -125,6 +136,7 @@ cf_status_t cf_init(cf_t *cf, const cf_config_t *config) {
   if (copy.radio_id > MAX_RADIO_ID) {
     return CF_ERR_VALUE;
   }
+  fill_eeprom(cf);
   const cf_status_t status = cf_vehicle_init(&cf->vehicle, &copy.vehicle, copy.seed, copy.id);
   return status == CF_OK ? boot(cf) : status;
 }

@@ -9,6 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "configuration_block.h"
 #include "contacts.h"
 #include "faults.h"
 #include "onboard/onboard.h"
@@ -84,6 +85,8 @@ typedef struct cf {
   bool wants_peers;  // collision avoidance was on in the last tick
 
   cf_contacts_t contacts;
+
+  uint8_t configuration[CF_CONFIGURATION_BYTES];  // what the EEPROM holds, across reboots
 
   uint64_t provider_state[CF_PROVIDER_STATE_BYTES / 8];  // stays the last member
 } cf_t;

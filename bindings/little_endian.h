@@ -1,4 +1,5 @@
-/* Little-endian numbers out of bytes, on any machine. The caller knows that they are there.
+/* Little-endian numbers out of bytes and into them, on any machine. The caller knows that they are
+ * there.
  * Internal to C. */
 #ifndef CF_LITTLE_ENDIAN_H
 #define CF_LITTLE_ENDIAN_H
@@ -19,6 +20,18 @@ static inline float cf_le_float(const uint8_t *bytes) {
   float          value;
   memcpy(&value, &bits, sizeof value);
   return value;
+}
+
+static inline void cf_put_le_u32(uint8_t *bytes, uint32_t value) {
+  for (int i = 0; i < 4; i++) {
+    bytes[i] = (uint8_t)(value >> 8 * i);
+  }
+}
+
+static inline void cf_put_le_float(uint8_t *bytes, float value) {
+  uint32_t bits;
+  memcpy(&bits, &value, sizeof bits);
+  cf_put_le_u32(bytes, bits);
 }
 
 #endif  // CF_LITTLE_ENDIAN_H

@@ -20,6 +20,7 @@
 #include "onboard/decks/decks.h"
 #include "onboard/estimator.h"
 #include "onboard/health.h"
+#include "onboard/lights.h"
 #include "onboard/peer_localization.h"
 #include "onboard/power_management.h"
 #include "onboard/sensors.h"
@@ -123,6 +124,7 @@ typedef struct {
   cf_peer_localization_t peers;
   cf_console_t           console;
   char                   failure[CF_FAILURE_BYTES];  // ends with a zero
+  cf_lights_t            lights;
 } cf_onboard_t;
 
 // Boots everything at tick 0, but leaves the console alone, on which the provider may have printed

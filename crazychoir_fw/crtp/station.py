@@ -17,6 +17,7 @@ from crazychoir_fw.crtp.services.high_level import HighLevelService
 from crazychoir_fw.crtp.services.link import NULL, LinkService
 from crazychoir_fw.crtp.services.localization import LocalizationService
 from crazychoir_fw.crtp.services.log import LogService
+from crazychoir_fw.crtp.services.memory import MemoryService
 from crazychoir_fw.crtp.services.param import ParamService
 from crazychoir_fw.crtp.services.platform import PlatformService
 from crazychoir_fw.crtp.services.supervisor import SupervisorService
@@ -34,6 +35,7 @@ SERVICES: Sequence[Callable[[Line], Service]] = (
     LinkService,
     LocalizationService,
     LogService,
+    MemoryService,
     ParamService,
     PlatformService,
     SupervisorService,

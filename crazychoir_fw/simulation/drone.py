@@ -15,6 +15,7 @@ from crazychoir_fw.errors import RangeError, StateError
 from crazychoir_fw.simulation.builder import body_addresses
 from crazychoir_fw.simulation.clients import Commander, HighLevelCommander, Localization, Log, Param, Uplink
 from crazychoir_fw.simulation.drone_config import DroneConfig
+from crazychoir_fw.simulation.lights import Lights
 from crazychoir_fw.simulation.loading import Payload, drop_payload
 from crazychoir_fw.variables import log_table, parameter_table
 
@@ -73,6 +74,8 @@ class Drone:
         watched = {} if watched is None else watched
         self.param = Param(self.id, self.memory, parameter_table(provider), self._cf, watched, self.uplink)
         self.log = Log(self.id, self.memory, log_table(provider), self._cf)
+        self.lights = Lights(self._cf)
+        """What clients have written for its LED ring."""
         self.cameras: Cameras | None = None
         """What the cameras of its world share; the world sets it."""
         self.motor_ctrl: MotorCtrl | None = None

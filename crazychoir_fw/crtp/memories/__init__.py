@@ -1,0 +1,6 @@
+"""What a client can read and write by address, one file per type (crtp-cflib dossier section 10)."""
+
+from crazychoir_fw.crtp.memories.fitted import fitted_memories
+from crazychoir_fw.crtp.memories.memory import Memory, MemoryType
+
+__all__ = ["Memory", "MemoryType", "fitted_memories"]
