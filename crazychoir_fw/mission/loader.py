@@ -11,6 +11,7 @@ from pydantic import ValidationError
 from crazychoir_fw.errors import MissionError
 from crazychoir_fw.mission.fleet import BUILTIN, START_DISTANCE, Layout, Settings, close_pair
 from crazychoir_fw.mission.plan import plan_flight
+from crazychoir_fw.mission.radios import check_radios
 from crazychoir_fw.mission.schema import Mission
 from crazychoir_fw.mission.values import did_you_mean
 
@@ -75,6 +76,7 @@ def parse_mission(
         mission = _with(mission, {key: value for key, value in overrides.items() if value is not None})
         _check_fleet(mission)
         _check_faults(mission)
+        check_radios(mission)
         plan_flight(mission)
     except ValidationError as error:
         raise MissionError(f"{source}: {_sentence(error)}") from None

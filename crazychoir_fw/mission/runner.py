@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.errors import CrazychoirError, MissionError
 from crazychoir_fw.mission.plan import TICKS_PER_SECOND, Command, FlightPlan, plan_flight
+from crazychoir_fw.mission.radios import simulated_radios
 from crazychoir_fw.mission.schema import Mission
 from crazychoir_fw.mission.summary import collision_failures, judge, summarize
 
 if TYPE_CHECKING:
+    from crazychoir_fw.crtp.link_model.in_process import FlightRadio
     from crazychoir_fw.report.flight_log import FlightLog
     from crazychoir_fw.simulation import FlightRecorder, World
 
@@ -103,8 +105,12 @@ def fly(
     plan = plan_flight(mission)
     world = build_world(mission, threads, visuals)
     _check_faults(mission, world)
+    radio = _turn_on_radios(mission, world)
     recorder = FlightRecorder(world, rate_hz=LOG_RATE)
-    return Flight(mission, plan, world, recorder, Film(frames_per_second), observe).run()
+    result = Flight(mission, plan, world, recorder, Film(frames_per_second), observe).run()
+    if radio is not None:
+        result.summary["link"] = radio.link.statistics()
+    return result
 
 
 def build_world(mission: Mission, threads: int | None = None, visuals: bool = True) -> "World":
@@ -113,6 +119,16 @@ def build_world(mission: Mission, threads: int | None = None, visuals: bool = Tr
 
     drones = [DroneConfig(**asdict(drone)) for drone in mission.fleet]
     return World(drones, scene=mission.scene, seed=mission.seed, threads=threads, visuals=visuals)
+
+
+def _turn_on_radios(mission: Mission, world: "World") -> "FlightRadio | None":
+    """Let the requests of the flight go by radio, if the mission has radios."""
+    radios = simulated_radios(mission)
+    if radios is None:
+        return None
+    from crazychoir_fw.crtp.link_model.in_process import FlightRadio
+
+    return FlightRadio(world, radios)
 
 
 def _check_faults(mission: Mission, world: "World") -> None:

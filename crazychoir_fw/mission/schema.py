@@ -10,6 +10,7 @@ from pydantic import Field, ValidationInfo, field_validator
 from crazychoir_fw.mission.faults import Faults
 from crazychoir_fw.mission.fleet import Drone, Drones, Settings, decide
 from crazychoir_fw.mission.phases import Phase
+from crazychoir_fw.mission.radios import Radios
 from crazychoir_fw.mission.section import Section
 from crazychoir_fw.mission.values import choice, did_you_mean, number, refusal, whole, wind_parameters, word
 
@@ -61,6 +62,9 @@ class Mission(Section):
 
     faults: Faults = Field(default_factory=list)
     """What goes wrong, with whom and when."""
+
+    radios: Radios = Field(default_factory=list)
+    """Which Crazyradio serves which drones, and how good it is; without it, every link is perfect."""
 
     may_fail: list[str] = Field(default_factory=list)
     """Ids of the drones that are not expected to come home: the flight goes on without them, and is judged without

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 
 class Direction(enum.Enum):
@@ -34,7 +34,10 @@ class Link(Protocol):
         """Return the packets that have come through by now, in the order of their coming."""
 
     def next_arrival(self) -> float:
-        """Return when the next packet comes through (s), infinity when none is under way."""
+        """Return when to ask for arrivals again (s): none comes before; infinity when nothing is under way."""
+
+    def statistics(self) -> dict[str, Any]:
+        """Return what has been counted, by radio and by drone, as JSON can hold it (`SimulatedRadios.statistics`)."""
 
 
 class PerfectLink:
@@ -55,3 +58,7 @@ class PerfectLink:
     def next_arrival(self) -> float:
         """Return when there is something to fetch: at once, or never."""
         return -math.inf if self._arrived else math.inf
+
+    def statistics(self) -> dict[str, Any]:
+        """Nothing is counted, because nothing goes wrong."""
+        return {"radios": {}, "drones": {}}

@@ -16,7 +16,10 @@ Listener = Callable[[str, tuple[Any, ...]], None]
 """Called with verb and arguments of every request that reaches the drone, just before it takes effect."""
 
 Gate = Callable[[str, tuple[Any, ...]], bool]
-"""Asked before a request leaves the client: False swallows it. Who delivers it later calls `Uplink.deliver`."""
+"""Asked before a request leaves the client: False swallows it. Who sends it later calls `Uplink.send`."""
+
+Carrier = Callable[[str, tuple[Any, ...]], None]
+"""Takes what has left the client, and calls `Uplink.deliver` when it arrives, if it does."""
 
 _C_REQUESTS = re.compile(
     r"cf_(send|inject)_\w+"
@@ -41,6 +44,8 @@ class Uplink:
         self._handlers: dict[str, Callable[..., Any]] = {}
         self.listeners: list[Listener] = []
         self.gate: Gate | None = None
+        self.carrier: Carrier | None = None
+        """A simulated radio, if there is one; otherwise what leaves the client is delivered at once."""
 
     def handle(self, verb: str, handler: Callable[..., Any]) -> None:
         """Let a function carry out a verb that is no plain C function."""
@@ -65,6 +70,13 @@ class Uplink:
     def request(self, verb: str, *arguments: Any) -> Any:
         """Send a request, as a client does by radio. Returns what it returns; ``CF_OK`` when it is lost."""
         if self.gate is not None and not self.gate(verb, arguments):
+            return lib.CF_OK
+        return self.send(verb, *arguments)
+
+    def send(self, verb: str, *arguments: Any) -> Any:
+        """Let a request go its way that has left the client. Returns what it returns; ``CF_OK`` on a simulated radio."""
+        if self.carrier is not None:
+            self.carrier(verb, arguments)
             return lib.CF_OK
         return self.deliver(verb, *arguments)
 

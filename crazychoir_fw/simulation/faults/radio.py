@@ -145,7 +145,7 @@ class Radio:
             if request.is_real:
                 # the client has gone on and hears of no refusal
                 with suppress(CrazychoirError):
-                    self._drone.uplink.deliver(request.verb, *request.arguments)
+                    self._drone.uplink.send(request.verb, *request.arguments)
 
         self._world.agenda.at(request.due, arrive)
 

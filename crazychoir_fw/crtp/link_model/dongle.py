@@ -1,0 +1,368 @@
+"""One Crazyradio: it asks its drones one after the other, and they answer.
+
+An *exchange* is one packet to a drone, a null packet when there is none, and the answer in the acknowledgment, empty
+when the drone has nothing. Drones take turns. While no packet waits anywhere, exchanges are not computed one by one:
+they would only tell in which one of them the next packet finds the dongle, and that is drawn instead.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections import deque
+from collections.abc import Callable, Sequence
+from statistics import NormalDist
+from typing import Any
+
+from crazychoir_fw.crtp.link_model.airtime import LARGEST_BYTES, NULL_BYTES, SETTLE_S, transmission
+from crazychoir_fw.crtp.link_model.config import RadioConfig
+from crazychoir_fw.crtp.link_model.link import Direction
+from crazychoir_fw.crtp.link_model.tally import Tally
+
+MOST_WAITING = 1000
+"""So many packets of a drone may wait one way whatever they are; a flood must not fill the memory."""
+
+OPEN_S = 1.0
+"""So long after its last packet a dongle goes on asking, and disturbs others on its channel (s)."""
+
+MEMORY_S = 0.1
+"""Time over which it is averaged how much a dongle is on the air (s)."""
+
+_NORMAL = NormalDist()
+
+
+class Parcel:
+    """A packet that waits or is on its way."""
+
+    __slots__ = ("datagram", "has_arrived", "number", "sent", "was_tried")
+
+    def __init__(self, datagram: bytes, sent: float, number: int) -> None:
+        self.datagram = datagram
+        self.sent = sent  # [s]
+        self.number = number  # among those of its drone and direction
+        self.was_tried = False
+        self.has_arrived = False  # at the drone, which may not have been understood
+
+
+class Seat:
+    """What a dongle knows of one of its drones."""
+
+    def __init__(self, drone: str) -> None:
+        self.drone = drone
+        self.up: deque[Parcel] = deque()
+        self.down: deque[Parcel] = deque()
+        self.tallies = {Direction.UP: Tally(), Direction.DOWN: Tally()}
+        self.last_arrival = {Direction.UP: -math.inf, Direction.DOWN: -math.inf}  # [s]
+        self.next_poll = -math.inf  # [s]
+        self.is_lost = False
+        self.lost_links = 0
+        self.failed = 0  # exchanges in a row
+        self.failing_since = math.inf  # [s]
+
+    def ready_at(self) -> float:
+        """Return from when on the dongle turns to this drone (s)."""
+        poll = math.inf if self.is_lost else self.next_poll
+        return min(poll, self.up[0].sent) if self.up else poll
+
+
+Deliver = Callable[[float, Seat, Direction, Parcel, bool], None]
+"""Called with the time of arrival (s), and True for a packet that arrives once more."""
+
+
+class Dongle:
+    """One Crazyradio with its drones."""
+
+    def __init__(self, name: str, config: RadioConfig, drones: Sequence[str], seed: int, deliver: Deliver) -> None:
+        self.name = name
+        self.config = config
+        self.seats = [Seat(drone) for drone in drones]
+        self.neighbors: list[Dongle] = []
+        """Others that it can disturb."""
+        self._deliver = deliver
+        self._random = random.Random(f"{seed} {name}")
+        self._air = [transmission(size, config.data_rate) for size in range(LARGEST_BYTES + 1)]
+        self._half_turn = config.turnaround_ms / 2e3
+        self._null = 2 * self._half_turn + 2 * self._air[NULL_BYTES] + SETTLE_S
+        self._broadcasts: deque[tuple[bytes, list[Parcel]]] = deque()
+        self._waiting = 0  # packets and broadcasts, all together
+        self._turn = 0  # seat that is next
+        self._pause = config.idle_poll_ms / 1e3
+        self._all_lost = False
+        self._free_at = -math.inf  # [s]
+        self._last_use = -math.inf  # [s]
+        self._recent_air = 0.0  # [s] on the air, within about MEMORY_S
+        self._recent_count = 0.0  # transmissions within about MEMORY_S
+        self._began = math.inf  # [s]
+        self._seconds_busy = 0.0
+        self._seconds_on_air = 0.0
+        self._exchanges = 0
+        self._unanswered = 0
+        self._collisions = 0
+
+    # ---------------------------------------------------------------- packets come
+
+    def put(self, now: float, seat: Seat, direction: Direction, datagram: bytes, droppable: bool) -> None:
+        """Let a packet wait for its turn, or drop it."""
+        tally = seat.tallies[direction]
+        parcel = Parcel(datagram, now, tally.sent)
+        tally.sent += 1
+        waiting = seat.up if direction is Direction.UP else seat.down
+        if len(waiting) >= (self.config.queue if droppable else MOST_WAITING):
+            tally.dropped += 1
+            return
+        if direction is Direction.DOWN and seat.is_lost:
+            tally.lost += 1  # a drone without a link throws away what it has to say
+            return
+        self._wake(now)
+        waiting.append(parcel)
+        self._waiting += 1
+        tally.note_waiting(len(waiting))
+
+    def broadcast(self, now: float, datagram: bytes) -> None:
+        """Let a packet wait that is sent once, to all drones, and acknowledged by none."""
+        parcels = []
+        for seat in self.seats:
+            tally = seat.tallies[Direction.UP]
+            parcels.append(Parcel(datagram, now, tally.sent))
+            tally.sent += 1
+        if len(self._broadcasts) >= self.config.queue:
+            for seat in self.seats:
+                seat.tallies[Direction.UP].dropped += 1
+            return
+        self._wake(now)
+        self._broadcasts.append((datagram, parcels))
+        self._waiting += 1
+
+    def _wake(self, now: float) -> None:
+        """Begin to compute exchanges one by one; draw where the dongle stands, if it has been asking all the time."""
+        self._began = min(self._began, now)
+        if not self._waiting and now > self._free_at:
+            rest = self._random.random() / max(self._polls_per_second() * self._null, 1e-9)
+            self._free_at = now + (rest * self._null if rest < 1.0 else 0.0)
+            self._turn = int(self._random.random() * len(self.seats))
+            for seat in self.seats:
+                seat.next_poll = now + self._pause * self._random.random() if self._pause else now
+        self._last_use = max(self._last_use, now)
+
+    # ---------------------------------------------------------------- exchanges
+
+    def next_start(self) -> float:
+        """Return when the next exchange begins (s), infinity while no packet waits."""
+        if not self._waiting:
+            return math.inf
+        if self._broadcasts:
+            return max(self._free_at, self._broadcasts[0][1][0].sent)
+        if not self._pause and not self._all_lost:
+            return self._free_at  # there is always somebody to ask
+        return max(self._free_at, min(seat.ready_at() for seat in self.seats))
+
+    def first_possible_arrival(self) -> float:
+        """Return a time before which nothing that waits can arrive (s)."""
+        return self.next_start() + self._half_turn
+
+    def exchange(self) -> None:
+        """Carry out the next exchange, or the next broadcast."""
+        start = self.next_start()
+        clear, rate = self._quiet(start)
+        if self._broadcasts:
+            self._send_broadcast(start, clear, rate)
+            return
+        seat = self._whose_turn(start)
+        up = seat.up[0] if seat.up else None
+        down = seat.down[0] if seat.down else None
+        up_air = self._air[len(up.datagram) if up else NULL_BYTES]
+        down_air = self._air[len(down.datagram) if down else NULL_BYTES]
+        wait = SETTLE_S + self._air[LARGEST_BYTES]
+
+        time = start + self._half_turn
+        heard_at = math.inf
+        is_acknowledged = False
+        tries = answers = 0
+        for _ in range(1 + self.config.retries):
+            tries += 1
+            time += up_air
+            if self._gets_through(self.config.lost_up, up_air, clear, rate):
+                heard_at = min(heard_at, time)
+                answers += 1
+                if self._gets_through(self.config.lost_down, down_air, clear, rate):
+                    is_acknowledged = True
+                    time += SETTLE_S + down_air
+                    break
+            time += wait
+        end = time + self._half_turn
+
+        on_air = tries * up_air + answers * down_air
+        self._count_exchange(start, end, on_air, tries + answers, up is not None or down is not None)
+        seat.next_poll = end + (0.0 if up or down else self._pause)
+        if up is not None:
+            self._settle_up(seat, up, tries, heard_at, is_acknowledged)
+        if down is not None:
+            self._settle_down(seat, down, answers, end, is_acknowledged)
+        self._judge_link(seat, start, end, is_acknowledged)
+
+    def _whose_turn(self, start: float) -> Seat:
+        count = len(self.seats)
+        for step in range(count):
+            number = (self._turn + step) % count
+            if self.seats[number].ready_at() <= start:
+                self._turn = (number + 1) % count
+                return self.seats[number]
+        raise AssertionError("an exchange without a drone")
+
+    def _settle_up(self, seat: Seat, up: Parcel, tries: int, heard_at: float, is_acknowledged: bool) -> None:
+        tally = seat.tallies[Direction.UP]
+        tally.repeated += tries - 1 + up.was_tried
+        up.was_tried = True
+        if heard_at < math.inf and not up.has_arrived:
+            up.has_arrived = True
+            self._send_on(heard_at, seat, Direction.UP, up)
+        if is_acknowledged or not self.config.reliable:
+            seat.up.popleft()
+            self._waiting -= 1
+            tally.lost += not up.has_arrived
+
+    def _settle_down(self, seat: Seat, down: Parcel, answers: int, end: float, is_acknowledged: bool) -> None:
+        if not answers:
+            return  # the drone was never asked
+        tally = seat.tallies[Direction.DOWN]
+        tally.repeated += answers - 1 + down.was_tried
+        down.was_tried = True
+        if is_acknowledged:
+            self._send_on(end, seat, Direction.DOWN, down)
+        elif self.config.reliable:
+            return
+        else:
+            tally.lost += 1
+        seat.down.popleft()
+        self._waiting -= 1
+
+    def _judge_link(self, seat: Seat, start: float, end: float, is_acknowledged: bool) -> None:
+        if is_acknowledged:
+            seat.is_lost = self._all_lost = False
+            seat.failed = 0
+            seat.failing_since = math.inf
+            return
+        self._unanswered += 1
+        seat.failed += 1
+        seat.failing_since = min(seat.failing_since, start)
+        if seat.failed >= self.config.link_tries or end - seat.failing_since >= self.config.link_timeout:
+            self._lose_link(seat)
+
+    def _lose_link(self, seat: Seat) -> None:
+        """Give up what waits. The drone is not asked any more until there is a packet for it."""
+        seat.lost_links += not seat.is_lost
+        seat.is_lost = True
+        self._all_lost = all(other.is_lost for other in self.seats)
+        seat.failed = 0
+        seat.failing_since = math.inf
+        for direction, waiting in ((Direction.UP, seat.up), (Direction.DOWN, seat.down)):
+            seat.tallies[direction].lost += sum(not parcel.has_arrived for parcel in waiting)
+            self._waiting -= len(waiting)
+            waiting.clear()
+
+    def _send_broadcast(self, start: float, clear: float, rate: float) -> None:
+        datagram, parcels = self._broadcasts.popleft()
+        self._waiting -= 1
+        air = self._air[len(datagram)]
+        heard_at = start + self._half_turn + air
+        for seat, parcel in zip(self.seats, parcels, strict=True):
+            if self._gets_through(self.config.lost_up, air, clear, rate):
+                self._send_on(heard_at, seat, Direction.UP, parcel)
+            else:
+                seat.tallies[Direction.UP].lost += 1
+        self._count_exchange(start, heard_at + self._half_turn, air, 1, True)
+
+    def _send_on(self, time: float, seat: Seat, direction: Direction, parcel: Parcel) -> None:
+        """Let a packet that has left the air arrive, later by what hosts and processors need."""
+        config = self.config
+        arrival = time + self._delay()
+        if config.reorder and self._random.random() < config.reorder:
+            arrival += self._random.random() * config.reorder_ms / 1e3
+        else:
+            # whatever the jitter, nothing overtakes
+            arrival = max(arrival, seat.last_arrival[direction])
+            seat.last_arrival[direction] = arrival
+        self._deliver(arrival, seat, direction, parcel, False)
+        if config.duplicate and self._random.random() < config.duplicate:
+            self._deliver(arrival, seat, direction, parcel, True)
+
+    def _delay(self) -> float:
+        config = self.config
+        latency, jitter = config.latency_ms, config.jitter_ms
+        if jitter:
+            draw = self._random.random()
+            if config.jitter == "uniform":
+                latency += jitter * (2.0 * draw - 1.0)
+            elif config.jitter == "exponential":
+                latency -= jitter * math.log(1.0 - draw)
+            elif draw > 0.0:
+                latency += jitter * _NORMAL.inv_cdf(draw)
+        return max(latency, 0.0) / 1e3
+
+    # ---------------------------------------------------------------- the air
+
+    def _gets_through(self, loss: float, air: float, clear: float, rate: float) -> bool:
+        draw = self._random.random()
+        if draw < loss:
+            return False
+        if clear < 1.0 and draw >= loss + (1.0 - loss) * clear * math.exp(-rate * air):
+            self._collisions += 1
+            return False
+        return True
+
+    def _quiet(self, time: float) -> tuple[float, float]:
+        """Return how probable it is that no neighbor is on the air, and how often they begin to be (1/s)."""
+        clear, rate = 1.0, 0.0
+        for neighbor in self.neighbors:
+            share, count = neighbor._activity(time)
+            clear *= 1.0 - min(share, 1.0)
+            rate += count
+        return clear, rate
+
+    def _activity(self, time: float) -> tuple[float, float]:
+        """Return the share of the time that it is on the air, and the transmissions per second, as of lately."""
+        share, count = self._recent_air / MEMORY_S, self._recent_count / MEMORY_S
+        idle = time - self._free_at
+        if idle <= 0.0:
+            return share, count
+        fading = math.exp(-idle / MEMORY_S)
+        asking = self._polls_per_second() if time - self._last_use < OPEN_S else 0.0
+        return (
+            share * fading + asking * 2.0 * self._air[NULL_BYTES] * (1.0 - fading),
+            count * fading + asking * 2.0 * (1.0 - fading),
+        )
+
+    def _polls_per_second(self) -> float:
+        """Return how many null packets it sends while it has nothing else to do (1/s)."""
+        asked = sum(not seat.is_lost for seat in self.seats)
+        return min(1.0 / self._null, asked / (self._pause + self._null))
+
+    def _count_exchange(self, start: float, end: float, on_air: float, transmissions: int, is_of_use: bool) -> None:
+        idle_share, idle_count = self._activity(start)
+        fading = math.exp(-(end - start) / MEMORY_S)
+        self._recent_air = idle_share * MEMORY_S * fading + on_air
+        self._recent_count = idle_count * MEMORY_S * fading + transmissions
+        self._free_at = end
+        self._exchanges += 1
+        self._seconds_on_air += on_air
+        if is_of_use:
+            self._seconds_busy += end - start
+            self._last_use = end
+
+    # ---------------------------------------------------------------- figures
+
+    def as_dict(self, now: float) -> dict[str, Any]:
+        """Return all figures, as JSON can hold them."""
+        elapsed = max(now - self._began, 0.0) if self._began < math.inf else 0.0
+        return {
+            "channel": self.config.channel,
+            "data_rate": self.config.data_rate,
+            "drones": [seat.drone for seat in self.seats],
+            "seconds": elapsed,
+            "utilization": min(self._seconds_busy / elapsed, 1.0) if elapsed else 0.0,
+            "on_air": min(self._seconds_on_air / elapsed, 1.0) if elapsed else 0.0,
+            "exchanges": self._exchanges,
+            "unanswered": self._unanswered,
+            "collisions": self._collisions,
+            "lost_links": sum(seat.lost_links for seat in self.seats),
+        }

@@ -1,0 +1,82 @@
+"""The list `radios` of a mission file: which Crazyradio serves which drones, and how good it is.
+
+Keys, ranges and defaults are those of `crazychoir_fw.crtp.link_model.RadioConfig`, which is the only place where they
+are written. Without the list, every drone has a perfect link.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BeforeValidator
+
+from crazychoir_fw.errors import CrazychoirError, MissionError
+from crazychoir_fw.mission.values import did_you_mean, refusal, unknown_key
+
+if TYPE_CHECKING:
+    from crazychoir_fw.crtp.link_model import Link, RadioConfig, SimulatedRadios
+    from crazychoir_fw.mission.schema import Mission
+
+
+def _radio(value: Any) -> RadioConfig:
+    """Return one entry."""
+    # a mission without radios is checked before the simulation is loaded
+    from crazychoir_fw.crtp.link_model.config import MEMBERS, RadioConfig, refusal_of
+    from crazychoir_fw.simulation.faults.rules import Word
+
+    if isinstance(value, RadioConfig):
+        return value
+    if not isinstance(value, Mapping):
+        raise refusal("a mapping such as {drones: [cf1, cf2], loss: 0.05}")
+    for key, item in value.items():
+        if key not in MEMBERS:
+            raise unknown_key(key, MEMBERS)
+        must = refusal_of(key, item)
+        if must is not None:
+            rule = MEMBERS[key].metadata["rule"]
+            hint = did_you_mean(item, rule.known) if isinstance(rule, Word) else ""
+            raise refusal(f"{must}{hint}", f".{key}", value=item)
+    if "drones" not in value:
+        raise refusal("a mapping that names its drones, such as {drones: [cf1, cf2]}")
+    return RadioConfig(**{key: tuple(item) if isinstance(item, list) else item for key, item in value.items()})
+
+
+Radios = list[Annotated[Any, BeforeValidator(_radio)]]
+
+
+def check_radios(mission: Mission) -> None:
+    """Refuse radios that serve nobody, and drones with two.
+
+    Raises:
+        MissionError: With the key and what is wrong.
+    """
+    if mission.radios:
+        from crazychoir_fw.crtp.link_model.radios import assign
+
+        try:
+            assign(mission.radios, [drone.id for drone in mission.fleet])
+        except CrazychoirError as error:
+            raise MissionError(f"radios{error}") from None
+
+
+def make_link(mission: Mission, seed: int | None = None) -> Link:
+    """Return the radios of a mission; a `PerfectLink` when it has none.
+
+    Args:
+        mission: The mission.
+        seed: Seed of losses and delays; by default that of the mission.
+    """
+    from crazychoir_fw.crtp.link_model import PerfectLink
+
+    return simulated_radios(mission, seed) or PerfectLink()
+
+
+def simulated_radios(mission: Mission, seed: int | None = None) -> SimulatedRadios | None:
+    """Return the radios of a mission, if it has any."""
+    if not mission.radios:
+        return None
+    from crazychoir_fw.crtp.link_model import SimulatedRadios
+
+    drones = [drone.id for drone in mission.fleet]
+    return SimulatedRadios(mission.radios, drones, mission.seed if seed is None else seed)
