@@ -1,0 +1,239 @@
+"""Scripts with the real cflib, as users write them, fly drones of `crazychoir serve`, each in a process of its own.
+
+All of them fly at once, in one world; where they really flew is what the log of the simulation says.
+"""
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from crazychoir_fw.mission import load_mission
+from crazychoir_fw.report.flight_log import FlightLog
+
+pytest.importorskip("cflib")
+
+SCRIPTS = Path(__file__).parent / "user_scripts"
+MISSION = SCRIPTS / "served.yaml"
+LONGEST_S = 150.0
+"""So long a script may take (s) on a machine that is busy; most of them need 5 to 20."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a script did."""
+
+    exit_code: int
+    output: str
+    errors: str
+
+
+@dataclass(frozen=True)
+class Served:
+    """What became of all of them."""
+
+    scripts: dict[str, Outcome]
+    log: FlightLog
+
+    def path(self, drone):
+        """Where a drone was (m, world) from sample to sample, shape (n, 3)."""
+        return self.log.stack("sim.x", "sim.y", "sim.z")[:, self.log.drone_ids.index(drone)]
+
+    def moved(self, drone):
+        """The same from where it started."""
+        path = self.path(drone)
+        return path - path[0]
+
+
+def uris_of(server):
+    """Read where the drones are from what the command prints, until it serves."""
+    text = ""
+    for line in server.stdout:
+        text += line
+        if line.startswith("Serving"):
+            return dict(re.findall(r"(\w+) +(udp://[\d.:]+)", text))
+    raise AssertionError(f"does not serve: {text}")
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    out, cache = tmp_path_factory.mktemp("served"), str(tmp_path_factory.mktemp("cache"))
+    crazychoir = [sys.executable, "-c", "from crazychoir_fw.cli import app; app()"]
+    command = [*crazychoir, "serve", MISSION, "--port", "0", "--out", out]
+    environment = {**os.environ, "COLUMNS": "120"}
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as server:
+        try:
+            uris = uris_of(server)
+            running = {}
+            starts = {drone.id: drone.position for drone in load_mission(MISSION).drones}
+            for drone, (x, y, *_) in starts.items():
+                if not drone.startswith("swarm"):
+                    running[drone] = [f"{drone}.py", uris[drone], cache, str(x), str(y)]
+            running["persistent"] = ["persistent.py", uris["persistent"], cache, "ring.effect", "7"]
+            running["swarm"] = ["swarm_sequence.py", cache, *(uris[f"swarm{i + 1}"] for i in range(10))]
+            processes = {
+                name: subprocess.Popen(
+                    [sys.executable, SCRIPTS / words[0], *words[1:]],
+                    stdout=subprocess.PIPE,
+                    stderr=subprocess.PIPE,
+                    text=True,
+                )
+                for name, words in running.items()
+            }
+            outcomes = {}
+            for name, process in processes.items():
+                try:
+                    output, errors = process.communicate(timeout=LONGEST_S)
+                except subprocess.TimeoutExpired:
+                    process.kill()
+                    output, errors = process.communicate()
+                outcomes[name] = Outcome(process.returncode, output, errors)
+        finally:
+            server.send_signal(signal.SIGINT)
+            server.communicate(timeout=LONGEST_S)
+    return Served(outcomes, FlightLog.load(out / "log.npz"))
+
+
+SOLO = [
+    "hover",
+    "square",
+    "ramp",
+    "motion_commander",
+    "position_commander",
+    "trajectory",
+    "trajectory_compressed",
+    "dump",
+    "persistent",
+    "logs",
+    "emergency",
+    "multiranger",
+    "swarm",
+]
+
+
+@pytest.mark.parametrize("name", SOLO)
+def test_it_ends_well(served, name):
+    outcome = served.scripts[name]
+    assert outcome.exit_code == 0, outcome.output + outcome.errors
+    assert "Traceback" not in outcome.errors
+
+
+FLIERS = {
+    "hover": 0.5,
+    "square": 0.6,
+    "motion_commander": 0.5,
+    "position_commander": 0.9,
+    "trajectory": 0.6,
+    "trajectory_compressed": 0.6,
+    **{f"swarm{i + 1}": 0.8 for i in range(10)},
+}
+
+
+@pytest.mark.parametrize(("drone", "height"), FLIERS.items())
+def test_it_flew_as_high_as_it_was_told_and_landed(served, drone, height):
+    z = served.path(drone)[:, 2]
+    assert z.max() == pytest.approx(height, abs=0.12)
+    assert z[-1] < 0.05
+
+
+def test_a_square_is_a_square(served):
+    moved = served.moved("square")
+    for corner in ((0.6, 0.0), (0.6, 0.6), (0.0, 0.6), (0.0, 0.0)):
+        near = np.linalg.norm(moved[:, :2] - corner, axis=1)
+        assert near.min() < 0.05
+    assert moved[:, :2].min() > -0.15 and moved[:, :2].max() < 0.75
+
+
+def test_the_motion_commander_goes_where_it_says(served):
+    """It sends velocities for as long as they would take, so that it falls short by what the drone takes to get going."""
+    moved = served.moved("motion_commander")
+    assert np.linalg.norm(moved[:, :2] - (0.6, 0.4), axis=1).min() < 0.2
+    # then 90 degrees to the right and 0.3 back: that is to the left again
+    assert moved[-1, :2] == pytest.approx([0.6, 0.7], abs=0.2)
+    assert moved[-1, 1] > 0.5
+
+
+def test_the_position_commander_goes_where_it_says(served):
+    moved = served.moved("position_commander")
+    for place in ((0.5, 0.0, 0.5), (0.5, 0.5, 0.5), (0.0, 0.0, 0.9)):
+        assert np.linalg.norm(moved - place, axis=1).min() < 0.12
+    assert moved[-1] == pytest.approx([0.0, 0.0, 0.0], abs=0.06)
+
+
+@pytest.mark.parametrize("drone", ["trajectory", "trajectory_compressed"])
+def test_an_uploaded_trajectory_is_flown(served, drone):
+    moved = served.moved(drone)
+    assert np.linalg.norm(moved - (0.5, 0.3, 0.6), axis=1).min() < 0.08
+    assert moved[-1] == pytest.approx([0.0, 0.0, 0.0], abs=0.06)
+    # out and back on one line
+    across = moved[:, :2] @ np.array([0.3, -0.5]) / np.hypot(0.3, 0.5)
+    assert np.abs(across).max() < 0.06
+
+
+def test_the_ramp_turns_the_motors_and_stays_on_the_floor(served):
+    highest, last = map(int, served.scripts["ramp"].output.split())
+    assert highest > 15000
+    assert last == 0
+    assert np.abs(served.moved("ramp")).max() < 0.01
+
+
+def test_the_swarm_flies_its_sequence(served):
+    for number in range(10):
+        moved = served.moved(f"swarm{number + 1}")
+        assert np.linalg.norm(moved - (0.3, 0.0, 0.8), axis=1).min() < 0.1
+        assert moved[-1] == pytest.approx([0.3, 0.0, 0.0], abs=0.08)
+
+
+def test_the_swarm_knows_where_it_is(served):
+    told = sorted(float(line.split()[1]) for line in served.scripts["swarm"].output.splitlines())
+    assert told == pytest.approx(np.arange(10.0), abs=0.03)
+
+
+def test_everything_is_listed(served):
+    lines = [line.split() for line in served.scripts["dump"].output.splitlines()]
+    parameters = {line[1]: line[3] for line in lines if line[0] == "param"}
+    logs = {line[1]: line[2] for line in lines if line[0] == "log"}
+    assert float(parameters["locSrv.extPosStdDev"]) == pytest.approx(0.01)
+    assert parameters["stabilizer.controller"] == "1"
+    assert (logs["stateEstimate.x"], logs["supervisor.info"], logs["range.front"]) == ("float", "uint16_t", "uint16_t")
+    assert len(parameters) > 250 and len(logs) > 400
+    assert lines[-1] == ["set", "0.125"]
+
+
+def test_a_parameter_is_stored_and_forgotten(served):
+    output = served.scripts["persistent"].output
+    assert re.search(r"before PersistentParamState\(is_stored=False, .*stored_value=None\)", output)
+    assert "store True" in output
+    assert re.search(r"stored PersistentParamState\(is_stored=True, .*stored_value=7\)", output)
+    assert "clear True" in output
+    assert re.search(r"after PersistentParamState\(is_stored=False", output)
+
+
+def test_log_blocks_come_in_simulated_time(served):
+    first, *values = served.scripts["logs"].output.splitlines()[-7:]
+    count, span, gap = map(int, first.split())
+    assert (count, span, gap) == (200, 1990, 10)
+    said = {name: float(value) for name, value in (line.split() for line in values)}
+    assert said["stateEstimate.x"] == pytest.approx(8.0, abs=0.02)
+    assert said["stateEstimate.y"] == pytest.approx(2.0, abs=0.02)
+    assert said["pm.vbat"] == pytest.approx(said["pm.vbatMV"] / 1000, abs=0.02)
+    assert said["acc.z"] == pytest.approx(1.0, abs=0.1)
+
+
+def test_an_emergency_stop_locks(served):
+    assert served.scripts["emergency"].output.split() == ["flying", "True", "locked", "True", "can", "fly", "False"]
+    z = served.path("emergency")[:, 2]
+    assert z.max() > 0.3
+    assert z[-1] < 0.05
+
+
+def test_the_multiranger_sees_the_drone_in_front_of_it(served):
+    front, *others = served.scripts["multiranger"].output.split()
+    assert float(front) == pytest.approx(0.95, abs=0.04)  # to the hull
+    assert others == ["None"] * 4
