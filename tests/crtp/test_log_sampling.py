@@ -157,6 +157,16 @@ def test_period_0_sends_one_packet_at_once(world, station, command, rest):
     assert times(station) == [20], "what ran goes on"
 
 
+@pytest.mark.parametrize("period", [b"\0\0", b"\x0a\0"])
+def test_what_still_waits_at_the_end_of_a_session_is_not_begun(world, station, period):
+    assert control(station, CREATE, 1, entries(ROLL)) == 0
+    assert control(station, START_MS, 1, period) == 0
+    station.end_session()
+    station.line.carry_out()
+    world.step(20)
+    assert times(station) == []
+
+
 def test_what_is_appended_while_it_runs_is_sent(world, station):
     start(station, 1, 10, ROLL)
     world.step(10)
