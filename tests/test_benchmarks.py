@@ -11,6 +11,7 @@ BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 SMALLEST = {
     "endurance.py": ["--hours", "0.02"],
     "flight_matrix.py": ["--platforms", "cf2", "--controllers", "pid", "--positioning", "mocap"],
+    "log_cost.py": ["--drones", "1", "--seconds", "0.05", "--repeats", "1"],
     "looking_cost.py": ["--drones", "1", "--repeats", "1"],
     "motor_ctrl_cost.py": ["--drones", "1", "--seconds", "0.02", "--repeats", "1"],
     "plant_cost.py": ["--drones", "2", "--repeats", "1", "--ticks", "5"],

@@ -49,6 +49,14 @@ def test_going_back_in_time_meets_the_same_appointments_again(ticks, period, pha
     assert fly(back) == [entry for entry in whole if entry[0] > back]
 
 
+def test_what_falls_between_two_steps_is_kept_once_after_the_later_one():
+    agenda, kept, now = Agenda(), [], 0
+    agenda.every(10, lambda: kept.append(now))
+    for now in range(0, 61, 4):
+        agenda.keep(now)
+    assert kept == [12, 20, 32, 40, 52, 60]
+
+
 def test_the_past_and_empty_periods_are_refused():
     agenda = Agenda()
     walk(agenda, 10)

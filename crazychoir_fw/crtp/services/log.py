@@ -32,12 +32,15 @@ class _Block:
         self.values: tuple[Value, ...] = ()
         self.bytes = 0
         self.run: Run | None = None
+        self.single: Run | None = None
+        """The latest request for one packet; it may wait for the simulation."""
 
     def stop(self) -> None:
         """Let it rest."""
-        if self.run is not None:
-            self.run.is_over = True
-            self.run = None
+        for run in (self.run, self.single):
+            if run is not None:
+                run.is_over = True
+        self.run = self.single = None
 
 
 class LogService:
@@ -164,7 +167,9 @@ class LogService:
         run = Run(self._line, number, period, block.values)
         if not self._hand_over(run):
             return errno.ENOMEM
-        if period > 0:
+        if period == 0:
+            block.single = run
+        else:
             block.stop()
             block.run = run
             self._sampler.changed()
@@ -175,8 +180,9 @@ class LogService:
         with self._lock:
             is_called = bool(self._starting)
             self._starting[run.number, run.period == 0] = run
-            if is_called or self._line.later(self._begin_runs):
-                return True
+        if is_called or self._line.later(self._begin_runs):
+            return True
+        with self._lock:
             self._starting.clear()
         return False
 
