@@ -26,5 +26,8 @@ class LighthouseMemory(CoreMemory):
         page = self.read(start, layout.size)
         if page is None or offset + len(data) > layout.size:
             return False
-        page = page[:offset] + data + page[offset + len(data) :]
-        return all(map(math.isfinite, layout.unpack(page))) and super().write(address, data)
+        values = layout.unpack(page[:offset] + data + page[offset + len(data) :])
+        if not all(map(math.isfinite, values)):
+            return False
+        # as it will be read: truth values are 0 or 1
+        return super().write(address, layout.pack(*values)[offset : offset + len(data)])

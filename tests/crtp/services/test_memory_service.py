@@ -1,6 +1,7 @@
 """Port 4 byte by byte."""
 
 import struct
+import threading
 
 import pytest
 from hypothesis import given
@@ -145,26 +146,59 @@ def test_any_payload_is_survived_and_answered_in_the_right_form(service, channel
             assert len(reply) == 6 + length
 
 
-@given(st.lists(st.tuples(st.integers(0, 4090), st.binary(min_size=1, max_size=24)), max_size=20), st.integers(0, 20))
-def test_reads_see_what_waits_for_the_simulation(service, writes, carried_out):
+KEPT = [MemoryType.TRAJECTORY, MemoryType.EEPROM, MemoryType.LED_RING, MemoryType.LED_TIMINGS, MemoryType.LIGHTHOUSE]
+STARTS = {MemoryType.LIGHTHOUSE: st.sampled_from([0, 0x0C, 0x18, 0x30, 0x100, 0x1000, 0x1018, 0x1030, 0x1100, 0x200])}
+
+
+@given(st.data(), st.sampled_from(KEPT))
+def test_reads_see_what_waits_for_the_simulation(service, data, type):
     """Whatever of it has been carried out by then."""
     line = Line(None, service.memories[0]._drone)
     fresh = MemoryService(line)
-    number = number_of(fresh, MemoryType.TRAJECTORY)
+    number = number_of(fresh, type)
     memory = fresh.memories[number]
-    expected = bytearray(memory.read(0, 4096))
-    for address, data in writes:
+    for _ in range(data.draw(st.integers(0, 10))):
+        address = data.draw(STARTS.get(type, st.integers(0, memory.size)))
+        content = data.draw(st.binary(min_size=1, max_size=24))
         place = struct.pack("<BI", number, address)
-        is_there = address + len(data) <= 4096
-        assert answer(fresh, WRITE, place + data)[5] == (0 if is_there else 5)
-        if is_there:
-            expected[address : address + len(data)] = data
-    for _ in range(min(carried_out, len(line._later))):
+        is_taken = answer(fresh, WRITE, place + content)[5] == 0
+        if type != MemoryType.LIGHTHOUSE:
+            assert is_taken == (address + len(content) <= memory.size)
+        if is_taken and type != MemoryType.LIGHTHOUSE:
+            assert memory.read(address, len(content)) == content
+    pages = [(0, 49), (0x100, 49), (0x1000, 61), (0x1100, 61)] if type == MemoryType.LIGHTHOUSE else [(0, memory.size)]
+    expected = [memory.read(*page) for page in pages]
+    for _ in range(data.draw(st.integers(0, len(line._later)))):
         line._later.popleft()()
-    assert memory.read(0, 4096) == expected
+    assert [memory.read(*page) for page in pages] == expected
     line.carry_out()
-    assert memory.read(0, 4096) == expected
-    assert memory._present(0, 4096) == expected
+    assert [memory._present(*page) for page in pages] == expected
+
+
+def test_a_client_reads_what_it_wrote_while_the_simulation_catches_up():
+    """Two threads: one writes and reads, the other carries out."""
+    line = Line(*make(DroneConfig("cf1")))
+    service = MemoryService(line)
+    number = number_of(service, MemoryType.TRAJECTORY)
+    wrong, is_done = [], threading.Event()
+
+    def client():
+        for i in range(3000):
+            place = struct.pack("<BI", number, i * 7 % 64)
+            data = struct.pack("<I", i) * 4
+            if answer(service, WRITE, place + data)[5] != 0:
+                continue  # too much waits
+            reply = answer(service, READ, place + bytes((len(data),)))
+            if reply[6:] != data:
+                wrong.append((i, reply))
+        is_done.set()
+
+    thread = threading.Thread(target=client)
+    thread.start()
+    while not is_done.is_set():
+        line.carry_out()
+    thread.join()
+    assert wrong == []
 
 
 def test_a_flood_of_writes_is_refused_and_forgotten():
