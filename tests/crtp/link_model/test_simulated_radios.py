@@ -317,7 +317,7 @@ PACKETS = st.lists(
         st.integers(1, 31),
         st.booleans(),
     ),
-    max_size=60,
+    max_size=40,
 )
 QUALITIES = st.fixed_dictionaries(
     {
