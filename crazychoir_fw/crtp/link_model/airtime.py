@@ -22,16 +22,16 @@ NULL_BYTES = 1
 """A null packet of the client, and the answer of a drone with nothing to say (typical: cflib finds a byte in it)."""
 
 
-def transmission(payload_bytes: int, data_rate: str) -> float:
+def transmission(payload_bytes: float, data_rate: str) -> float:
     """Return how long a frame with so many bytes is on the air (s)."""
     return (FRAME_BITS + 8 * payload_bytes) / BITS_PER_SECOND[data_rate]
 
 
-def failed_try(up_bytes: int, data_rate: str) -> float:
+def failed_try(up_bytes: float, data_rate: str) -> float:
     """Return how long a try takes that is not acknowledged (s)."""
     return transmission(up_bytes, data_rate) + SETTLE_S + transmission(LARGEST_BYTES, data_rate)
 
 
-def good_try(up_bytes: int, down_bytes: int, data_rate: str) -> float:
+def good_try(up_bytes: float, down_bytes: float, data_rate: str) -> float:
     """Return how long a try takes that is acknowledged (s)."""
     return transmission(up_bytes, data_rate) + SETTLE_S + transmission(down_bytes, data_rate)

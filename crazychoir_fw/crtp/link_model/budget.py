@@ -108,34 +108,35 @@ def budget(
     failing = _Failing(config)
 
     cycle = drones * failing.duration(NULL_BYTES, NULL_BYTES)
-    has_up = has_down = busy = 0.0
+    busy = 0.0
     for _ in range(ROUNDS):
-        has_up = min(up.rate * failing.turns * cycle, 1.0)
-        has_down = min(down.rate * failing.turns * cycle, 1.0)
-        cycle, busy = _cycle(config, failing, drones, (has_up, up.bytes), (has_down, down.bytes))
-    utilization = max(up.rate, down.rate) * failing.turns * cycle
+        has_up = min(up.rate * failing.turns_up * cycle, 1.0)
+        has_down = min(down.rate * failing.turns_down * cycle, 1.0)
+        cycle, busy = _cycle(failing, drones, (has_up, up.bytes), (has_down, down.bytes))
+    up_cycle = cycle
+    pause = config.idle_poll_ms / 1e3
+    if pause > cycle:
+        # the dongle rests, begins at once when there is something to send, and hears of the rest when it asks
+        going_up = up.rate * failing.turns_up * failing.duration(up.bytes, NULL_BYTES)
+        busy = drones * (going_up + down.rate * failing.turns_down * failing.duration(NULL_BYTES, down.bytes))
+        up_cycle = cycle * cycle / pause
+        cycle = pause
 
-    half_turn = config.turnaround_ms / 2
-    air = 1e3 * transmission(round(up.bytes), config.data_rate)
-    down_air = 1e3 * (failing.duration(NULL_BYTES, round(down.bytes))) - half_turn
-    fits = utilization < 1.0
-    to_drone = half_turn + air + 1e3 * failing.tries_before_heard * failed_try(round(up.bytes), config.data_rate)
-    ways = config.latency_ms
-    cycle_ms = 1e3 * cycle
-    again = failing.unheard if config.reliable else 0.0
-    again_down = failing.unacknowledged if config.reliable else 0.0
-    return Budget(
-        drones,
-        cycle_ms,
-        utilization,
-        busy,
-        cycle_ms * (0.5 + again / (1.0 - again)) + to_drone + ways if fits and again < 1.0 else math.inf,
-        cycle_ms * _waiting(0.95, again) + to_drone + ways if fits and again < 1.0 else math.inf,
-        cycle_ms * (0.5 + again_down / (1.0 - again_down)) + down_air + ways
-        if fits and again_down < 1.0
-        else math.inf,
-        0.0 if config.reliable and failing.unheard < 1.0 else failing.unheard,
-    )
+    half_turn = config.turnaround_ms / 2e3
+    tried = failing.tries_before_heard * failed_try(up.bytes, config.data_rate)
+    to_drone = half_turn + tried + transmission(up.bytes, config.data_rate) + config.latency_ms / 1e3
+    to_host = failing.duration(NULL_BYTES, down.bytes) - half_turn + config.latency_ms / 1e3
+    utilization = max(up.rate * failing.turns_up, down.rate * failing.turns_down) * cycle
+    again_up = up.again(failing.unheard if config.reliable else 0.0, up_cycle * failing.turns_up)
+    again_down = down.again(1.0 - 1.0 / failing.turns_down, cycle * failing.turns_down)
+    if utilization >= 1.0 or failing.never:
+        up_mean = up_p95 = down_mean = math.inf
+    else:
+        up_mean = up_cycle * (0.5 + again_up / (1.0 - again_up)) + to_drone
+        up_p95 = up_cycle * _cycles_waited(0.95, again_up) + to_drone
+        down_mean = cycle * (0.5 + again_down / (1.0 - again_down)) + to_host
+    lost = 0.0 if config.reliable and not failing.never else failing.unheard
+    return Budget(drones, 1e3 * cycle, utilization, busy, 1e3 * up_mean, 1e3 * up_p95, 1e3 * down_mean, lost)
 
 
 class _Stream:
@@ -144,6 +145,15 @@ class _Stream:
     def __init__(self, parts: Sequence[tuple[float, int]]) -> None:
         self.rate = sum(rate for rate, _ in parts)
         self.bytes = sum(rate * size for rate, size in parts) / self.rate if self.rate else float(NULL_BYTES)
+        self._others = sum(rate * (self.rate - rate) for rate, _ in parts) / self.rate if self.rate else 0.0
+
+    def again(self, failing: float, cycle: float) -> float:
+        """Return how probable it is that a packet has to wait for another cycle (s).
+
+        Its exchange fails, or a packet of another stream of the same drone was before it.
+        """
+        is_before = min(self._others * cycle / 2.0, 0.99)
+        return 1.0 - (1.0 - failing) * (1.0 - is_before)
 
 
 class _Failing:
@@ -156,13 +166,18 @@ class _Failing:
         self.unacknowledged = lost**tries
         self.unheard = config.lost_up**tries
         self.failed_tries = sum(lost**k for k in range(1, tries + 1))
+        self.never = self.unacknowledged >= 1.0
+        """Whether no exchange succeeds, so that every link is lost."""
         heard = [(1.0 - config.lost_up) * config.lost_up**k for k in range(tries)]
         self.tries_before_heard = sum(k * p for k, p in enumerate(heard)) / sum(heard) if sum(heard) else 0.0
-        is_repeated = config.reliable and self.unacknowledged < 1.0
-        self.turns = 1.0 / (1.0 - self.unacknowledged) if is_repeated else 1.0
-        """Exchanges that a packet needs."""
+        self.turns_up = 1.0 / (1.0 - self.unacknowledged) if config.reliable and not self.never else 1.0
+        """Exchanges that a packet to a drone needs."""
+        # what a drone has to say waits until the drone is asked, on any link
+        staying = self.unacknowledged if config.reliable else self.unheard
+        self.turns_down = 1.0 / (1.0 - staying) if staying < 1.0 else 1.0
+        """Exchanges that a packet of a drone needs."""
 
-    def duration(self, up_bytes: int, down_bytes: int) -> float:
+    def duration(self, up_bytes: float, down_bytes: float) -> float:
         """Return how long an exchange takes on average (s)."""
         rate = self._config.data_rate
         failed = self.failed_tries * failed_try(up_bytes, rate)
@@ -171,30 +186,27 @@ class _Failing:
 
 
 def _cycle(
-    config: RadioConfig, failing: _Failing, drones: int, up: tuple[float, float], down: tuple[float, float]
+    failing: _Failing, drones: int, up: tuple[float, float], down: tuple[float, float]
 ) -> tuple[float, float]:
-    """Return the duration of a cycle (s), and the share of it in exchanges that carry something."""
-    carried = nothing = 0.0
-    for has_up, up_bytes in (up, (1.0 - up[0], -1.0)):
-        for has_down, down_bytes in (down, (1.0 - down[0], -1.0)):
-            share = has_up * has_down
-            sizes = [NULL_BYTES if size < 0 else round(size) for size in (up_bytes, down_bytes)]
-            seconds = share * failing.duration(*sizes)
-            if up_bytes < 0 and down_bytes < 0:
-                nothing += seconds
-            else:
-                carried += seconds
-    cycle = drones * (carried + nothing)
-    busy = carried / (carried + nothing)
-    pause = config.idle_poll_ms / 1e3
-    if pause > cycle:
-        # drones with nothing to say are not asked all the time, and the dongle rests
-        busy *= cycle / pause
-        cycle = pause
-    return cycle, busy
+    """Return the duration of a cycle (s), and the share of it in exchanges that carry something.
+
+    Args:
+        failing: What fails.
+        drones: Number of drones.
+        up: How probable it is that a packet waits for a drone, and its bytes.
+        down: The same for what a drone has to say.
+    """
+    (has_up, up_bytes), (has_down, down_bytes) = up, down
+    nothing = (1.0 - has_up) * (1.0 - has_down) * failing.duration(NULL_BYTES, NULL_BYTES)
+    carried = (
+        has_up * has_down * failing.duration(up_bytes, down_bytes)
+        + has_up * (1.0 - has_down) * failing.duration(up_bytes, NULL_BYTES)
+        + (1.0 - has_up) * has_down * failing.duration(NULL_BYTES, down_bytes)
+    )
+    return drones * (carried + nothing), carried / (carried + nothing)
 
 
-def _waiting(share: float, again: float) -> float:
+def _cycles_waited(share: float, again: float) -> float:
     """Return so many cycles that this share of the packets does not wait longer.
 
     A packet waits a part of a cycle, evenly spread between zero and one, and one more cycle with probability `again`
@@ -205,4 +217,4 @@ def _waiting(share: float, again: float) -> float:
     while again ** (whole + 1) > left:
         whole += 1
     at_least = again**whole
-    return whole + (1.0 if again == 1.0 else min(1.0, (at_least - left) / (at_least * (1.0 - again))))
+    return whole + min(1.0, (at_least - left) / (at_least * (1.0 - again)))

@@ -41,8 +41,8 @@ class RadioConfig:
     name: str | None = ruled(_Label(), None)
     """What it is called in statistics; by default ``radio1``, ``radio2``, …"""
 
-    channel: int = ruled(Whole(0, 125), 80)
-    """Radios on one channel disturb each other; at 2M so do neighboring channels."""
+    channel: int | None = ruled(Whole(0, 125), None)
+    """Radios on one channel disturb each other; at 2M so do neighboring channels. By default one without others."""
 
     data_rate: str = ruled(Word(tuple(BITS_PER_SECOND)), "2M")
     """Bits per second on the air."""

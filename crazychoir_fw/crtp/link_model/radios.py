@@ -5,9 +5,9 @@ from __future__ import annotations
 import heapq
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
-from itertools import count
 from typing import Any
 
 from crazychoir_fw.crtp.link_model.airtime import LARGEST_BYTES
@@ -15,6 +15,9 @@ from crazychoir_fw.crtp.link_model.config import RadioConfig
 from crazychoir_fw.crtp.link_model.dongle import Dongle, Parcel, Seat
 from crazychoir_fw.crtp.link_model.link import Arrival, Direction
 from crazychoir_fw.errors import RangeError, UnknownNameError
+
+DEFAULT_CHANNELS = (*range(80, 126, 3), *range(77, -1, -3))
+"""Far enough from each other at every data rate."""
 
 
 class SimulatedRadios:
@@ -38,11 +41,11 @@ class SimulatedRadios:
         """
         served = assign(configs, drones)
         self._now = -math.inf
-        self._numbers = count()
+        self._count = 0  # of arrivals, which settles which of two at one time is first
         self._arriving: list[tuple[float, int, Seat, Direction, Parcel, bool]] = []
         self.dongles = [
             Dongle(name, config, ids, seed, self._deliver)
-            for config, (name, ids) in zip(configs, served.items(), strict=True)
+            for config, (name, ids) in zip(_tuned(configs), served.items(), strict=True)
         ]
         self._places = {seat.drone: (dongle, seat) for dongle in self.dongles for seat in dongle.seats}
         self._wired = {drone: Seat(drone) for drone in drones if drone not in self._places}
@@ -115,7 +118,8 @@ class SimulatedRadios:
             dongle.exchange()
 
     def _deliver(self, time: float, seat: Seat, direction: Direction, parcel: Parcel, is_copy: bool) -> None:
-        heapq.heappush(self._arriving, (time, next(self._numbers), seat, direction, parcel, is_copy))
+        heapq.heappush(self._arriving, (time, self._count, seat, direction, parcel, is_copy))
+        self._count += 1
 
     # ---------------------------------------------------------------- figures
 
@@ -171,6 +175,16 @@ def assign(configs: Sequence[RadioConfig], drones: Sequence[str]) -> dict[str, l
                 if drone not in served[name]:
                     served[name].append(drone)
     return served
+
+
+def _tuned(configs: Sequence[RadioConfig]) -> list[RadioConfig]:
+    """Return the same radios, each with a channel; those that ask for none get one that is free, while there is one."""
+    taken = {config.channel for config in configs if config.channel is not None}
+    free = (channel for channel in DEFAULT_CHANNELS if not taken & {channel - 1, channel, channel + 1})
+    return [
+        config if config.channel is not None else replace(config, channel=next(free, DEFAULT_CHANNELS[0]))
+        for config in configs
+    ]
 
 
 def _disturb(one: Dongle, other: Dongle) -> bool:

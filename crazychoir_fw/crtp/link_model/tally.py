@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from array import array
 from itertools import accumulate
 from typing import Any
 
@@ -35,7 +36,7 @@ class Tally:
         self.most_waiting = 0
         self._sum = 0.0  # [s]
         self._longest = 0.0  # [s]
-        self._bins = [0] * BINS
+        self._bins = array("q", bytes(8 * BINS))
         self._newest = -1  # number of the newest packet that has arrived
 
     @property
