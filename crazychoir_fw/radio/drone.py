@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import enum
 import math
 import threading
@@ -344,6 +345,7 @@ class RadioDrone:
     def connect(self) -> None:
         """Connect; the handler calls this."""
         # cflib sets no parameter before it has read all of them
+        self._outbox.begin()
         self._link.connect(with_parameters=bool(self._parameters()))
 
     def tick(self, now: float | None = None) -> float:
@@ -358,10 +360,8 @@ class RadioDrone:
     def close(self) -> None:
         """Land or stop it, as `on_close` says, and close the link; the handler calls this."""
         if self._link.is_connected:
-            try:
+            with contextlib.suppress(RadioError):  # the link broke meanwhile
                 self._finish()
-            except (RadioError, OSError):
-                pass  # the link broke meanwhile
         self._outbox.end()
         self._link.close()
 
@@ -662,9 +662,7 @@ class RadioDrone:
             return
         x, y, z = known[1].tolist() if known is not None else (None, None, None)
         if known is not None and not area.contains((x, y, max(z, area.low[2])), area.margin):
-            raise RangeError(
-                f"{self._who}: takeoff: it stands at ({x:.2f}, {y:.2f}), outside of the safety area {area}"
-            )
+            raise RangeError(f"{self._who}: takeoff: ({x:.2f}, {y:.2f}) is outside of the safety area {area}")
         if not area.low[2] <= height <= area.high[2]:
             raise RangeError(f"{self._who}: takeoff: height {height:g} m is outside of the safety area {area}")
 

@@ -20,7 +20,11 @@ class FPQRDrone(ThrustDrone):
     """Takes thrust and body rates."""
 
     # yaw too: another program may have left it at angles
-    presets = {"flightmode.stabModeRoll": _RATE, "flightmode.stabModePitch": _RATE, "flightmode.stabModeYaw": _RATE}
+    presets: ClassVar[Mapping[str, Any]] = {
+        "flightmode.stabModeRoll": _RATE,
+        "flightmode.stabModePitch": _RATE,
+        "flightmode.stabModeYaw": _RATE,
+    }
     max_rate: float
     """Largest rate about x and y (rad/s)."""
     max_yaw_rate: float

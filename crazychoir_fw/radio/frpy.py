@@ -20,7 +20,11 @@ class FRPYDrone(ThrustDrone):
     """Takes thrust and attitude."""
 
     # roll and pitch too: another program may have left them at rates
-    presets = {"flightmode.stabModeRoll": _ANGLE, "flightmode.stabModePitch": _ANGLE, "flightmode.stabModeYaw": _ANGLE}
+    presets: ClassVar[Mapping[str, Any]] = {
+        "flightmode.stabModeRoll": _ANGLE,
+        "flightmode.stabModePitch": _ANGLE,
+        "flightmode.stabModeYaw": _ANGLE,
+    }
     max_tilt: float
     """Largest roll and pitch (rad)."""
 

@@ -23,7 +23,9 @@ Agents = AgentId | Iterable[AgentId] | None
 
 
 class RadioHandler:
-    """Connects to several drones, and logs; its subclasses also fly them::
+    """Connects to several drones, and logs; its subclasses also fly them.
+
+    Example::
 
         with RadioHandlerVel(["udp://127.0.0.1:19850", "udp://127.0.0.1:19851"]) as swarm:
             swarm.takeoff(0.5)

@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 
 _THOUSAND = 1000.0
 
-COMPRESSED = tuple(
-    f"stateEstimateZ.{name}"
-    for name in ["x", "y", "z", "vx", "vy", "vz", "quat", "rateRoll", "ratePitch", "rateYaw"]  # 22 bytes
-)
+_NAMES = ("x", "y", "z", "vx", "vy", "vz", "quat", "rateRoll", "ratePitch", "rateYaw")
+COMPRESSED = tuple(f"stateEstimateZ.{name}" for name in _NAMES)  # 22 bytes: one block
 KALMAN = ("kalman.stateX", "kalman.stateY", "kalman.stateZ")
 
 

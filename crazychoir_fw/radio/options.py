@@ -69,7 +69,7 @@ class Options:
     on_silence: str = "hover"
     """What then happens: ``hover`` (zero velocity; needs a position on board), ``level`` (level attitude and a thrust a
     little below the weight for `level_s`, then motors off), ``land`` (by the planner on board), ``stop`` (motors off),
-    ``repeat`` (the last command, for ever), ``nothing`` (the drone levels out after 0.5 s and locks itself after 2 s)."""
+    ``repeat`` (the last command, for ever), ``nothing`` (the drone levels out after 0.5 s, and locks after 2 s)."""
     level_s: float = 2.0
     """How long ``level`` lasts (s)."""
 

@@ -28,9 +28,15 @@ class Outbox:
         self._wakes = threading.Event()
         self._ends = False
         self._one_at_a_time = threading.RLock()
+        self._name = name
+        self._is_threaded = threaded
         self._thread: threading.Thread | None = None
-        if threaded:
-            self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+
+    def begin(self) -> None:
+        """Start the thread, where there is to be one."""
+        if self._is_threaded and (self._thread is None or not self._thread.is_alive()):
+            self._ends = False
+            self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
             self._thread.start()
 
     def post(self, *actions: Callable[[], None]) -> None:
@@ -44,10 +50,10 @@ class Outbox:
 
     def wake(self) -> None:
         """Have `tick` called soon; without a thread of its own, now."""
-        if self._thread is None:
-            self.run_once()
-        else:
+        if self._is_threaded:
             self._wakes.set()
+        else:
+            self.run_once()
 
     def run_once(self) -> float:
         """Do what is due, and return when there is more to do (s)."""

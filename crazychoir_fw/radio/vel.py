@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, ClassVar
 
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.finite import finite, three
@@ -21,7 +21,7 @@ POSE_DEVIATION = 0.06  # of the quaternion of a pose from outside
 class VelDrone(RadioDrone):
     """Takes a velocity and a yaw rate."""
 
-    presets = {"stabilizer.estimator": KALMAN, "locSrv.extQuatStdDev": POSE_DEVIATION}
+    presets: ClassVar[Mapping[str, Any]] = {"stabilizer.estimator": KALMAN, "locSrv.extQuatStdDev": POSE_DEVIATION}
     needs_position = True
     max_speed: float
     """Largest velocity along each axis (m/s)."""

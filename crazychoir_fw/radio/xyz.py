@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import ClassVar
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar
 
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.finite import finite, three
@@ -16,7 +16,11 @@ from crazychoir_fw.radio.vel import KALMAN, POSE_DEVIATION
 class XYZDrone(RadioDrone):
     """Takes a point and a duration."""
 
-    presets = {"commander.enHighLevel": 1, "stabilizer.estimator": KALMAN, "locSrv.extQuatStdDev": POSE_DEVIATION}
+    presets: ClassVar[Mapping[str, Any]] = {
+        "commander.enHighLevel": 1,
+        "stabilizer.estimator": KALMAN,
+        "locSrv.extQuatStdDev": POSE_DEVIATION,
+    }
     needs_position = True
     silences: ClassVar[tuple[str, ...]] = ("nothing",)
 
@@ -71,4 +75,4 @@ class RadioHandlerXYZ(RadioHandler):
     """Sends drones to points (m, world), which their planners on board fly to; the twin of `MotorCtrlXYZ`."""
 
     drone_class = XYZDrone
-    defaults = {"on_silence": "nothing"}
+    defaults: ClassVar[Mapping[str, Any]] = {"on_silence": "nothing"}
