@@ -25,6 +25,10 @@ class BlockedError(StateError):
     """The supervisor keeps the drone from flying, so that its high-level commander accepts nothing."""
 
 
+class RadioError(CrazychoirError, ConnectionError):
+    """A drone is not reached, or no longer, over the radio; the text names drone and URI."""
+
+
 class MissionError(CrazychoirError, ValueError):
     """A mission file cannot be flown; the text names file, key, value and what is allowed."""
 

@@ -6,8 +6,8 @@ import math
 from collections.abc import Sequence
 
 from crazychoir_fw._core import lib
+from crazychoir_fw.finite import finite, three
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl import MotorCtrl
-from crazychoir_fw.simulation.motor_ctrl.numbers import finite, three
 
 
 class MotorCtrlVel(MotorCtrl):

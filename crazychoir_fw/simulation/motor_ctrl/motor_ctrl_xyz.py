@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from crazychoir_fw._core import lib
 from crazychoir_fw.core import check
 from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.finite import finite, three
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl import MotorCtrl
-from crazychoir_fw.simulation.motor_ctrl.numbers import finite, three
 
 
 class MotorCtrlXYZ(MotorCtrl):

@@ -1,0 +1,121 @@
+"""One link to one drone: opened within a time, closed for certain, lost with a report."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import cflib.crtp
+from cflib.crtp.udpdriver import UdpDriver
+
+from crazychoir_fw.errors import RadioError
+from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
+
+_DRIVERS_LOCK = threading.Lock()
+
+
+def init_drivers() -> None:
+    """Load cflib's drivers, once; its own function adds them again each time."""
+    with _DRIVERS_LOCK:
+        if UdpDriver not in cflib.crtp.CLASSES:
+            cflib.crtp.init_drivers()
+
+
+class Connection:
+    """One link to one drone, through one Crazyflie object of cflib.
+
+    Args:
+        uri: Where the drone is.
+        cache: Folder for tables of contents, which are the same for every drone with the same firmware.
+        on_lost: Called with a reason when an open link breaks, in a thread of cflib.
+    """
+
+    def __init__(self, uri: str, cache: Path | None, on_lost: Callable[[Connection, str], None]) -> None:
+        self.uri = uri
+        self.cf = LinkedCrazyflie(rw_cache=str(cache) if cache is not None else None)
+        self._on_lost = on_lost
+        self._stage = "nothing"
+        self._failure: str | None = None
+        self._changed = threading.Condition()
+        self._is_open = False
+        for caller, stage in (
+            (self.cf.link_established, "answer"),
+            (self.cf.connected, "tables"),
+            (self.cf.fully_connected, "parameters"),
+        ):
+            # a lambda would lose the value of the loop
+            caller.add_callback(lambda _, stage=stage: self._reached(stage))
+        self.cf.connection_failed.add_callback(lambda _, reason: self._failed(reason))
+        self.cf.connection_lost.add_callback(lambda _, reason: self._failed(reason))
+
+    @property
+    def is_open(self) -> bool:
+        """Whether packets can be sent."""
+        return self._is_open and self.cf.link is not None
+
+    def open(self, answer_timeout_s: float, timeout_s: float, *, with_parameters: bool = True) -> None:
+        """Open the link, and wait until cflib knows the drone.
+
+        Args:
+            answer_timeout_s: How long the drone may be silent at first (s).
+            timeout_s: How long all of it may take (s), tables of contents and parameters included.
+            with_parameters: Whether the values of all parameters are waited for; without them none can be set.
+
+        Raises:
+            RadioError: If it is not reached; the text says how far it got.
+        """
+        init_drivers()
+        began = time.monotonic()
+        self.cf.open_link(self.uri)
+        self._wait({"answer", "tables", "parameters"}, began + min(answer_timeout_s, timeout_s))
+        self._wait({"parameters"} if with_parameters else {"tables", "parameters"}, began + timeout_s)
+        self._is_open = True
+        with self._changed:
+            failure = self._failure
+        if failure is not None:  # between the last packet and this line
+            self._give_up(f"{self.uri}: {failure}")
+
+    def close(self) -> None:
+        """Close the link, without a word to the drone; takes up to 1 s."""
+        self._is_open = False
+        self.cf.drop_link()
+
+    def _reached(self, stage: str) -> None:
+        with self._changed:
+            self._stage = stage
+            self._changed.notify_all()
+
+    def _failed(self, reason: object) -> None:
+        was_open, self._is_open = self._is_open, False
+        # the text of a driver that could not be loaded goes on with a traceback
+        text = str(reason).split("\n\nTraceback")[0].strip().replace("\n", " ")
+        with self._changed:
+            self._failure = text or "link error"
+            self._changed.notify_all()
+        if was_open:
+            self._on_lost(self, self._failure)
+
+    def _wait(self, stages: set[str], until: float) -> None:
+        with self._changed:
+            while self._failure is None and self._stage not in stages:
+                left = until - time.monotonic()
+                if left <= 0.0:
+                    break
+                self._changed.wait(left)
+            failure, stage = self._failure, self._stage
+        if failure is None and stage in stages:
+            return
+        self._give_up(f"{self.uri}: {failure}" if failure is not None else f"{self.uri}: {self._stuck(stage)}")
+
+    def _stuck(self, stage: str) -> str:
+        if stage == "nothing":
+            hint = "is `crazychoir serve` running?" if self.uri.startswith("udp:") else "is the drone switched on?"
+            return f"no answer within the time allowed; {hint}"
+        known = "tables of contents" if stage == "answer" else "values of all parameters"
+        return f"it answers, but its {known} did not come within the time allowed"
+
+    def _give_up(self, text: str) -> None:
+        self.close()
+        raise RadioError(text)

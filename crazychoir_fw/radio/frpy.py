@@ -1,0 +1,96 @@
+"""`RadioHandlerFRPY`: thrust and attitude."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, ClassVar
+
+from crazychoir_fw.finite import finite, three
+from crazychoir_fw.radio.agents import AgentId, Uris, agents_of
+from crazychoir_fw.radio.handler import RadioHandler
+from crazychoir_fw.radio.limits import limited, positive
+from crazychoir_fw.radio.thrusting import ThrustDrone, check_weights, thrust_choices
+from crazychoir_fw.thrust import ThrustWord
+
+_ANGLE = 1
+
+
+class FRPYDrone(ThrustDrone):
+    """Takes thrust and attitude."""
+
+    # roll and pitch too: another program may have left them at rates
+    presets: ClassVar[Mapping[str, Any]] = {
+        "flightmode.stabModeRoll": _ANGLE,
+        "flightmode.stabModePitch": _ANGLE,
+        "flightmode.stabModeYaw": _ANGLE,
+    }
+    max_tilt: float
+    """Largest roll and pitch (rad)."""
+
+    def command(self, f: float, roll: float, pitch: float, yaw: float) -> bool:
+        """Give a command; it is repeated until the next one, or until the command time-out.
+
+        Args:
+            f: Thrust of all rotors (N), along body z.
+            roll: Right-handed about x (rad): positive flies to the right.
+            pitch: Right-handed about y (rad): positive lowers the nose and flies forward.
+            yaw: Right-handed about z (rad): positive turns to the left.
+
+        Returns:
+            Whether it is taken; not before `takeoff`.
+
+        Raises:
+            RangeError: If one of them is no finite number.
+        """
+        f, roll, pitch, yaw = finite(self._call("command"), f=f, roll=roll, pitch=pitch, yaw=yaw)
+        thrust = self.thrust.raw(f)
+        roll = math.degrees(limited(math.remainder(roll, math.tau), self.max_tilt))
+        # cflib negates it: positive lifts the nose on board
+        pitch = math.degrees(limited(math.remainder(pitch, math.tau), self.max_tilt))
+        yaw = math.degrees(math.remainder(yaw, math.tau))  # an angle, which the drone does not negate
+        return self._give(lambda cf: cf.commander.send_setpoint(roll, pitch, yaw, thrust))
+
+    def cmd_vel(self, linear: Sequence[float], angular: Sequence[float]) -> bool:
+        """The same as a Twist: thrust (N) in linear z, roll, pitch, yaw (rad) in angular."""
+        _, _, f = three(self._call("cmd_vel"), "linear", linear)
+        return self.command(f, *three(self._call("cmd_vel"), "angular", angular))
+
+
+class RadioHandlerFRPY(RadioHandler):
+    """Flies drones by thrust (N) and attitude (rad); the twin of `MotorCtrlFRPY`."""
+
+    drone_class = FRPYDrone
+    defaults: ClassVar[Mapping[str, Any]] = {"command_timeout_s": 0.5, "on_silence": "level", "on_close": "stop"}
+
+    def __init__(
+        self,
+        uris: Uris,
+        agent_ids: Iterable[AgentId] | None = None,
+        *,
+        thrust: ThrustWord | Mapping[AgentId, ThrustWord] = "cf2",
+        weight: float | Mapping[AgentId, float] | None = None,
+        max_tilt: float = math.radians(60.0),
+        **options: Any,
+    ) -> None:
+        """Prepare; `connect`, or a ``with`` statement, connects.
+
+        Args:
+            uris: URIs in a list, or by agent.
+            agent_ids: Agents of a list of URIs.
+            thrust: Calibration of the thrust, or one for each agent: see `ThrustCalibration`.
+            weight: Weight (N), or one for each agent, for leveling out; that of the platform without.
+            max_tilt: Largest roll and pitch (rad); more is cut.
+            options: See `Options`.
+
+        Raises:
+            RangeError: If a value is out of its range.
+            UnknownNameError: If there is no such platform, agent or option.
+        """
+        agents = agents_of(uris, agent_ids)
+        choices = thrust_choices(thrust, weight, agents)
+        positive("max_tilt", max_tilt)
+        super().__init__(agents, **options)
+        check_weights(choices, self.options.on_silence)
+        for drone in self:
+            drone.thrust, drone.max_tilt = choices[drone.agent_id], max_tilt

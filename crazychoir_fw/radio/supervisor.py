@@ -1,0 +1,79 @@
+"""What the supervisor of a drone says about flying."""
+
+from __future__ import annotations
+
+import time
+
+from crazychoir_fw.errors import RadioError, StateError
+from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
+
+PROTOCOL_WITH_SUPERVISOR = 12
+
+CAN_BE_ARMED = 1 << 0
+IS_ARMED = 1 << 1
+IS_AUTO_ARMED = 1 << 2
+CAN_FLY = 1 << 3
+IS_FLYING = 1 << 4
+IS_TUMBLED = 1 << 5
+IS_LOCKED = 1 << 6
+IS_CRASHED = 1 << 7
+
+_NAP_S = 0.06  # cflib repeats its last answer for 0.1 s
+_ARM_AGAIN_S = 0.5
+
+
+def supervisor_bits(cf: LinkedCrazyflie) -> int | None:
+    """Return the state of the supervisor, or None when it does not say; blocks up to 0.2 s."""
+    if cf.platform.get_protocol_version() < PROTOCOL_WITH_SUPERVISOR:
+        return None
+    return cf.supervisor.read_bitfield() or None
+
+
+def make_ready(cf: LinkedCrazyflie, who: str, *, arms: bool, timeout_s: float) -> bool:
+    """Wait until the motors of a drone may run, and arm it if it must be armed.
+
+    Args:
+        cf: A connected drone.
+        who: Name and URI, for errors.
+        arms: Whether it may be armed.
+        timeout_s: How long it may take (s).
+
+    Returns:
+        Whether it was armed here.
+
+    Raises:
+        StateError: If it does not become ready; the text says why.
+        RadioError: If the link breaks meanwhile.
+    """
+    if cf.platform.get_protocol_version() < PROTOCOL_WITH_SUPERVISOR:
+        return False  # older firmware arms itself, or refuses without a word
+    began = time.monotonic()
+    asked = None
+    while True:
+        bits = supervisor_bits(cf)
+        if bits is not None and bits & CAN_FLY:
+            return asked is not None
+        if cf.link is None:
+            raise RadioError(f"{who}: the link broke")
+        now = time.monotonic()
+        if (bits is not None and bits & IS_LOCKED) or now - began > timeout_s:
+            raise StateError(f"{who}: the motors may not run: {_why(bits, arms)}")
+        must_be_armed = bits is not None and bits & CAN_BE_ARMED and not bits & (IS_ARMED | IS_AUTO_ARMED)
+        if must_be_armed and arms and (asked is None or now - asked > _ARM_AGAIN_S):
+            cf.supervisor.send_arming_request(True)
+            asked = now
+        time.sleep(_NAP_S)
+
+
+def _why(bits: int | None, arms: bool) -> str:
+    if bits is None:
+        return "its supervisor does not answer"
+    if bits & IS_LOCKED:
+        return "it is locked, and must be restarted"
+    if bits & IS_CRASHED:
+        return "it has crashed"
+    if bits & IS_TUMBLED:
+        return "it has tumbled"
+    if not bits & IS_ARMED:
+        return "it is not armed" if arms else "it is not armed, and this handler does not arm"
+    return "it is not ready"

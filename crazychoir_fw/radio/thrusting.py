@@ -1,0 +1,117 @@
+"""What set-points with a thrust share: newtons to counts, the lock of the thrust, and leveling out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from crazychoir_fw.errors import RangeError
+from crazychoir_fw.radio.agents import AgentId, agent_name
+from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
+from crazychoir_fw.radio.drone import Mode, RadioDrone
+from crazychoir_fw.thrust import ThrustCalibration, ThrustWord, platform_weight
+
+_LEAST_RAW = 1000  # the drone reads less as 0
+_MOST_RAW = 60000  # and more as this
+_MANUAL_LEAST, _MANUAL_MOST = 10001, 60000  # 0 and 100 % of cflib's manual set-point
+_SINKING = 0.95  # of the weight, where nothing on board knows the height
+
+
+@dataclass(frozen=True)
+class ThrustChoice:
+    """The thrust of one drone."""
+
+    calibration: ThrustCalibration
+    weight: float | None
+    """Weight (N), where it is known."""
+
+    def raw(self, newtons: float) -> int:
+        """Return the thrust of a packet, 0 or within [1000, 60000], for a thrust of all rotors (N)."""
+        counts = int(self.calibration.counts(newtons) + 0.5)
+        return min(counts, _MOST_RAW) if counts >= _LEAST_RAW else 0
+
+
+def thrust_choices(
+    thrust: ThrustWord | Mapping[AgentId, ThrustWord],
+    weight: float | Mapping[AgentId, float] | None,
+    agents: Mapping[str, str],
+) -> dict[str, ThrustChoice]:
+    """Return the thrust of every agent.
+
+    Raises:
+        RangeError: If a word is none, or a weight is not above 0.
+        UnknownNameError: If there is no such platform.
+    """
+    choices = {}
+    for agent in agents:
+        word = _of(thrust, agent, "cf2")
+        heavy = _of(weight, agent, None)
+        if heavy is None and isinstance(word, str):
+            heavy = platform_weight(word)
+        if heavy is not None and not heavy > 0.0:
+            raise RangeError(f"{agent}: weight is {heavy!r}, allowed: a number above 0 (N)")
+        choices[agent] = ThrustChoice(ThrustCalibration(word), heavy)
+    return choices
+
+
+def _of(value: Any, agent: str, default: Any) -> Any:
+    if not isinstance(value, Mapping):
+        return value
+    return {agent_name(key): item for key, item in value.items()}.get(agent, default)
+
+
+class ThrustDrone(RadioDrone):
+    """A drone whose set-points have a thrust. It takes none before `takeoff`."""
+
+    first_mode = Mode.LOCKED
+    silences: ClassVar[tuple[str, ...]] = (*RadioDrone.silences, "level")
+    thrust: ThrustChoice
+    """How its thrust is calibrated; the handler sets it."""
+
+    def takeoff(self, height: float | None = None, duration: float = 2.0) -> None:
+        """Unlock the thrust, so that commands are taken; before that none is.
+
+        Args:
+            height: With a height (m, world), the planner on board climbs there first, which needs a position on
+                board; commands are ignored until it is up. Without, the first command takes off.
+            duration: Time to get there (s), above 0.
+
+        Raises:
+            RangeError: If a number is none, or leads out of the safety area.
+            StateError: If the motors may not run; the text says why.
+            RadioError: If the drone is not connected.
+        """
+        if height is not None:
+            height, duration = self._checked_climb("takeoff", height, duration)
+            self._check_start(height)
+        self.make_ready()
+        # the drone ignores thrust until it has seen a thrust of zero
+        self._outbox.post(lambda: self._on_air(_send_zero))
+        if height is not None:
+            self._take_off(height, duration)
+            return
+        with self._lock:
+            self._stream.clear()
+            self._has_streamed = True  # the zero
+            self._become(Mode.READY)
+
+    def _send_level(self, cf: LinkedCrazyflie) -> None:
+        counts = self.thrust.raw(_SINKING * (self.thrust.weight or 0.0))
+        percent = 100.0 * (counts - _MANUAL_LEAST) / (_MANUAL_MOST - _MANUAL_LEAST)
+        cf.commander.send_setpoint_manual(0.0, 0.0, 0.0, min(max(percent, 0.0), 100.0), False)
+
+
+def _send_zero(cf: LinkedCrazyflie) -> None:
+    cf.commander.send_setpoint(0.0, 0.0, 0.0, 0)
+
+
+def check_weights(choices: Mapping[str, ThrustChoice], on_silence: str) -> None:
+    """Refuse drones that are to level out with an unknown weight.
+
+    Raises:
+        RangeError: If there is one.
+    """
+    for agent, choice in choices.items():
+        if on_silence == "level" and choice.weight is None:
+            raise RangeError(f"{agent}: on_silence 'level' needs its weight (N), where thrust is not a platform")
