@@ -8,10 +8,9 @@ import pytest
 
 from crazychoir_fw import core
 from crazychoir_fw.crtp.packet import MAX_PAYLOAD
-from crazychoir_fw.crtp.services import log_toc as log_toc_module
-from crazychoir_fw.crtp.services.log_toc import log_toc
 from crazychoir_fw.crtp.station import Station
-from crazychoir_fw.crtp.toc import toc_crc
+from crazychoir_fw.crtp.toc import TableOfContents, log_entry
+from crazychoir_fw.errors import RangeError
 from crazychoir_fw.simulation import DroneConfig, World
 from crazychoir_fw.variables import Variable, log_table
 
@@ -54,7 +53,7 @@ def test_an_id_that_there_is_not_is_answered_with_the_command_alone(station, req
     assert station.receive(bytes.fromhex(request_)) == [b"\x5c\x02"]
 
 
-@pytest.mark.parametrize("request_", ["5c", "5c00", "5c01", "5c04", "5e03", "5f03"])
+@pytest.mark.parametrize("request_", ["5c", "5c04", "5e03", "5f03"])
 def test_what_is_no_question_is_not_answered(station, request_):
     assert station.receive(bytes.fromhex(request_)) == []
 
@@ -64,33 +63,27 @@ CHANGES = {
     "fewer": ROWS[:-1],
     "name": [*ROWS[:-1], replace(ROWS[-1], name="other.name")],
     "type": [*ROWS[:-1], replace(ROWS[-1], dtype=np.dtype(np.int8))],
-    "access": [*ROWS[:-1], replace(ROWS[-1], is_read_only=not ROWS[-1].is_read_only)],
-    "persistence": [*ROWS[:-1], replace(ROWS[-1], is_persistent=not ROWS[-1].is_persistent)],
+    "core": [*ROWS[:-1], replace(ROWS[-1], is_core=not ROWS[-1].is_core)],
 }
+
+
+def crc(rows):
+    return TableOfContents("log", [log_entry(row) for row in rows]).crc
 
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_the_crc_changes_with_whatever_clients_store(change):
-    assert toc_crc(CHANGES[change], "log") != toc_crc(ROWS, "log")
-
-
-def test_the_crc_of_logs_is_none_of_parameters():
-    assert toc_crc(ROWS, "log") != toc_crc(ROWS, "param")
-    assert toc_crc(ROWS, "log") == toc_crc(list(ROWS), "log") < 2**32
+    assert crc(CHANGES[change]) != crc(ROWS)
 
 
 def test_the_place_of_a_variable_in_memory_does_not_matter_to_clients():
-    assert toc_crc([replace(row, offset=row.offset + 4) for row in ROWS], "log") == toc_crc(ROWS, "log")
+    assert crc([replace(row, offset=row.offset + 4) for row in ROWS]) == crc(ROWS) < 2**32
 
 
-def test_names_that_fit_no_packet_are_left_out(monkeypatch):
+def test_names_that_fit_no_packet_are_refused():
     long = Variable("group.a_name_of_20_letters", np.dtype(np.uint8), 0, False, False, False)
     fits = Variable("group.a_name_of_19_lettrs", np.dtype(np.uint8), 0, False, False, False)
     assert (len(long.name), len(fits.name)) == (26, 25)
-    monkeypatch.setattr(log_toc_module, "log_table", lambda provider: {row.name: row for row in (long, fits, ROWS[0])})
-    toc = log_toc.__wrapped__(0)
-    assert [item[4:].split(b"\0")[1] for item in toc.items] == [
-        b"a_name_of_19_lettrs",
-        ROWS[0].name.split(".")[1].encode(),
-    ]
-    assert len(toc.items[0]) == MAX_PAYLOAD
+    assert len(TableOfContents("log", [log_entry(fits)]).answer(bytes.fromhex("02 00 00"))) == MAX_PAYLOAD
+    with pytest.raises(RangeError, match=r"log 'group.a_name_of_20_letters': 25 characters .* at most 24 fit"):
+        TableOfContents("log", [log_entry(long)])

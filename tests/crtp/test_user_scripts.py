@@ -151,7 +151,7 @@ def test_a_square_is_a_square(served):
 
 
 def test_the_motion_commander_goes_where_it_says(served):
-    """It sends velocities for as long as they would take, so that it falls short by what the drone takes to get going."""
+    """It sends velocities for as long as they would take, and falls short by what the drone takes to get going."""
     moved = served.moved("motion_commander")
     assert np.linalg.norm(moved[:, :2] - (0.6, 0.4), axis=1).min() < 0.2
     # then 90 degrees to the right and 0.3 back: that is to the left again

@@ -185,9 +185,7 @@ class _Failing:
         return self._config.turnaround_ms / 1e3 + failed + good
 
 
-def _cycle(
-    failing: _Failing, drones: int, up: tuple[float, float], down: tuple[float, float]
-) -> tuple[float, float]:
+def _cycle(failing: _Failing, drones: int, up: tuple[float, float], down: tuple[float, float]) -> tuple[float, float]:
     """Return the duration of a cycle (s), and the share of it in exchanges that carry something.
 
     Args:
