@@ -7,7 +7,6 @@ from cflib.crtp.crtpstack import CRTPPacket
 
 from crazychoir_fw.crtp.packet import parse
 
-
 PATIENCE = 30
 """Seconds after which a test hangs."""
 

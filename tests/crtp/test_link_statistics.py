@@ -17,7 +17,7 @@ def station():
 
 
 def log(station):
-    names = "radio.rssi radio.isConnected radio.numRxUc radio.numRxBc crtp.rxRate crtp.txRate".split()
+    names = ["radio.rssi", "radio.isConnected", "radio.numRxUc", "radio.numRxBc", "crtp.rxRate", "crtp.txRate"]
     return [station.line.drone.log[name] for name in names]
 
 

@@ -1,6 +1,7 @@
 """Port 6: positions from outside and streams of positioning decks (crtp-cflib dossier sections 14 and 21)."""
 
 import struct
+from itertools import pairwise
 
 import mujoco
 import numpy as np
@@ -232,7 +233,7 @@ def test_matched_angles_come_in_groups(lighthouse):
         assert first.data["group_id"] == second.data["group_id"]
         assert first.data["bs_count"] == second.data["bs_count"] == 2
     groups = [packet.data["group_id"] for packet in packets[::2]]
-    assert all((later - earlier) % 16 == 1 for earlier, later in zip(groups, groups[1:], strict=False))
+    assert all((later - earlier) % 16 == 1 for earlier, later in pairwise(groups))
     lighthouse.line.drone.param["locSrv.enLhMtchStm"] = 0
 
 

@@ -382,7 +382,7 @@ def test_cflib_knows_writes_and_stores_all_parameters(bench, client):
     assert heard.pop() == ("ring.effect", "8")
 
     answers = []
-    collect = lambda *answer: answers.append(answer)  # noqa: E731
+    collect = lambda *answer: answers.append(answer)
     for call in (param.persistent_store, param.persistent_get_state, param.get_default_value, param.persistent_clear):
         call("ring.effect", collect)
         client.read(until=lambda: answers)

@@ -58,7 +58,9 @@ def test_arming_and_disarming(station):
     station.line.world.run(0.1)
     assert station.line.drone.can_fly
     assert ask(station, b"\2") == [b"\x82\1"]
+    assert station.line.drone.log["sys.armed"] == 1
     assert command(station, b"\1\0") == [(9, COMMAND, b"\x81\1\0")]
+    assert station.line.drone.log["sys.armed"] == 0
 
 
 def test_arming_that_is_refused_says_so():

@@ -90,7 +90,6 @@ class _Turns:
             struct.pack("<f3e", angles[0], *(angles[0] - other for other in angles[1:])) for angles in (lefts, ups)
         )
 
-
     def _left_and_up(self, angles: Any) -> tuple[float, float]:
         """Return the angles (rad) of a sensor that the planes met at these angles (rad) of the rotor, corrected."""
         lib.cf_lighthouse_ray(self._upright, angles, self._ray)
