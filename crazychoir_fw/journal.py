@@ -69,7 +69,9 @@ class Journal:
         self._kind_numbers = array("i")
         self._kinds: list[_Kind] = []
         self._number_of: dict[tuple[str, str], int] = {}
-        self._scalar_kinds: dict[tuple[Any, ...], int] = {}  # by verb and types of arguments, for speed
+        # by verb and types of arguments, for speed: numbers only, and numbers before bytes, as packets have
+        self._scalar_kinds: dict[tuple[Any, ...], int] = {}
+        self._bytes_kinds: dict[tuple[Any, ...], int] = {}
 
     def __len__(self) -> int:
         return len(self._ticks)
@@ -83,6 +85,11 @@ class Journal:
         number = self._scalar_kinds.get(types)
         if number is not None and (int not in types or _are_exact(arguments)):
             self._kinds[number].numbers.extend(arguments)
+        elif (number := self._bytes_kinds.get(types)) is not None and _are_exact(arguments[:-1]):
+            kind, raw = self._kinds[number], arguments[-1]
+            kind.numbers.extend(arguments[:-1])
+            kind.numbers.append(len(raw))
+            kind.blob += raw
         else:
             try:
                 signature = "".join(_signature(argument) for argument in arguments)
@@ -95,6 +102,8 @@ class Journal:
                 _store(argument, kind)
             if _SCALARS.issuperset(signature) and {bool, int, float}.issuperset(types[1:]):
                 self._scalar_kinds[types] = number
+            elif signature.endswith("y") and _SCALARS.issuperset(signature[:-1]) and types[-1] is bytes:
+                self._bytes_kinds[types] = number
         self._ticks.append(tick)
         self._drones.append(drone)
         self._kind_numbers.append(number)
@@ -121,6 +130,7 @@ class Journal:
         other._kinds = [kind.copy() for kind in self._kinds]
         other._number_of = dict(self._number_of)
         other._scalar_kinds = dict(self._scalar_kinds)
+        other._bytes_kinds = dict(self._bytes_kinds)
         return other
 
     # ---------------------------------------------------------------- as members of a file

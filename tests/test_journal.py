@@ -58,6 +58,14 @@ def test_numbers_keep_their_bits():
     assert [str(request.arguments[0]) for request in journal] == ["-0.0", "inf", "5e-324", "0.1"]
 
 
+@pytest.mark.parametrize("order", [(2**60, 7, 2**60), (7, 2**60, 7)])
+def test_bytes_behind_numbers_come_back_whatever_came_before(order):
+    """Packets are written down without a look at their types, once some like them have come."""
+    entries = [(0, "packet", [number, 1, b"bytes" * (number % 3)]) for number in order]
+    journal = Journal.from_arrays(written(entries).to_arrays())
+    assert [list(request.arguments) for request in journal] == [values for _, _, values in entries]
+
+
 def test_what_no_file_can_hold_is_a_gap_and_says_so():
     journal = Journal()
     journal.add(1500, 0, "restore", (object(),))

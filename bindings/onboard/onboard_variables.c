@@ -3,11 +3,19 @@
 #include "onboard/onboard.h"
 #include "variable_row.h"
 
+#define STREAM(name_, flags_, member_) \
+  CF_ROW("locSrv", name_, UINT8, flags_, cf_onboard_t, decks.lighthouse.member_)
+
 static const cf_variable_t PARAMETERS[] = {
     CF_ROW("stabilizer", "estimator", UINT8, CF_CORE, cf_onboard_t, estimator_type),
     CF_ROW("stabilizer", "controller", UINT8, CF_CORE, cf_onboard_t, controller_type),
+    CF_ROW("locSrv", "enRangeStreamFP32", UINT8, CF_CORE, cf_onboard_t, decks.loco.streams),
+    STREAM("enLhAngleStream", CF_CORE, streams_angles),
     CF_ROW("locSrv", "extPosStdDev", FLOAT, CF_CORE, cf_onboard_t, ext_pos_std_dev),
     CF_ROW("locSrv", "extQuatStdDev", FLOAT, CF_CORE, cf_onboard_t, ext_quat_std_dev),
+    STREAM("enLhMtchStm", 0, streams_matched),
+    STREAM("minBsLhMtchStm", 0, matched_stations),
+    STREAM("maxTimeLhMtchStm", 0, matched_time),
 };
 
 #define STATE_Z(name, type) \

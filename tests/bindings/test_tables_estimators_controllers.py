@@ -61,6 +61,8 @@ PARAMETERS = [
     *rows("imu_sensors", "imuPhi imuTheta imuPsi", "f4", "p"),
     *rows("locSrv", "enRangeStreamFP32 enLhAngleStream", "u1", "c"),
     *mixed("locSrv", ("extPosStdDev", "f4", "c", 0.01), ("extQuatStdDev", "f4", "c", 4.5e-3)),
+    # crtp-cflib 14, values of cflib
+    *mixed("locSrv", ("enLhMtchStm", "u1", "", 0), ("minBsLhMtchStm", "u1", "", 2), ("maxTimeLhMtchStm", "u1", "", 25)),
     # control-geometric 6.5, values of 6.2
     *mixed(
         "ctrlMel",

@@ -265,10 +265,6 @@ static const cf_variable_t PARAMETERS[] = {
     CF_ROW("lighthouse", "method", UINT8, 0, cf_lighthouse_deck_t, method),
     CF_ROW("lighthouse", "systemType", UINT8, CF_PERSISTENT, cf_lighthouse_deck_t, system_type),
     CF_ROW("lighthouse", "bsCalibReset", UINT8, 0, cf_lighthouse_deck_t, calib_reset),
-    CF_ROW("locSrv", "enLhAngleStream", UINT8, CF_CORE, cf_lighthouse_deck_t, streams_angles),
-    CF_ROW("locSrv", "enLhMtchStm", UINT8, 0, cf_lighthouse_deck_t, streams_matched),
-    CF_ROW("locSrv", "minBsLhMtchStm", UINT8, 0, cf_lighthouse_deck_t, matched_stations),
-    CF_ROW("locSrv", "maxTimeLhMtchStm", UINT8, 0, cf_lighthouse_deck_t, matched_time),
 };
 
 #define LOG(name_, type_, member_) \

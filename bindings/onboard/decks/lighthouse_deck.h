@@ -66,7 +66,7 @@ void cf_lighthouse_deck_sweep(cf_lighthouse_deck_t *deck, cf_estimator_t *estima
 // Counts for the log, once per second.
 void cf_lighthouse_deck_count(cf_lighthouse_deck_t *deck, const cf_base_stations_t *stations);
 
-// Groups lighthouse and locSrv. Offsets count from cf_lighthouse_deck_t.
+// Group lighthouse. Offsets count from cf_lighthouse_deck_t.
 cf_variables_t cf_lighthouse_deck_parameters(void);
 cf_variables_t cf_lighthouse_deck_logs(void);
 

@@ -80,7 +80,6 @@ static const cf_variable_t PARAMETERS[] = {
     CF_ROW("loco", "mode", UINT8, 0, cf_loco_deck_t, mode),
     CF_ROW("tdoa2", "stddev", FLOAT, 0, cf_loco_deck_t, tdoa2_std),
     CF_ROW("tdoa3", "stddev", FLOAT, 0, cf_loco_deck_t, tdoa3_std),
-    CF_ROW("locSrv", "enRangeStreamFP32", UINT8, CF_CORE, cf_loco_deck_t, streams),
 };
 
 #define DISTANCE(i_) CF_ROW("ranging", "distance" #i_, FLOAT, 0, cf_loco_deck_t, distances[i_])

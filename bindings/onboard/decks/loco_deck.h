@@ -55,7 +55,7 @@ void cf_loco_deck_ranging(cf_loco_deck_t *deck, cf_estimator_t *estimator,
 // Counts for the log, once per second.
 void cf_loco_deck_count(cf_loco_deck_t *deck);
 
-// Groups loco, tdoa2, tdoa3 and locSrv; ranging. Offsets count from cf_loco_deck_t.
+// Groups loco, tdoa2 and tdoa3; ranging. Offsets count from cf_loco_deck_t.
 cf_variables_t cf_loco_deck_parameters(void);
 cf_variables_t cf_loco_deck_logs(void);
 

@@ -31,11 +31,12 @@ class LocalizationService:
         self.packets = HandOver(line)
         # one that waits is as good as many, and nothing else can take its place
         self._emergencies = {request: HandOver(line, 1) for request in (EMERGENCY_STOP, EMERGENCY_WATCHDOG)}
-        decks = line.drone.struct.onboard.decks
-        self._streams = [
-            *([RangeStream(decks.loco)] if decks.flags.loco else []),
-            *([SweepAngles(decks.lighthouse), MatchedAngles(decks.lighthouse)] if decks.flags.lighthouse4 else []),
-        ]
+        decks, stations = line.drone.struct.onboard.decks, line.drone.struct.onboard.estimator.stations
+        self._streams: list[RangeStream | SweepAngles | MatchedAngles] = []
+        if decks.flags.loco:
+            self._streams.append(RangeStream(decks.loco))
+        if decks.flags.lighthouse4:
+            self._streams += [SweepAngles(decks.lighthouse, stations), MatchedAngles(decks.lighthouse, stations)]
         if self._streams:
             line.world.agenda.every(LOOK_EVERY, self._stream)
 

@@ -13,7 +13,7 @@ import math
 import struct
 from typing import Any
 
-from crazychoir_fw._core import lib
+from crazychoir_fw._core import ffi, lib
 
 RANGES, ANGLES, MATCHED_ANGLES = 0, 10, 12
 """First byte."""
@@ -24,7 +24,6 @@ LONGEST_TURN = 12
 
 _ALL_SENSORS = (1 << lib.CF_LIGHTHOUSE_SENSORS) - 1
 _TICKS = 1 << 32
-_NARROWING = math.tan(math.pi / 6)  # of the two planes, which are tilted by 30 degrees each
 
 
 class RangeStream:
@@ -42,11 +41,12 @@ class RangeStream:
             self._seen = self._deck.streamed.written
             return []
         ring = self._deck.streamed
-        # after a return to an earlier time, or a long step, old ones are gone
-        count = (ring.written - self._seen) % _TICKS
-        first = ring.written - min(count, lib.CF_STREAMED_RANGES)
-        self._seen = ring.written
-        for number in range(max(0, first), ring.written):
+        seen, self._seen = self._seen, ring.written
+        # after a return to another time, they are not the next ones
+        if not 0 <= ring.written - seen <= lib.CF_STREAMED_RANGES:
+            self._ranges.clear()
+            return []
+        for number in range(seen, ring.written):
             at = number % lib.CF_STREAMED_RANGES
             self._ranges.append((ring.anchors[at], ring.distances[at]))
         payloads = []
@@ -59,9 +59,14 @@ class RangeStream:
 class _Turns:
     """Notices turns of base stations."""
 
-    def __init__(self, deck: Any) -> None:
+    def __init__(self, deck: Any, stations: Any) -> None:
         self._deck = deck
+        self._stations = stations
         self._seen = [0] * lib.CF_LIGHTHOUSE_STATIONS
+        self._ray = ffi.new("float[3]")
+        self._upright = ffi.new("cf_station_data_t *")  # with the calibration of another, but the world's axes
+        for i in range(3):
+            self._upright.rotation[i][i] = 1.0
 
     def new(self) -> list[tuple[int, int]]:
         """Return base stations with a whole turn since the last look, and when it ended (ms)."""
@@ -79,25 +84,24 @@ class _Turns:
     def angles(self, station: int) -> bytes:
         """Return the angles of the latest turn: that of sensor 0, and how far the others are below it."""
         turn = self._deck.turns[station].angles
-        pairs = [_left_and_up(turn[sensor][0], turn[sensor][1]) for sensor in range(lib.CF_LIGHTHOUSE_SENSORS)]
-        lefts, ups = zip(*pairs, strict=True)
+        self._upright.calibration = self._stations.list[station].calibration
+        lefts, ups = zip(*(self._left_and_up(turn[sensor]) for sensor in range(lib.CF_LIGHTHOUSE_SENSORS)), strict=True)
         return bytes((station,)) + b"".join(
             struct.pack("<f3e", angles[0], *(angles[0] - other for other in angles[1:])) for angles in (lefts, ups)
         )
 
-
-def _left_and_up(first: float, second: float) -> tuple[float, float]:
-    """Return the angles (rad) of a sensor that both planes met at these angles (rad) of the rotor."""
-    up = math.atan2(math.sin(second - first), _NARROWING * (math.cos(first) + math.cos(second)))
-    return (first + second) / 2, up
+    def _left_and_up(self, angles: Any) -> tuple[float, float]:
+        """Return the angles (rad) of a sensor that the planes met at these angles (rad) of the rotor, corrected."""
+        lib.cf_lighthouse_ray(self._upright, angles, self._ray)
+        return math.atan2(self._ray[1], self._ray[0]), math.atan2(self._ray[2], self._ray[0])
 
 
 class SweepAngles:
     """The angles of every turn of every base station."""
 
-    def __init__(self, deck: Any) -> None:
+    def __init__(self, deck: Any, stations: Any) -> None:
         self._deck = deck
-        self._turns = _Turns(deck)
+        self._turns = _Turns(deck, stations)
 
     def payloads(self) -> list[bytes]:
         """Return the packets that are due."""
@@ -109,9 +113,9 @@ class SweepAngles:
 class MatchedAngles:
     """The angles of turns of several base stations that belong together."""
 
-    def __init__(self, deck: Any) -> None:
+    def __init__(self, deck: Any, stations: Any) -> None:
         self._deck = deck
-        self._turns = _Turns(deck)
+        self._turns = _Turns(deck, stations)
         self._group = 0
         self._waiting: dict[int, tuple[int, bytes]] = {}  # tick and angles by base station
 

@@ -111,4 +111,5 @@ class ParamService:
                 continue
             raw = fitting(self._values, number, value)
             if raw is not None:
-                self._line.drone.param[name] = self._values.unpack(number, raw)
+                # past the radio, whatever may be wrong with that
+                self._line.drone.uplink.deliver("param", name, self._values.unpack(number, raw))

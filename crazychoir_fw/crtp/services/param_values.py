@@ -47,6 +47,10 @@ class ParameterValues:
         self._addresses = np.concatenate([np.arange(*place) for place in self._places])
         self._told = np.zeros(len(self._owners), np.uint8)
         self._is_told = np.zeros(len(self._owners), bool)
+        # single values change faster past numpy
+        self._told_bytes = memoryview(self._told)
+        self._is_told_bytes = memoryview(self._is_told.view(np.uint8))
+        self._ones = [b"\1" * size for size in sizes.tolist()]
         self._has_told = False
 
     def size(self, number: int) -> int:
@@ -115,8 +119,8 @@ class ParameterValues:
         """Remember that the client was told this value."""
         part = self._parts[number]
         with self._lock:
-            self._told[part] = np.frombuffer(raw, np.uint8)
-            self._is_told[part] = True
+            self._told_bytes[part] = raw
+            self._is_told_bytes[part] = self._ones[number]
             self._has_told = True
 
     def forget_client(self) -> None:
