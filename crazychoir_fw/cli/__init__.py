@@ -1,4 +1,4 @@
-"""The command line: `crazychoir fly`, `run`, `replay`, `export`, `info`, `variables`, `vehicle`, `app` and `firmware`.
+"""The command line: `crazychoir fly`, `run`, `replay`, `export`, `info`, `variables`, `vehicle`, `app`, `firmware`, ….
 
 One module per command. Whatever is slow to import, a command imports when it runs.
 """
@@ -10,6 +10,7 @@ from crazychoir_fw.cli.export import export
 from crazychoir_fw.cli.firmware import firmware
 from crazychoir_fw.cli.fly import fly
 from crazychoir_fw.cli.info import info
+from crazychoir_fw.cli.radio_budget import radio_budget
 from crazychoir_fw.cli.replay import replay
 from crazychoir_fw.cli.run import run
 from crazychoir_fw.cli.shim import install_shim
@@ -30,6 +31,7 @@ app.command()(export)
 app.command()(info)
 app.command()(variables)
 app.command()(vehicle)
+app.command()(radio_budget)
 app.add_typer(app_commands, name="app")
 firmware.command()(install_shim)
 app.add_typer(firmware, name="firmware")

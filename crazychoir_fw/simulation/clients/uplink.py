@@ -74,7 +74,7 @@ class Uplink:
         return self.send(verb, *arguments)
 
     def send(self, verb: str, *arguments: Any) -> Any:
-        """Let a request go its way that has left the client. Returns what it returns; ``CF_OK`` on a simulated radio."""
+        """Let a request go its way after the gate. Returns what it returns; ``CF_OK`` on a simulated radio."""
         if self.carrier is not None:
             self.carrier(verb, arguments)
             return lib.CF_OK
