@@ -42,7 +42,9 @@ def main() -> None:
         points = [count for count in (1, 2, 4, 6, 8, 10, 12, 15, 20, 25, 30, 35, 40) if count <= fitting[-1][0]]
         axes.plot(points, [simulate(count, setpoints, logs) for count in points], "o", color=color, markersize=4)
         if fitting[-1][0] < 40:
-            axes.annotate("too much", fitting[-1], (6, -3), textcoords="offset points", color=color, fontsize=9)
+            axes.annotate(
+                "too much", fitting[-1], (-4, 6), textcoords="offset points", color=color, fontsize=9, ha="right"
+            )
     axes.set(xlabel="drones on one Crazyradio (2M)", ylabel="95 % of packets arrive within (ms)", xlim=(0, 41))
     axes.set_ylim(0, None)
     axes.grid(alpha=0.3)
