@@ -10,6 +10,7 @@ from crazychoir_fw.cli.export import export
 from crazychoir_fw.cli.firmware import firmware
 from crazychoir_fw.cli.fly import fly
 from crazychoir_fw.cli.info import info
+from crazychoir_fw.cli.radio_budget import radio_budget
 from crazychoir_fw.cli.replay import replay
 from crazychoir_fw.cli.run import run
 from crazychoir_fw.cli.serve import serve
@@ -32,6 +33,7 @@ app.command()(export)
 app.command()(info)
 app.command()(variables)
 app.command()(vehicle)
+app.command()(radio_budget)
 app.add_typer(app_commands, name="app")
 firmware.command()(install_shim)
 app.add_typer(firmware, name="firmware")

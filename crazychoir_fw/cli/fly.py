@@ -114,6 +114,10 @@ def attempt(request: Request, loaded: "Callable[[Mission], None] | None" = None)
         return BAD_INPUT
 
     console.print(flight_table(result.summary))
+    if "link" in result.summary:
+        from crazychoir_fw.crtp.link_model.tables import link_tables
+
+        console.print(link_tables(result.summary["link"]))
     console.print(verdict(result.summary, folder))
     for failure in result.expected_failures:
         console.print(f"{failure}, as it may", style="yellow", markup=False, soft_wrap=True)

@@ -127,14 +127,15 @@ def budget(
     to_drone = half_turn + tried + transmission(up.bytes, config.data_rate) + config.latency_ms / 1e3
     to_host = failing.duration(NULL_BYTES, down.bytes) - half_turn + config.latency_ms / 1e3
     utilization = max(up.rate * failing.turns_up, down.rate * failing.turns_down) * cycle
-    again_up = up.again(failing.unheard if config.reliable else 0.0, up_cycle * failing.turns_up)
-    again_down = down.again(1.0 - 1.0 / failing.turns_down, cycle * failing.turns_down)
+    failing_up = failing.unheard if config.reliable else 0.0
+    failing_down = 1.0 - 1.0 / failing.turns_down
+    before_up, before_down = up.is_before(up_cycle * failing.turns_up), down.is_before(cycle * failing.turns_down)
     if utilization >= 1.0 or failing.never:
         up_mean = up_p95 = down_mean = math.inf
     else:
-        up_mean = up_cycle * (0.5 + again_up / (1.0 - again_up)) + to_drone
-        up_p95 = up_cycle * _cycles_waited(0.95, again_up) + to_drone
-        down_mean = cycle * (0.5 + again_down / (1.0 - again_down)) + to_host
+        up_mean = up_cycle * (0.5 + failing_up / (1.0 - failing_up) + before_up) + to_drone
+        up_p95 = up_cycle * _cycles_waited(0.95, failing_up, before_up) + to_drone
+        down_mean = cycle * (0.5 + failing_down / (1.0 - failing_down) + before_down) + to_host
     lost = 0.0 if config.reliable and not failing.never else failing.unheard
     return Budget(drones, 1e3 * cycle, utilization, busy, 1e3 * up_mean, 1e3 * up_p95, 1e3 * down_mean, lost)
 
@@ -147,13 +148,9 @@ class _Stream:
         self.bytes = sum(rate * size for rate, size in parts) / self.rate if self.rate else float(NULL_BYTES)
         self._others = sum(rate * (self.rate - rate) for rate, _ in parts) / self.rate if self.rate else 0.0
 
-    def again(self, failing: float, cycle: float) -> float:
-        """Return how probable it is that a packet has to wait for another cycle (s).
-
-        Its exchange fails, or a packet of another stream of the same drone was before it.
-        """
-        is_before = min(self._others * cycle / 2.0, 0.99)
-        return 1.0 - (1.0 - failing) * (1.0 - is_before)
+    def is_before(self, cycle: float) -> float:
+        """Return how probable it is that a packet of another stream takes the turn of one; `cycle` in s."""
+        return min(self._others * cycle / 2.0, 1.0)
 
 
 class _Failing:
@@ -204,15 +201,27 @@ def _cycle(failing: _Failing, drones: int, up: tuple[float, float], down: tuple[
     return drones * (carried + nothing), carried / (carried + nothing)
 
 
-def _cycles_waited(share: float, again: float) -> float:
+def _cycles_waited(share: float, failing: float, before: float) -> float:
     """Return so many cycles that this share of the packets does not wait longer.
 
-    A packet waits a part of a cycle, evenly spread between zero and one, and one more cycle with probability `again`
-    every time.
+    A packet waits a part of a cycle, evenly spread between zero and one; with the probability `before` it is the later
+    of two in its cycle, and waits for the next turn; and every turn fails with the probability `failing`.
     """
-    left = 1.0 - share
-    whole = 0
-    while again ** (whole + 1) > left:
-        whole += 1
-    at_least = again**whole
-    return whole + min(1.0, (at_least - left) / (at_least * (1.0 - again)))
+    most = 2.0 + (math.log(1e-6) / math.log(failing) if failing > 0.0 else 0.0)
+    failures = [(turn, failing**turn * (1.0 - failing)) for turn in range(int(most))]
+    low, high = 0.0, most
+    for _ in range(ROUNDS):
+        middle = (low + high) / 2.0
+        if sum(chance * _waits_longer(middle - turn, before) for turn, chance in failures) > 1.0 - share:
+            low = middle
+        else:
+            high = middle
+    return high
+
+
+def _waits_longer(cycles: float, before: float) -> float:
+    """Return the share of the packets that wait longer than so many cycles, as long as nothing fails."""
+    if cycles >= 1.0:
+        return before * max(2.0 - cycles, 0.0) ** 2  # the later of two is nearer to the first turn
+    first = 1.0 - max(cycles, 0.0)
+    return before + (1.0 - before) * first if cycles > 0.0 else 1.0

@@ -202,8 +202,8 @@ def test_reordering_is_what_was_asked_for():
     assert sorted(numbers(arrived)) == list(range(2000))
     assert numbers(arrived) != list(range(2000))
     tally = link.statistics()["drones"]["cf1"]["up"]
-    highest = accumulate(numbers(arrived), max)
-    overtaken = sum(number < newest for number, newest in zip(numbers(arrived), highest, strict=True))
+    order = numbers(arrived)
+    overtaken = sum(number < newest for number, newest in zip(order, accumulate(order, max), strict=True))
     assert tally["reordered"] == overtaken
     # one in five is held up by 0 to 100 ms, and is overtaken when that is more than the 10 ms between two packets
     assert within_binomial(overtaken, 2000, 0.2 * 0.9, sigmas=5)
