@@ -220,7 +220,7 @@ def test_who_is_silent_with_a_thrust_comes_down_level(flight):
     weight = air.world.drones[0].mass * 9.81
     swarm.command(1, weight, 0.2, 0.0, 0.0)
     air.fly(1.5)
-    w, x, y, z = air.world.drones[0].true_quat_wxyz
+    _, x, y, _ = air.world.drones[0].true_quat_wxyz
     assert 1 - 2 * (x * x + y * y) > math.cos(math.radians(8))
     air.fly(1.5)
     assert air.where(1)[2] < 0.03
