@@ -34,6 +34,8 @@ class Connection:
 
     def __init__(self, uri: str, cache: Path | None, on_lost: Callable[[Connection, str], None]) -> None:
         self.uri = uri
+        if cache is not None:
+            cache.mkdir(parents=True, exist_ok=True)  # cflib stumbles when several drones make it at once
         self.cf = LinkedCrazyflie(rw_cache=str(cache) if cache is not None else None)
         self._on_lost = on_lost
         self._stage = "nothing"

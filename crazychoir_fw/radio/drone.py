@@ -33,6 +33,7 @@ _FRESH_S = 1.0  # an older position bends no velocity
 _RESET_S = 0.1  # between both writes of a reset of the estimator
 _LAND_EXTRA_S = 0.3  # the planner stops the motors a little after the end of its landing
 _ARM_AGAIN_S = 1.0
+_SETTLES_S = 0.15
 _LAST_WORDS_S = 0.1  # cflib closes a radio link without waiting for what is still to be sent
 _RESET = "kalman.resetEstimation"
 
@@ -112,6 +113,7 @@ class RadioDrone:
         self._is_ready = False
         self._armed_here = False
         self._asked_to_arm = -math.inf
+        self._disarmed_at = -math.inf  # by time.monotonic
         self._is_leveling = False
         self._is_outside = False
         self._position: tuple[float, NDArray[np.float64]] | None = None
@@ -278,6 +280,8 @@ class RadioDrone:
             RadioError: If the drone is not connected.
         """
         options = self._options
+        # what was asked for a moment ago is not yet what the supervisor says
+        time.sleep(max(0.0, self._disarmed_at + _SETTLES_S - time.monotonic()))
         armed = make_ready(self.cf, self._who, arms=options.arms, timeout_s=options.ready_timeout_s)
         with self._lock:
             self._armed_here |= armed
@@ -572,7 +576,7 @@ class RadioDrone:
             self._is_active = False
             if self._armed_here:
                 self._armed_here = self._is_ready = False
-                self._outbox.post(lambda: self._on_air(lambda cf: cf.supervisor.send_arming_request(False)))
+                self._outbox.post(lambda: self._on_air(self._disarm))
         else:
             self._mode_until = math.inf
 
@@ -623,7 +627,11 @@ class RadioDrone:
         cf.high_level_commander.stop()
         if self._armed_here:
             self._armed_here = False
-            cf.supervisor.send_arming_request(False)
+            self._disarm(cf)
+
+    def _disarm(self, cf: LinkedCrazyflie) -> None:
+        cf.supervisor.send_arming_request(False)
+        self._disarmed_at = time.monotonic()
 
     # ---------------------------------------------------------------- safety area
 

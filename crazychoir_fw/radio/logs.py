@@ -12,7 +12,7 @@ from cflib.crazyflie import Crazyflie
 from cflib.crazyflie.log import Log, LogConfig, LogTocElement
 
 from crazychoir_fw.errors import RadioError, RangeError, UnknownNameError
-from crazychoir_fw.radio.parameters import suggestion
+from crazychoir_fw.radio.parameters import element_of, suggestion
 
 _TICKS_PER_SECOND = 1000.0
 _STAMP_RANGE = 1 << 24  # the drone stamps with 24 bits of milliseconds
@@ -50,7 +50,7 @@ def log_blocks(who: str, variables: Mapping[str, float], toc: object) -> list[Lo
     """
     by_period: dict[int, list[tuple[str, int]]] = {}
     for name, rate_hz in variables.items():
-        element = toc.get_element_by_complete_name(name) if name.count(".") == 1 else None  # type: ignore[attr-defined]
+        element = element_of(toc, name)
         if element is None:
             raise UnknownNameError(f"{who}: there is no log variable '{name}'{suggestion(name, toc)}")
         size = LogTocElement.get_size_from_id(LogTocElement.get_id_from_cstring(element.ctype))

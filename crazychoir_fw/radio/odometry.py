@@ -9,6 +9,8 @@ import numpy as np
 from cflib.utils.encoding import decompress_quaternion
 from numpy.typing import NDArray
 
+from crazychoir_fw.radio.parameters import element_of
+
 _THOUSAND = 1000.0
 
 _NAMES = ("x", "y", "z", "vx", "vy", "vz", "quat", "rateRoll", "ratePitch", "rateYaw")
@@ -36,7 +38,7 @@ class Odometry:
 
 def odometry_reader(toc: object) -> tuple[tuple[str, ...], Callable[[Mapping[str, float], float, float], Odometry]]:
     """Return the variables of the best odometry that a drone can log in one block, and what makes a message of them."""
-    has_all = all(toc.get_element_by_complete_name(name) is not None for name in COMPRESSED)  # type: ignore[attr-defined]
+    has_all = all(element_of(toc, name) is not None for name in COMPRESSED)
     return (COMPRESSED, from_compressed) if has_all else (KALMAN, from_kalman)
 
 
@@ -45,7 +47,8 @@ def from_compressed(values: Mapping[str, float], time_s: float, received_s: floa
     x, y, z, vx, vy, vz, quat, roll, pitch, yaw = (values[name] for name in COMPRESSED)
     return Odometry(
         np.array([x, y, z]) / _THOUSAND,
-        decompress_quaternion(int(quat)),
+        # before the estimator runs the drone logs zeros, which are no rotation but would be read as half a turn
+        decompress_quaternion(int(quat)) if quat else np.array([0.0, 0.0, 0.0, 1.0]),
         np.array([vx, vy, vz]) / _THOUSAND,
         # the firmware's pitch rate is positive for a nose that rises
         np.array([roll, -pitch, yaw]) / _THOUSAND,

@@ -35,7 +35,7 @@ def set_parameters(
         RadioError: If the drone does not confirm.
     """
     for name, value in values.items():
-        element = cf.param.toc.get_element_by_complete_name(name) if name.count(".") == 1 else None
+        element = element_of(cf.param.toc, name)
         if element is None:
             if optional:
                 continue
@@ -51,11 +51,18 @@ def get_parameter(cf: Crazyflie, who: str, name: str) -> float | int:
     Raises:
         UnknownNameError: If the drone has no such parameter.
     """
-    element = cf.param.toc.get_element_by_complete_name(name) if name.count(".") == 1 else None
+    element = element_of(cf.param.toc, name)
     if element is None:
         raise UnknownNameError(f"{who}: there is no parameter '{name}'{suggestion(name, cf.param.toc)}")
     text = cf.param.get_value(name)
     return float(text) if element.ctype in ("float", "FP16", "double") else int(text)
+
+
+def element_of(toc: Any, name: str) -> Any:
+    """Return the element ``group.name`` of one of cflib's tables of contents, or None."""
+    # its own way by the complete name logs a warning for what is not there
+    group, dot, item = name.partition(".")
+    return toc.get_element(group, item) if dot else None
 
 
 def suggestion(name: str, toc: Any) -> str:

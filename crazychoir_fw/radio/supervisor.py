@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import threading
 import time
+
+from cflib.crtp.crtpstack import CRTPPacket, CRTPPort
 
 from crazychoir_fw.errors import RadioError, StateError
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
@@ -18,15 +21,38 @@ IS_TUMBLED = 1 << 5
 IS_LOCKED = 1 << 6
 IS_CRASHED = 1 << 7
 
-_NAP_S = 0.06  # cflib repeats its last answer for 0.1 s
+_ANSWER_S = 0.2
+_NAP_S = 0.04  # as often as the supervisor looks
 _ARM_AGAIN_S = 0.5
+_INFO, _BIT_FIELD, _REPLY = 0, 0x0C, 0x80
 
 
 def supervisor_bits(cf: LinkedCrazyflie) -> int | None:
-    """Return the state of the supervisor, or None when it does not say; blocks up to 0.2 s."""
+    """Return the state of the supervisor, or None when it does not say; blocks up to 0.2 s.
+
+    cflib's own reading repeats what it heard within the last 0.1 s, and takes silence for an answer.
+    """
     if cf.platform.get_protocol_version() < PROTOCOL_WITH_SUPERVISOR:
         return None
-    return cf.supervisor.read_bitfield() or None
+    answers: list[int] = []
+    answered = threading.Event()
+
+    def heard(packet: CRTPPacket) -> None:
+        data = bytes(packet.data)
+        if len(data) >= 2 and data[0] == _REPLY | _BIT_FIELD:
+            answers.append(int.from_bytes(data[1:], "little"))
+            answered.set()
+
+    request = CRTPPacket()
+    request.set_header(CRTPPort.SUPERVISOR, _INFO)
+    request.data = (_BIT_FIELD,)
+    cf.add_header_callback(heard, CRTPPort.SUPERVISOR, _INFO)
+    try:
+        cf.send_packet(request)
+        answered.wait(_ANSWER_S)
+    finally:
+        cf.remove_header_callback(heard, CRTPPort.SUPERVISOR, _INFO)
+    return answers[0] if answers else None
 
 
 def make_ready(cf: LinkedCrazyflie, who: str, *, arms: bool, timeout_s: float) -> bool:

@@ -1,0 +1,318 @@
+"""Flights of handlers over UDP, against the world that they really fly in."""
+
+import math
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from crazychoir_fw.radio import (
+    LinkState,
+    Mode,
+    RadioHandlerFPQR,
+    RadioHandlerFRPY,
+    RadioHandlerVel,
+    RadioHandlerVelLightHouse,
+    RadioHandlerXYZ,
+    ReconnectPolicy,
+    SafetyArea,
+)
+from crazychoir_fw.simulation import DroneConfig, World
+
+pytestmark = pytest.mark.skipif(not hasattr(World, "serve"), reason="this world has no radio")
+
+STARTS = {"cf1": (0.0, 0.0), "cf2": (1.0, 0.0)}
+
+
+class Flight:
+    """A served world, whose time goes on as fast as somebody waits for it: no flight depends on the machine."""
+
+    def __init__(self, tmp_path, platform="cf2", starts=STARTS):
+        self.world = World([DroneConfig(name, xy, platform=platform) for name, xy in starts.items()], seed=1)
+        self.server = self.world.serve(port=0)
+        self.server.start()
+        self.handler = None
+        self.cache = tmp_path / "tables"
+        self._goes = threading.Event()
+        self._thread = None
+
+    def connect(self, handler_class, **options):
+        # lockstep: the world stands still but for `fly`, and while somebody waits for an answer that needs time
+        self.handler = handler_class(
+            list(self.server.uris.values()),
+            [1, 2],
+            threaded=False,
+            clock=lambda: self.world.time,
+            cache=self.cache,
+            **options,
+        )
+        with self.going_on():
+            self.handler.connect()
+        return self.handler
+
+    def going_on(self):
+        """Let time go on in another thread, for calls that wait for the drone."""
+        return GoingOn(self)
+
+    def fly(self, seconds, control=lambda: None, period=0.01):
+        """Let time go on, with a control law at its rate."""
+        for _ in range(round(seconds / period)):
+            control()
+            self.handler.tick()
+            self.world.run(period)
+            # odometry of this instant reaches the handler by a socket and threads of cflib
+            time.sleep(0.0005)
+
+    def where(self, number):
+        return self.world.drones[number - 1].true_position
+
+    def close(self):
+        if self.handler is not None:
+            with self.going_on():
+                self.handler.close()
+        self.server.close()
+
+
+class GoingOn:
+    def __init__(self, flight):
+        self.flight = flight
+
+    def __enter__(self):
+        self.ends = threading.Event()
+        self.thread = threading.Thread(target=self.run)
+        self.thread.start()
+
+    def run(self):
+        while not self.ends.is_set():
+            self.flight.world.run(0.01)
+            time.sleep(0.002)
+
+    def __exit__(self, *_):
+        self.ends.set()
+        self.thread.join()
+
+
+@pytest.fixture
+def flight(tmp_path):
+    flights = []
+
+    def make(**options):
+        flights.append(Flight(tmp_path, **options))
+        return flights[-1]
+
+    yield make
+    for one in flights:
+        one.close()
+
+
+def attitude(odometry):
+    x, y, z, w = odometry.quat_xyzw
+    return np.array(
+        [
+            math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),
+            math.asin(np.clip(2 * (w * y - z * x), -1, 1)),
+            math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)),
+        ]
+    )
+
+
+@pytest.mark.parametrize("platform", ["cf2", "cf21bl"])
+@pytest.mark.parametrize("handler_class", [RadioHandlerFPQR, RadioHandlerFRPY])
+def test_hover_by_thrust(flight, handler_class, platform):
+    air = flight(platform=platform)
+    swarm = air.connect(handler_class, thrust=platform, odometry_hz=100, command_timeout_s=0.5)
+    with air.going_on():
+        swarm.takeoff()
+    mass = air.world.drones[0].mass
+    goals = {1: np.array([0.3, 0.2, 0.7]), 2: np.array([1.0, -0.2, 0.5])}
+
+    def control():
+        for number, goal in goals.items():
+            odometry = swarm[number].odometry
+            wanted = 4.0 * np.clip(goal - odometry.position, -0.5, 0.5) - 3.0 * odometry.velocity
+            thrust = mass * (9.81 + wanted[2])
+            tilt = np.array([-wanted[1], wanted[0], 0.0]) / 9.81
+            if handler_class is RadioHandlerFRPY:
+                swarm.command(number, thrust, *tilt)
+            else:
+                swarm.command(number, thrust, *(6.0 * (tilt - attitude(odometry))))
+
+    air.fly(6.0, control)
+    for number, goal in goals.items():
+        np.testing.assert_allclose(air.where(number), goal, atol=0.05)
+
+
+def test_angles_and_rates_have_the_right_signs(flight):
+    """To the right, forward, and turned to the left, seen from the world."""
+    air = flight()
+    swarm = air.connect(RadioHandlerFRPY, command_timeout_s=0.5)
+    with air.going_on():
+        swarm.takeoff(1.0, 1.5)
+    air.fly(2.0)
+    weight = air.world.drones[0].mass * 9.81
+    start = {number: air.where(number).copy() for number in (1, 2)}
+    air.fly(0.5, lambda: (swarm.command(1, weight, 0.15, 0, 0), swarm.command(2, weight, 0, 0.15, 0.5)))
+    one, two = (air.where(number) - start[number] for number in (1, 2))
+    assert one[1] < -0.05 < abs(one[0]) * -1
+    assert two[0] > 0.05
+    w, x, y, z = air.world.drones[1].true_quat_wxyz
+    assert math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)) == pytest.approx(0.5, abs=0.15)
+
+
+def test_velocity(flight):
+    air = flight()
+    swarm = air.connect(RadioHandlerVel, odometry_hz=50)
+    with air.going_on():
+        swarm.takeoff(0.6, 1.5)
+    air.fly(2.0)
+    assert air.where(1)[2] == pytest.approx(0.6, abs=0.06)
+    start = {number: air.where(number).copy() for number in (1, 2)}
+    swarm.command(1, 0.4, 0.0, 0.0)
+    swarm.command(2, 0.0, -0.3, 0.1, 0.5)
+    air.fly(0.9)  # repeated, without another command
+    np.testing.assert_allclose((air.where(1) - start[1])[:2], (0.4 * 0.9, 0), atol=0.15)
+    assert (air.where(1) - start[1])[0] > 0.15
+    assert (air.where(2) - start[2])[1] < -0.1
+    # nobody says anything any more: it hovers, long after the watchdog on board would have come
+    air.fly(1.0)
+    still = air.where(1).copy()
+    air.fly(3.0)
+    assert np.linalg.norm((air.where(1) - still)[:2]) < 0.1
+    assert air.world.drones[0].supervisor_state == "Flying"
+    np.testing.assert_allclose(swarm[1].position, air.where(1), atol=0.05)
+    swarm.land(duration=1.5)
+    air.fly(2.2)
+    assert swarm[1].mode is Mode.LANDED
+    assert air.where(1)[2] < 0.03
+
+
+@pytest.mark.parametrize("platform", ["cf2", "cf21bl"])
+def test_go_to(flight, platform):
+    air = flight(platform=platform)
+    swarm = air.connect(RadioHandlerXYZ)
+    with air.going_on():
+        assert swarm.command(1, 0.5, 0.3, 0.8, 2.0, yaw=1.0)  # from the floor, and armed where it must be
+        assert swarm.command(2, 1.0, -0.4, 0.5, 2.0)
+    air.fly(3.5)
+    np.testing.assert_allclose(air.where(1), (0.5, 0.3, 0.8), atol=0.06)
+    np.testing.assert_allclose(air.where(2), (1.0, -0.4, 0.5), atol=0.06)
+    w, x, y, z = air.world.drones[0].true_quat_wxyz
+    assert math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)) == pytest.approx(1.0, abs=0.1)
+    # stopped, and up again
+    swarm.stop(1)
+    air.fly(1.5)
+    assert air.where(1)[2] < 0.03
+    assert air.where(2)[2] > 0.4
+    swarm.resume(1)
+    with air.going_on():
+        assert swarm.command(1, 0.5, 0.3, 0.6, 2.0)
+    air.fly(3.0)
+    np.testing.assert_allclose(air.where(1), (0.5, 0.3, 0.6), atol=0.06)
+
+
+def test_who_is_silent_with_a_thrust_comes_down_level(flight):
+    air = flight()
+    swarm = air.connect(RadioHandlerFRPY)
+    with air.going_on():
+        swarm.takeoff(0.8, 1.5)
+    air.fly(2.0)
+    weight = air.world.drones[0].mass * 9.81
+    swarm.command(1, weight, 0.2, 0.0, 0.0)
+    air.fly(1.5)
+    _, x, y, _ = air.world.drones[0].true_quat_wxyz
+    assert 1 - 2 * (x * x + y * y) > math.cos(math.radians(8))
+    air.fly(1.5)
+    assert air.where(1)[2] < 0.03
+    assert swarm[1].is_stopped
+    assert air.where(2)[2] == pytest.approx(0.8, abs=0.06)  # it was left to its planner
+
+
+def test_the_safety_area_holds(flight):
+    area = SafetyArea((-1, -1, -0.1), (1.5, 1, 1.5))
+    air = flight()
+    swarm = air.connect(RadioHandlerVel, safety_area=area, odometry_hz=50, on_silence="repeat")
+    with air.going_on():
+        swarm.takeoff(0.6, 1.5)
+    air.fly(2.0)
+    swarm.command(1, -1.0, 0.0, 0.0)
+    swarm.command(2, 0.0, 1.0, 0.0)
+    air.fly(4.0)
+    assert air.where(1)[0] > -1.1
+    assert air.where(2)[1] < 1.1
+    assert swarm[1].mode is Mode.READY
+    # a drone that is outside nevertheless lands
+    swarm.land(agents=2)
+    swarm[1]._options.safety_area._box[0, 0] = -0.2
+    air.fly(3.0)
+    assert swarm[1].mode is Mode.LANDED
+    assert "outside of the safety area" in swarm[1].reason
+    assert air.where(1)[2] < 0.03
+
+
+def test_parameters_arrive_and_logs_tell_the_truth(flight):
+    air = flight()
+    swarm = air.connect(
+        RadioHandlerVelLightHouse,
+        parameters={"velCtlPid.vzKp": 20.0},
+        log={"pm.vbat": 10, "stateEstimate.z": 100, "stabilizer.yaw": 50},
+    )
+    drone = air.world.drones[0]
+    assert drone.param["velCtlPid.vzKp"] == pytest.approx(20.0)
+    assert drone.param["stabilizer.estimator"] == 2
+    with air.going_on():
+        swarm.takeoff(0.5, 1.5)
+    air.fly(2.0)
+    assert swarm[1].latest["stateEstimate.z"].value == pytest.approx(drone.true_position[2], abs=0.03)
+    assert swarm[1].latest["pm.vbat"].value == pytest.approx(drone.battery_voltage, abs=0.2)
+    assert swarm[1].odometry.time_s == pytest.approx(air.world.time, abs=0.1)
+
+
+def test_poses_from_outside_reach_the_estimator(flight):
+    air = flight()
+    swarm = air.connect(RadioHandlerVel, pose_hz=20)
+    sent = []
+    air.fly(1.0, lambda: sent.append(swarm.external_pose(1, air.where(1), (0, 0, 0, 1))))
+    assert sum(sent) == pytest.approx(20, abs=1)
+
+
+def test_a_server_that_ends_is_a_lost_link_and_comes_back(flight, eventually):
+    air = flight()
+    swarm = air.connect(RadioHandlerXYZ, reconnect=ReconnectPolicy(100, 0.05, 1.0))
+    with air.going_on():
+        swarm.command(1, 0.2, 0.0, 0.5, 1.5)
+    air.fly(2.0)
+    uris = dict(air.server.uris)
+    port = int(uris["cf1"].rsplit(":", 1)[1])
+    air.server.close()
+    eventually(lambda: all(drone.losses == 1 for drone in swarm))
+    assert not swarm.command(1, 0.0, 0.0, 0.5, 1.5)
+    air.server = air.world.serve(port=port)
+    air.server.start()
+    with air.going_on():
+        eventually(lambda: all(drone.link_state is LinkState.CONNECTED for drone in swarm))
+    # its planner kept it up, and nothing of the handler disturbed that
+    np.testing.assert_allclose(air.where(1), (0.2, 0.0, 0.5), atol=0.08)
+    swarm.resume()
+    with air.going_on():
+        assert swarm.command(1, 0.0, 0.0, 0.6, 1.5)
+    air.fly(2.5)
+    np.testing.assert_allclose(air.where(1), (0.0, 0.0, 0.6), atol=0.06)
+
+
+def test_real_time_with_threads(tmp_path):
+    """As a user flies: the world at the pace of the wall, a thread per drone, a with statement."""
+    world = World([DroneConfig(name, xy) for name, xy in STARTS.items()], seed=1)
+    with world.serve(port=0) as server:
+        runs = threading.Thread(target=server.run)
+        runs.start()
+        try:
+            with RadioHandlerVel(list(server.uris.values()), cache=tmp_path) as swarm:
+                swarm.takeoff(0.4, 1.0)
+                time.sleep(1.5)
+                assert all(drone.true_position[2] > 0.2 for drone in world.drones)
+            # landed when the link is closed
+            assert all(drone.true_position[2] < 0.05 for drone in world.drones)
+        finally:
+            server.stop()
+            runs.join()
