@@ -263,10 +263,12 @@ class Server:
         self._leave_lockstep = self.world.agenda.every(1, self._keep_lockstep)
 
     def _keep_lockstep(self) -> None:
-        self._world_time = self.world.time
         if self._radio is not None:
-            self._radio.turn()
+            self._radio.turn(self._look_at_world_time)
         self.carry_out()
+
+    def _look_at_world_time(self) -> None:
+        self._world_time = self.world.time
 
     def _read_world_time(self) -> float:
         return self._world_time
