@@ -22,12 +22,14 @@ from crazychoir_fw.crtp.statistics import Statistics
 from crazychoir_fw.errors import RangeError, StateError
 
 if TYPE_CHECKING:
+    from crazychoir_fw.simulation.drone import Drone
     from crazychoir_fw.simulation.world import World
 
 HOST, PORT = "127.0.0.1", 19850
 """Where a scan of cflib looks first."""
-_RELAX_TICKS = 40
-"""From one look whether a drone still flies to the next: as often as its supervisor looks."""
+_REST_MS = 200
+"""A drone whose motors have not turned for so long (ms, simulated) does not fly, though its supervisor waits 2 s: the
+next script may want to take off before."""
 
 Observer = Callable[["Server"], None]
 
@@ -78,7 +80,6 @@ class Server:
         self._clock = Clock(self._read_world_time)
         self._link_clock = Clock(self._read_world_time)
         self._leave_lockstep: Callable[[], None] = lambda: None
-        self._next_relax = 0
         self._reported: set[tuple[str, str]] = set()
         self._began = (0.0, 0.0)  # wall and processor time
 
@@ -305,7 +306,7 @@ class Server:
         drone = radio.station.line.drone
         if not self._relax_after_session:
             radio.owes_relax = False
-        elif not drone.is_flying:
+        elif not drone.is_flying or _has_rested(drone):
             radio.owes_relax = False
             drone.uplink.deliver("cf_notify_setpoint_stop")
 
@@ -328,3 +329,9 @@ class Server:
             drones={radio.name: radio.counts for radio in self._radios},
             link=link_figures() if link_figures is not None else {},
         )
+
+
+def _has_rested(drone: Drone) -> bool:
+    """Tell whether no motor has turned faster than idle lately."""
+    onboard = drone.struct.onboard
+    return int(onboard.tick) - int(onboard.supervisor.thrust_tick) > _REST_MS
