@@ -169,7 +169,7 @@ class Server:
         if seconds is not None and not 0.0 <= seconds < 1e9:
             raise RangeError(f"run({seconds!r}): allowed: 0 s or more, or None")
         world, pace = self.world, self._pace
-        end = None if seconds is None else world.tick + round(seconds * TICKS_PER_SECOND)
+        end = None if seconds is None else world.tick + pace.whole_steps(seconds * TICKS_PER_SECOND)
         next_look = time.perf_counter()
         with self._driving():
             while not self._is_stopping:
@@ -186,7 +186,7 @@ class Server:
                     self._wait(look_s)
                     pace.begin(time.perf_counter(), world.tick)
                 elif ticks := pace.due(now, tick):
-                    world.step(ticks)
+                    world.step(ticks if end is None else min(ticks, end - tick))
                     self._world_time = world.time
                 else:
                     self._wait(min(look_s, pace.wait_s(now, tick)))
@@ -206,6 +206,7 @@ class Server:
         try:
             yield
         finally:
+            self._pace.end(time.perf_counter(), self.world.tick)
             self._is_running = False
             if not self._is_stopping:
                 self._enter_lockstep()
