@@ -132,7 +132,7 @@ def _serve(mission: "Mission", request: Request) -> list[str]:
         newest_client_wins=request.newest_wins,
         relax_after_session=not request.keep_priority,
     )
-    with view as show, server:
+    with view as show, server, _stop_at_signals(server):
         _boot(world)
         _plan_faults(mission, world)
         recorder = None
@@ -143,7 +143,7 @@ def _serve(mission: "Mission", request: Request) -> list[str]:
         _announce(server, mission, request)
         picture = _Picture(show, world) if show is not None else None
         try:
-            with _stop_at_signals(server), _Status(server) as status:
+            with _Status(server) as status:
 
                 def observe(_: "Server") -> None:
                     status.show()

@@ -17,6 +17,10 @@ CLIENT_RATE, CLIENT_BURST = 20000.0, 2000.0
 """What the drone takes from its client."""
 STRANGER_RATE, STRANGER_BURST = 1000.0, 200.0
 """What is looked at of all others."""
+NEWCOMER_RATE, NEWCOMER_BURST = 1000.0, 200.0
+"""Requests of all others to begin a session."""
+PROBE_RATE, PROBE_BURST = 10.0, 2.0
+"""Null packets to the client, to see whether it is still there when somebody else wants its drone."""
 NOTE_RATE, NOTE_BURST = 1.0, 20.0
 """Events about sessions: whoever connects without end shall not fill the memory."""
 
@@ -45,4 +49,6 @@ class DroneRadio:
         self.of_logs = Budget(LOG_RATE, LOG_BURST)
         self.of_client = Budget(CLIENT_RATE, CLIENT_BURST)
         self.of_strangers = Budget(STRANGER_RATE, STRANGER_BURST)
+        self.of_newcomers = Budget(NEWCOMER_RATE, NEWCOMER_BURST)
         self.of_notes = Budget(NOTE_RATE, NOTE_BURST)
+        self.of_probes = Budget(PROBE_RATE, PROBE_BURST)

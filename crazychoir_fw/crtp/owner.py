@@ -52,9 +52,9 @@ class Ruling(enum.Enum):
     """It is no packet."""
 
 
-def is_null(datagram: bytes) -> bool:
-    """Tell whether a packet carries nothing: such as scanners send."""
-    return datagram[0] & _HEADER == _NULL
+def is_link_source(datagram: bytes) -> bool:
+    """Tell whether a datagram is a request that begins a session."""
+    return len(datagram) > 0 and datagram[0] & _HEADER == _LINK_SOURCE
 
 
 class Owner:

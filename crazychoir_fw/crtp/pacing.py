@@ -35,7 +35,7 @@ class Pace:
         self.speed = speed or None
         self._ticks_per_step = ticks_per_step
         ticks = SLICE_S * TICKS_PER_SECOND * (speed or 1.0)
-        self._slice = self._rounded_up(min(MAX_SLICE, max(1, round(ticks))))
+        self._slice = self.whole_steps(min(MAX_SLICE, max(1, round(ticks))))
         self._zero = (0.0, 0)  # a time, and the tick that was due then
         self.lag_s = self.worst_lag_s = self.dropped_lag_s = 0.0
         self.resyncs = 0
@@ -50,11 +50,15 @@ class Pace:
         self.lag_s = 0.0
         self._recent.clear()
 
+    def end(self, now: float, tick: int) -> None:
+        """Take the last ticks into account."""
+        self._account(now, tick)
+
     def due(self, now: float, tick: int) -> int:
         """Return by how many ticks to advance from the present one now, 0 to wait."""
         self._account(now, tick)
         if self.speed is None:
-            return self._rounded_up(MAX_SLICE)
+            return self.whole_steps(MAX_SLICE)
         begun, first = self._zero
         behind = (now - begun) * self.speed - (tick - first) / TICKS_PER_SECOND  # [s] simulated
         self.lag_s = max(0.0, behind / self.speed)
@@ -90,6 +94,10 @@ class Pace:
         (since, first), (until, last) = self._recent[0], self._recent[-1]
         return (last - first) / TICKS_PER_SECOND / (until - since)
 
+    def whole_steps(self, ticks: float) -> int:
+        """Return the ticks of as many whole steps as it takes."""
+        return -(-round(ticks) // self._ticks_per_step) * self._ticks_per_step
+
     def _account(self, now: float, tick: int) -> None:
         if self._last is not None:
             self.wall_seconds += now - self._last[0]
@@ -99,6 +107,3 @@ class Pace:
             self._recent.append((now, tick))
             while now - self._recent[0][0] > _RECENT_S * 1.1:
                 self._recent.popleft()
-
-    def _rounded_up(self, ticks: int) -> int:
-        return -(-ticks // self._ticks_per_step) * self._ticks_per_step

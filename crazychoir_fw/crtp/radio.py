@@ -14,7 +14,7 @@ from functools import partial
 from crazychoir_fw.crtp.clock import Clock
 from crazychoir_fw.crtp.drone_radio import DroneRadio
 from crazychoir_fw.crtp.link_model import Direction, Link
-from crazychoir_fw.crtp.owner import Address, Ruling
+from crazychoir_fw.crtp.owner import Address, Ruling, is_link_source
 from crazychoir_fw.crtp.packet import NULL
 from crazychoir_fw.crtp.sockets import read_refusals, receive
 
@@ -102,14 +102,19 @@ class Radio:
             with suppress(OSError):
                 self._wake_in.send(b"\0")
 
-    def turn(self) -> None:
-        """Do everything there is to do now, in the thread of the caller."""
+    def turn(self, advance: Callable[[], None]) -> None:
+        """Take what has come, let the clocks advance, and do what is due then, all in the thread of the caller.
+
+        Whether the radio thread or this one takes a packet, it has come before the clocks advanced.
+        """
         with self._lock:
             for _ in range(_MOST_DATAGRAMS):
                 events = self._selector.select(0)
-                self._handle(events)
                 if not events:
                     break
+                self._handle(events)
+            advance()
+            self._handle([])
 
     # ---------------------------------------------------------------- the thread
 
@@ -182,7 +187,11 @@ class Radio:
         counts, owner = radio.counts, radio.owner
         counts.received += 1
         previous = owner.address
-        budget = radio.of_client if address == previous else radio.of_strangers
+        if address == previous:
+            budget = radio.of_client
+        else:
+            # who cannot ask a second time shall get through while somebody else sends garbage
+            budget = radio.of_newcomers if is_link_source(datagram) else radio.of_strangers
         if not budget.take(now):
             counts.rate_limited += 1
             return
@@ -200,7 +209,7 @@ class Radio:
                 radio.socket.sendto(NULL, address)
         elif ruling is Ruling.KEEP:
             self._refuse(radio, address, now)
-            if previous is not None:
+            if previous is not None and radio.of_probes.take(now):
                 # should its socket be closed, the operating system says so at once
                 with suppress(OSError):
                     radio.socket.sendto(NULL, previous)

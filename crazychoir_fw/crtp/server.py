@@ -22,12 +22,14 @@ from crazychoir_fw.crtp.statistics import Statistics
 from crazychoir_fw.errors import RangeError, StateError
 
 if TYPE_CHECKING:
+    from crazychoir_fw.simulation.drone import Drone
     from crazychoir_fw.simulation.world import World
 
 HOST, PORT = "127.0.0.1", 19850
 """Where a scan of cflib looks first."""
-_RELAX_TICKS = 40
-"""From one look whether a drone still flies to the next: as often as its supervisor looks."""
+_REST_MS = 200
+"""A drone whose motors have not turned for so long (ms, simulated) does not fly, though its supervisor waits 2 s: the
+next script may want to take off before."""
 
 Observer = Callable[["Server"], None]
 
@@ -78,7 +80,6 @@ class Server:
         self._clock = Clock(self._read_world_time)
         self._link_clock = Clock(self._read_world_time)
         self._leave_lockstep: Callable[[], None] = lambda: None
-        self._next_relax = 0
         self._reported: set[tuple[str, str]] = set()
         self._began = (0.0, 0.0)  # wall and processor time
 
@@ -168,7 +169,7 @@ class Server:
         if seconds is not None and not 0.0 <= seconds < 1e9:
             raise RangeError(f"run({seconds!r}): allowed: 0 s or more, or None")
         world, pace = self.world, self._pace
-        end = None if seconds is None else world.tick + round(seconds * TICKS_PER_SECOND)
+        end = None if seconds is None else world.tick + pace.whole_steps(seconds * TICKS_PER_SECOND)
         next_look = time.perf_counter()
         with self._driving():
             while not self._is_stopping:
@@ -185,7 +186,7 @@ class Server:
                     self._wait(look_s)
                     pace.begin(time.perf_counter(), world.tick)
                 elif ticks := pace.due(now, tick):
-                    world.step(ticks)
+                    world.step(ticks if end is None else min(ticks, end - tick))
                     self._world_time = world.time
                 else:
                     self._wait(min(look_s, pace.wait_s(now, tick)))
@@ -205,6 +206,7 @@ class Server:
         try:
             yield
         finally:
+            self._pace.end(time.perf_counter(), self.world.tick)
             self._is_running = False
             if not self._is_stopping:
                 self._enter_lockstep()
@@ -263,10 +265,12 @@ class Server:
         self._leave_lockstep = self.world.agenda.every(1, self._keep_lockstep)
 
     def _keep_lockstep(self) -> None:
-        self._world_time = self.world.time
         if self._radio is not None:
-            self._radio.turn()
+            self._radio.turn(self._look_at_world_time)
         self.carry_out()
+
+    def _look_at_world_time(self) -> None:
+        self._world_time = self.world.time
 
     def _read_world_time(self) -> float:
         return self._world_time
@@ -303,7 +307,7 @@ class Server:
         drone = radio.station.line.drone
         if not self._relax_after_session:
             radio.owes_relax = False
-        elif not drone.is_flying:
+        elif not drone.is_flying or _has_rested(drone):
             radio.owes_relax = False
             drone.uplink.deliver("cf_notify_setpoint_stop")
 
@@ -326,3 +330,9 @@ class Server:
             drones={radio.name: radio.counts for radio in self._radios},
             link=link_figures() if link_figures is not None else {},
         )
+
+
+def _has_rested(drone: Drone) -> bool:
+    """Tell whether no motor has turned faster than idle lately."""
+    onboard = drone.struct.onboard
+    return int(onboard.tick) - int(onboard.supervisor.thrust_tick) > _REST_MS
