@@ -72,6 +72,11 @@ class Agenda:
 
         return cancel
 
+    @property
+    def periods(self) -> list[int]:
+        """Periods (ticks) of all periodic appointments, in the order of their coming."""
+        return [entry.period for entry in self._periodic]
+
     def next_stop(self, limit: int) -> int:
         """Return the first tick after the present one that somebody has an appointment at, at most `limit`."""
         stop = limit

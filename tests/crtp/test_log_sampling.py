@@ -210,12 +210,13 @@ def test_blocks_go_on_when_time_goes_back(world, station):
 
 def test_nothing_is_left_on_the_agenda(world, station):
     world.step(5)
+    appointments = world.agenda.periods
     for number, period in enumerate([1, 5, 10, 35, 1000]):
         start(station, number, period, ROLL)
     station.end_session()
     world.step(2000)
     station.line.take_out()
-    assert world.agenda.next_stop(10**6) == 10**6
+    assert world.agenda.periods == appointments
     assert not sampler_of(world)._groups
 
 
@@ -227,7 +228,8 @@ def test_logging_changes_no_bit_of_a_flight():
         world.wait_until_ready()
         world["cf1"].high_level_commander.takeoff(0.5, 1.0)
         world.run(1.5)
-        return world.snapshot().tobytes()
+        # what the drone knows of its radio is another matter
+        return *world.data.qpos, *world.data.qvel, *world["cf1"].estimated_position, world["cf1"].battery_voltage
 
     assert fly(True) == fly(False)
 

@@ -39,7 +39,7 @@ class Bench:
     def __init__(self, storage=None, world=None, **options):
         self.world = world or World([DroneConfig("cf1", **options)], visuals=False)
         self.drone = self.world["cf1"]
-        self.station = Station(self.world, self.drone, storage)
+        self.station = Station(self.world, self.drone, storage=storage)
         self.service = next(service for service in self.station.services if isinstance(service, ParamService))
         self.line = self.station.line
         self.line.carry_out()

@@ -25,7 +25,7 @@ _C_REQUESTS = re.compile(
     r"cf_(send|inject)_\w+"
     r"|cf_(arm|recover_from_crash|emergency_stop|fail_pilot|reboot|notify_setpoint_stop|set_group_mask)"
     r"|cf_(takeoff|land|stop|go_to|spiral|takeoff_with_velocity|land_with_velocity)"
-    r"|cf_(write|define|start)_trajectory"
+    r"|cf_(write|define|start)_trajectory|cf_write_memory"
 )
 """C functions that clients ask for; a file may name others, which are not for everybody."""
 
@@ -57,8 +57,8 @@ class Uplink:
             return True
         if _C_REQUESTS.fullmatch(verb) is None or not hasattr(lib, verb):
             return False
-        if verb == "cf_write_trajectory":
-            _offset, length, data = arguments
+        if verb in ("cf_write_trajectory", "cf_write_memory"):
+            *_where, length, data = arguments
             return isinstance(data, bytes) and len(data) == length
         if verb == "cf_fail_pilot":
             return len(arguments) == 1 and isinstance(arguments[0], bytes)
