@@ -46,6 +46,7 @@ class Request:
     threads: int | None
     newest_wins: bool
     keep_priority: bool
+    storage: Path | None
 
 
 def serve(
@@ -78,6 +79,9 @@ def serve(
         bool,
         typer.Option("--keep-priority", help="Do not relax the priority of set-points when a client has gone."),
     ] = False,
+    storage: Annotated[
+        Path | None, typer.Option(help="Folder of what clients store on their drones, from one run to the next.")
+    ] = None,
 ) -> None:
     """Serve the drones of a mission by UDP, so that scripts with cflib fly them; its phases are not flown."""
     from crazychoir_fw.errors import CrazychoirError
@@ -85,7 +89,7 @@ def serve(
     require_way(view)
     if (mission is None) == (drones is None):
         refuse("name a mission file, or a number of drones with --drones")
-    request = Request(host, port, speed, seconds, out, view, threads, newest_wins, keep_priority)
+    request = Request(host, port, speed, seconds, out, view, threads, newest_wins, keep_priority, storage)
     try:
         chosen = _mission(mission, drones, {"seed": seed, "provider": provider})
         if out is not None:
@@ -116,6 +120,7 @@ def _mission(path: Path | None, drones: int | None, overrides: dict[str, Any]) -
 def _serve(mission: "Mission", request: Request) -> list[str]:
     """Serve until the end. Returns what the core stopped drones for, one sentence each."""
     from crazychoir_fw.errors import StateError
+    from crazychoir_fw.mission.radios import simulated_radios
     from crazychoir_fw.mission.runner import LOG_RATE, build_world
     from crazychoir_fw.simulation import FlightRecorder
 
@@ -129,8 +134,10 @@ def _serve(mission: "Mission", request: Request) -> list[str]:
         request.host,
         request.port,
         request.speed,
+        simulated_radios(mission),
         newest_client_wins=request.newest_wins,
         relax_after_session=not request.keep_priority,
+        storage=request.storage,
     )
     with view as show, server, _stop_at_signals(server):
         _boot(world)
@@ -157,6 +164,10 @@ def _serve(mission: "Mission", request: Request) -> list[str]:
             console.print(str(error), markup=False)  # the window was closed
     statistics = server.statistics()
     console.print(_summary(statistics))
+    if statistics.link:
+        from crazychoir_fw.crtp.link_model.tables import link_tables
+
+        console.print(link_tables(statistics.link))
     if request.out is not None and recorder is not None:
         _write(request.out, mission, recorder, statistics)
     return [drone.failure for drone in world.drones if drone.failure is not None]

@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from crazychoir_fw.crtp.clock import Clock
@@ -59,6 +60,7 @@ class Server:
         newest_client_wins: bool = False,
         relax_after_session: bool = True,
         silence: float = SILENCE_S,
+        storage: str | Path | None = None,
         services: Sequence[Callable[[Line], Service]] = SERVICES,
     ) -> None:
         """Get ready; see `World.serve`."""
@@ -75,6 +77,7 @@ class Server:
         self._newest_client_wins = newest_client_wins
         self._relax_after_session = relax_after_session
         self._silence_s = silence
+        self._storage = storage
         self._services = services
         self._radios: list[DroneRadio] = []
         self._radio: Radio | None = None
@@ -101,7 +104,8 @@ class Server:
         """Open the ports and answer.
 
         Raises:
-            RangeError: If there are not so many ports, or the host is none of this machine.
+            RangeError: If there are not so many ports, the host is none of this machine, or what drones have stored
+                cannot be read.
             StateError: If a port is taken, or the server has been started.
         """
         if self._radio is not None:
@@ -110,7 +114,7 @@ class Server:
         sockets = open_sockets(self.host, self.port, len(drones))
         self._radios = []
         for drone, opened in zip(drones, sockets, strict=True):
-            station = Station(self.world, drone, services=self._services)
+            station = Station(self.world, drone, services=self._services, storage=self._storage)
             station.line.wake_simulation = self._wake
             self._radios.append(
                 DroneRadio(station, opened, Owner(self._silence_s, newest_wins=self._newest_client_wins))

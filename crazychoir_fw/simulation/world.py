@@ -347,6 +347,7 @@ class World:
         newest_client_wins: bool = False,
         relax_after_session: bool = True,
         silence: float = 1.0,
+        storage: str | Path | None = None,
     ) -> Server:
         """Return a server of all drones, so that the unmodified cflib flies them; to be used in a with statement.
 
@@ -361,6 +362,8 @@ class World:
             newest_client_wins: Whether a second client takes a drone from the first, instead of waiting for it.
             relax_after_session: Whether the high-level commander has a drone back when its client has gone.
             silence: Time (s) without a packet after which a client has gone.
+            storage: Folder of the parameters that clients store on their drones; None keeps them for as long as the
+                world lives.
 
         Raises:
             RangeError: If a value is outside its range.
@@ -378,6 +381,7 @@ class World:
             newest_client_wins=newest_client_wins,
             relax_after_session=relax_after_session,
             silence=silence,
+            storage=storage,
         )
 
     def render(
