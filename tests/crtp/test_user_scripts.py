@@ -3,6 +3,7 @@
 All of them fly at once, in one world; where they really flew is what the log of the simulation says.
 """
 
+import json
 import os
 import re
 import signal
@@ -16,6 +17,7 @@ import pytest
 
 from crazychoir_fw.mission import load_mission
 from crazychoir_fw.report.flight_log import FlightLog
+from crazychoir_fw.simulation.replay import replay
 
 pytest.importorskip("cflib")
 
@@ -61,43 +63,57 @@ def uris_of(server):
     raise AssertionError(f"does not serve: {text}")
 
 
-@pytest.fixture(scope="module")
-def served(tmp_path_factory):
-    out, cache = tmp_path_factory.mktemp("served"), str(tmp_path_factory.mktemp("cache"))
+def start(words):
+    return subprocess.Popen(
+        [sys.executable, SCRIPTS / words[0], *words[1:]], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def finish(process):
+    try:
+        output, errors = process.communicate(timeout=LONGEST_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        output, errors = process.communicate()
+    return Outcome(process.returncode, output, errors)
+
+
+def fly_all(out, cache):
+    """Serve, let all scripts fly, and return their outcomes, and how much of real time the simulation kept."""
     crazychoir = [sys.executable, "-c", "from crazychoir_fw.cli import app; app()"]
     command = [*crazychoir, "serve", MISSION, "--port", "0", "--out", out]
     environment = {**os.environ, "COLUMNS": "120"}
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as server:
         try:
             uris = uris_of(server)
-            running = {}
             starts = {drone.id: drone.position for drone in load_mission(MISSION).drones}
-            for drone, (x, y, *_) in starts.items():
-                if not drone.startswith("swarm"):
-                    running[drone] = [f"{drone}.py", uris[drone], cache, str(x), str(y)]
-            running["persistent"] = ["persistent.py", uris["persistent"], cache, "ring.effect", "7"]
-            running["swarm"] = ["swarm_sequence.py", cache, *(uris[f"swarm{i + 1}"] for i in range(10))]
-            processes = {
-                name: subprocess.Popen(
-                    [sys.executable, SCRIPTS / words[0], *words[1:]],
-                    stdout=subprocess.PIPE,
-                    stderr=subprocess.PIPE,
-                    text=True,
-                )
-                for name, words in running.items()
+            scripts = {
+                name: [f"{name}.py", uris[name], cache, str(x), str(y)]
+                for name, (x, y, *_) in starts.items()
+                if not name.startswith("swarm")
             }
-            outcomes = {}
-            for name, process in processes.items():
-                try:
-                    output, errors = process.communicate(timeout=LONGEST_S)
-                except subprocess.TimeoutExpired:
-                    process.kill()
-                    output, errors = process.communicate()
-                outcomes[name] = Outcome(process.returncode, output, errors)
+            scripts["persistent"][3:] = ["ring.effect", "7"]
+            scripts["swarm"] = ["swarm_sequence.py", cache, *(uris[f"swarm{i + 1}"] for i in range(10))]
+            # the first one fetches the tables of contents, the others find them in the cache
+            outcomes = {"dump": finish(start(scripts.pop("dump")))}
+            processes = {name: start(words) for name, words in scripts.items()}
+            outcomes |= {name: finish(process) for name, process in processes.items()}
         finally:
             server.send_signal(signal.SIGINT)
             server.communicate(timeout=LONGEST_S)
-    return Served(outcomes, FlightLog.load(out / "log.npz"))
+    statistics = json.loads((out / "statistics.json").read_text())
+    return outcomes, statistics["real_time_factor"]
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory):
+    """Scripts go by the clock on the wall; where the simulation could not keep up with it, they prove nothing."""
+    for _attempt in range(3):
+        out = tmp_path_factory.mktemp("served")
+        outcomes, real_time_factor = fly_all(out, str(tmp_path_factory.mktemp("cache")))
+        if real_time_factor > 0.75:
+            return Served(outcomes, FlightLog.load(out / "log.npz"))
+    pytest.skip(f"this machine is too busy for real time: {real_time_factor:.2f}")
 
 
 SOLO = [
@@ -237,3 +253,9 @@ def test_the_multiranger_sees_the_drone_in_front_of_it(served):
     front, *others = served.scripts["multiranger"].output.split()
     assert float(front) == pytest.approx(0.95, abs=0.04)  # to the hull
     assert others == ["None"] * 4
+
+
+def test_what_was_flown_can_be_flown_again(served):
+    """The journal has every packet that reached a drone, in simulated time."""
+    again = replay(served.log)
+    assert again.deviation is None
