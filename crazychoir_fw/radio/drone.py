@@ -239,6 +239,7 @@ class RadioDrone:
         if not self._is_active and self._mode not in (Mode.STOPPED, Mode.LANDED) and self.is_flying:
             self._is_active = True  # an earlier program left it in the air
         self._land(height, duration, "")
+        self._outbox.wake()
         self._emit()
 
     def stop(self, reason: str = "") -> None:
@@ -261,16 +262,19 @@ class RadioDrone:
                 # the planner, at rest, keeps the watchdog on board quiet until the next command
                 self._outbox.post(self._release)
             self._is_ready = False
+        self._outbox.wake()
 
     def arm(self, armed: bool = True) -> None:
         """Arm or disarm, for drones that need it; `takeoff` does it as well."""
         self._outbox.post(lambda: self._on_air(lambda cf: cf.supervisor.send_arming_request(armed)))
+        self._outbox.wake()
 
     def emergency_stop(self) -> None:
         """Stop the motors until the drone is restarted; nothing else brings it back."""
         with self._lock:
             self._stop("emergency stop")
             self._outbox.post(lambda: self._on_air(lambda cf: cf.supervisor.send_emergency_stop()))
+        self._outbox.wake()
 
     def make_ready(self) -> None:
         """Wait until the motors may run, arming the drone where it must be.
@@ -551,6 +555,7 @@ class RadioDrone:
                 return
             self._asked_to_arm = now
         self._outbox.post(lambda: self._on_air(self._arm_if_needed))
+        self._outbox.wake()
 
     def _arm_if_needed(self, cf: LinkedCrazyflie) -> None:
         bits = supervisor_bits(cf)
@@ -590,6 +595,7 @@ class RadioDrone:
             # with the heading that it stands in
             lambda: self._on_air(lambda cf: cf.high_level_commander.takeoff(height, duration, yaw=None)),
         )
+        self._outbox.wake()
 
     def _land(self, height: float, duration: float, reason: str) -> None:
         with self._lock:
