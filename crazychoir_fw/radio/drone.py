@@ -29,7 +29,7 @@ from crazychoir_fw.radio.supervisor import CAN_BE_ARMED, IS_ARMED, IS_FLYING, ma
 
 _DEFAULT_LOG = {"stabilizer.roll": 5.0, "stabilizer.pitch": 5.0, "stabilizer.yaw": 5.0}
 _SAFETY_HZ = 10.0  # odometry for the safety area, when nobody else wants some
-_FRESH_S = 1.0  # an older position bends no velocity
+_FRESH_S = 1.0  # an older position says nothing about the safety area
 _RESET_S = 0.1  # between both writes of a reset of the estimator
 _LAND_EXTRA_S = 0.3  # the planner stops the motors a little after the end of its landing
 _ARM_AGAIN_S = 1.0
@@ -664,10 +664,12 @@ class RadioDrone:
         self._emit()
 
     def _inside(self, velocity: Sequence[float]) -> Sequence[float]:
-        """Bend a velocity (m/s, world) at the border of the safety area."""
+        """Bend a velocity (m/s, world) at the border of the safety area; without knowing where, stand still."""
         area, known = self._options.safety_area, self._position
-        if area is None or known is None or self._clock() - known[0] > _FRESH_S:
+        if area is None or known is None:
             return velocity
+        if self._clock() - known[0] > _FRESH_S:
+            return (0.0, 0.0, 0.0)
         return area.velocity(known[1], velocity)
 
     def _check_start(self, height: float) -> None:
