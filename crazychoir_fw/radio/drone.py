@@ -269,6 +269,11 @@ class RadioDrone:
         self._outbox.post(lambda: self._on_air(lambda cf: cf.supervisor.send_arming_request(armed)))
         self._outbox.wake()
 
+    def recover(self) -> None:
+        """Tell a drone that has crashed, and lies on its feet again, that it may fly."""
+        self._outbox.post(lambda: self._on_air(lambda cf: cf.supervisor.send_crash_recovery_request()))
+        self._outbox.wake()
+
     def emergency_stop(self) -> None:
         """Stop the motors until the drone is restarted; nothing else brings it back."""
         with self._lock:
