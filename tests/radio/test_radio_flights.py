@@ -1,8 +1,11 @@
 """Flights of handlers over UDP, against the world that they really fly in."""
 
 import math
+import subprocess
+import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,6 +25,7 @@ from crazychoir_fw.simulation import DroneConfig, World
 
 pytestmark = pytest.mark.skipif(not hasattr(World, "serve"), reason="this world has no radio")
 
+EXAMPLE = Path(__file__).parents[2] / "examples" / "radio" / "two_drones.py"
 STARTS = {"cf1": (0.0, 0.0), "cf2": (1.0, 0.0)}
 
 
@@ -126,8 +130,9 @@ def attitude(odometry):
     )
 
 
-@pytest.mark.parametrize("platform", ["cf2", "cf21bl"])
-@pytest.mark.parametrize("handler_class", [RadioHandlerFPQR, RadioHandlerFRPY])
+@pytest.mark.parametrize(
+    ("handler_class", "platform"), [(RadioHandlerFPQR, "cf2"), (RadioHandlerFPQR, "cf21bl"), (RadioHandlerFRPY, "cf2")]
+)
 def test_hover_by_thrust(flight, handler_class, platform):
     air = flight(platform=platform)
     swarm = air.connect(handler_class, thrust=platform, odometry_hz=100, command_timeout_s=0.5)
@@ -311,19 +316,42 @@ def test_a_server_that_ends_is_a_lost_link_and_comes_back(flight, eventually):
     np.testing.assert_allclose(air.where(1), (0.0, 0.0, 0.6), atol=0.06)
 
 
-def test_real_time_with_threads(tmp_path):
-    """As a user flies: the world at the pace of the wall, a thread per drone, a with statement."""
+@pytest.fixture
+def real_time():
+    """A world at the pace of the wall, and where it is served."""
     world = World([DroneConfig(name, xy) for name, xy in STARTS.items()], seed=1)
     with world.serve(port=0) as server:
         runs = threading.Thread(target=server.run)
         runs.start()
-        try:
-            with RadioHandlerVel(list(server.uris.values()), cache=tmp_path) as swarm:
-                swarm.takeoff(0.4, 1.0)
-                time.sleep(1.5)
-                assert all(drone.true_position[2] > 0.2 for drone in world.drones)
-            # landed when the link is closed
-            assert all(drone.true_position[2] < 0.05 for drone in world.drones)
-        finally:
-            server.stop()
-            runs.join()
+        yield world, list(server.uris.values())
+        server.stop()
+        runs.join()
+
+
+def test_real_time_with_threads(real_time, tmp_path, eventually):
+    """As a user flies: a thread per drone, a with statement."""
+    world, uris = real_time
+    with RadioHandlerVel(uris, cache=tmp_path) as swarm:
+        swarm.takeoff(0.4, 1.0)
+        eventually(lambda: all(drone.true_position[2] > 0.3 for drone in world.drones))
+    # landed when the links are closed
+    eventually(lambda: all(drone.true_position[2] < 0.05 for drone in world.drones))
+
+
+def test_the_example_flies(real_time, eventually):
+    world, uris = real_time
+    run = subprocess.run([sys.executable, EXAMPLE, *uris], capture_output=True, text=True, timeout=120)
+    assert run.returncode == 0, run.stderr
+    assert "agent_0 ends its half circle at" in run.stdout
+    # the diameter is speed times time over half of pi
+    for drone, sign in zip(world.drones, (1, -1), strict=True):
+        x, y = STARTS[drone.id]
+        np.testing.assert_allclose(drone.true_position[:2], (x + sign * 0.3 * 4.0 / math.pi * 2, y), atol=0.35)
+    eventually(lambda: all(drone.true_position[2] < 0.05 for drone in world.drones))
+
+
+def test_the_example_says_what_to_start():
+    run = subprocess.run([sys.executable, EXAMPLE, "udp://127.0.0.1:9"], capture_output=True, text=True, timeout=120)
+    assert run.returncode == 1
+    assert "agent_0: udp://127.0.0.1:9: " in run.stderr
+    assert "crazychoir serve --drones 2" in run.stderr
