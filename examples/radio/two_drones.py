@@ -12,7 +12,7 @@ from crazychoir_fw.errors import CrazychoirError
 from crazychoir_fw.radio import RadioHandlerVel, SafetyArea
 
 URIS = sys.argv[1:] or ["udp://127.0.0.1:19850", "udp://127.0.0.1:19851"]
-SPEED, SECONDS = 0.3, 4.0
+SPEED, SECONDS = 0.3, 3.0
 
 try:
     swarm = RadioHandlerVel(URIS, odometry_hz=20, safety_area=SafetyArea((-3, -3, 0), (3, 3, 2))).connect()
@@ -22,7 +22,7 @@ except CrazychoirError as error:
 with swarm:
     swarm.on_event = lambda agent, kind, text: print(f"{agent}: {kind}: {text}")
     swarm.takeoff(0.6, duration=2.0)
-    time.sleep(2.5)
+    time.sleep(2.2)
     began = time.monotonic()
     while (t := time.monotonic() - began) < SECONDS:
         angle = math.pi * t / SECONDS
@@ -31,5 +31,4 @@ with swarm:
         time.sleep(0.05)
     for drone in swarm:
         print(f"{drone.agent_id} ends its half circle at", drone.position.round(2))
-    swarm.land(duration=2.0)
-    time.sleep(2.5)
+# leaving the with statement lands them and closes the links
