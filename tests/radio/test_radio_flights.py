@@ -82,7 +82,7 @@ class Flight:
             while drone.odometry.time_s < self.world.time - 0.03 and time.monotonic() < end:
                 time.sleep(0.0002)
 
-    def where(self    def where(self, number):
+    def where(self, number):
         return self.world.drones[number - 1].true_position
 
     def close(self):
