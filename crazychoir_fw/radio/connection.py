@@ -13,6 +13,7 @@ from cflib.crtp.udpdriver import UdpDriver
 from crazychoir_fw.errors import RadioError
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 
+_SERVE = "is `crazychoir serve` running?"
 _DRIVERS_LOCK = threading.Lock()
 
 
@@ -109,11 +110,18 @@ class Connection:
             failure, stage = self._failure, self._stage
         if failure is None and stage in stages:
             return
-        self._give_up(f"{self.uri}: {failure}" if failure is not None else f"{self.uri}: {self._stuck(stage)}")
+        self._give_up(f"{self.uri}: {self._stuck(stage) if failure is None else self._broken(failure)}")
+
+    def _broken(self, failure: str) -> str:
+        return f"nobody listens there; {_SERVE}" if "refused" in failure and self._is_udp else failure
+
+    @property
+    def _is_udp(self) -> bool:
+        return self.uri.startswith("udp:")
 
     def _stuck(self, stage: str) -> str:
         if stage == "nothing":
-            hint = "is `crazychoir serve` running?" if self.uri.startswith("udp:") else "is the drone switched on?"
+            hint = _SERVE if self._is_udp else "is the drone switched on?"
             return f"no answer within the time allowed; {hint}"
         known = "tables of contents" if stage == "answer" else "values of all parameters"
         return f"it answers, but its {known} did not come within the time allowed"

@@ -29,7 +29,7 @@ from crazychoir_fw.radio.supervisor import CAN_BE_ARMED, IS_ARMED, IS_FLYING, ma
 
 _DEFAULT_LOG = {"stabilizer.roll": 5.0, "stabilizer.pitch": 5.0, "stabilizer.yaw": 5.0}
 _SAFETY_HZ = 10.0  # odometry for the safety area, when nobody else wants some
-_FRESH_S = 1.0  # an older position bends no velocity
+_FRESH_S = 1.0  # an older position says nothing about the safety area
 _RESET_S = 0.1  # between both writes of a reset of the estimator
 _LAND_EXTRA_S = 0.3  # the planner stops the motors a little after the end of its landing
 _ARM_AGAIN_S = 1.0
@@ -239,6 +239,7 @@ class RadioDrone:
         if not self._is_active and self._mode not in (Mode.STOPPED, Mode.LANDED) and self.is_flying:
             self._is_active = True  # an earlier program left it in the air
         self._land(height, duration, "")
+        self._outbox.wake()
         self._emit()
 
     def stop(self, reason: str = "") -> None:
@@ -261,16 +262,24 @@ class RadioDrone:
                 # the planner, at rest, keeps the watchdog on board quiet until the next command
                 self._outbox.post(self._release)
             self._is_ready = False
+        self._outbox.wake()
 
     def arm(self, armed: bool = True) -> None:
         """Arm or disarm, for drones that need it; `takeoff` does it as well."""
         self._outbox.post(lambda: self._on_air(lambda cf: cf.supervisor.send_arming_request(armed)))
+        self._outbox.wake()
+
+    def recover(self) -> None:
+        """Tell a drone that has crashed, and lies on its feet again, that it may fly."""
+        self._outbox.post(lambda: self._on_air(lambda cf: cf.supervisor.send_crash_recovery_request()))
+        self._outbox.wake()
 
     def emergency_stop(self) -> None:
         """Stop the motors until the drone is restarted; nothing else brings it back."""
         with self._lock:
             self._stop("emergency stop")
             self._outbox.post(lambda: self._on_air(lambda cf: cf.supervisor.send_emergency_stop()))
+        self._outbox.wake()
 
     def make_ready(self) -> None:
         """Wait until the motors may run, arming the drone where it must be.
@@ -551,6 +560,7 @@ class RadioDrone:
                 return
             self._asked_to_arm = now
         self._outbox.post(lambda: self._on_air(self._arm_if_needed))
+        self._outbox.wake()
 
     def _arm_if_needed(self, cf: LinkedCrazyflie) -> None:
         bits = supervisor_bits(cf)
@@ -590,6 +600,7 @@ class RadioDrone:
             # with the heading that it stands in
             lambda: self._on_air(lambda cf: cf.high_level_commander.takeoff(height, duration, yaw=None)),
         )
+        self._outbox.wake()
 
     def _land(self, height: float, duration: float, reason: str) -> None:
         with self._lock:
@@ -658,10 +669,12 @@ class RadioDrone:
         self._emit()
 
     def _inside(self, velocity: Sequence[float]) -> Sequence[float]:
-        """Bend a velocity (m/s, world) at the border of the safety area."""
+        """Bend a velocity (m/s, world) at the border of the safety area; without knowing where, stand still."""
         area, known = self._options.safety_area, self._position
-        if area is None or known is None or self._clock() - known[0] > _FRESH_S:
+        if area is None or known is None:
             return velocity
+        if self._clock() - known[0] > _FRESH_S:
+            return (0.0, 0.0, 0.0)
         return area.velocity(known[1], velocity)
 
     def _check_start(self, height: float) -> None:

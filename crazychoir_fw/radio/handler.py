@@ -220,6 +220,11 @@ class RadioHandler:
         for drone in self._some(agents):
             drone.arm(armed)
 
+    def recover(self, agents: Agents = None) -> None:
+        """Tell drones that have crashed, and lie on their feet again, that they may fly."""
+        for drone in self._some(agents):
+            drone.recover()
+
     def emergency_stop(self, agents: Agents = None) -> None:
         """Stop motors until the drones are restarted."""
         for drone in self._some(agents):

@@ -40,16 +40,19 @@ class Outbox:
             self._thread.start()
 
     def post(self, *actions: Callable[[], None]) -> None:
-        """Have things done soon, in this order, before any set-point; from any thread."""
+        """Have things done soon, in this order, before any set-point; from any thread, whatever locks it holds.
+
+        Without a thread of its own they are done by the next `wake` or `run_once`.
+        """
         self._posted.extend(actions)
-        self.wake()
+        self._wakes.set()
 
     def drop_posted(self) -> None:
         """Forget what was posted and not yet done."""
         self._posted.clear()
 
     def wake(self) -> None:
-        """Have `tick` called soon; without a thread of its own, now."""
+        """Have `tick` called soon; without a thread of its own, now: not with a lock that it needs."""
         if self._is_threaded:
             self._wakes.set()
         else:
@@ -58,13 +61,19 @@ class Outbox:
     def run_once(self) -> float:
         """Do what is due, and return when there is more to do (s)."""
         with self._one_at_a_time:
-            while self._posted:
-                try:
-                    action = self._posted.popleft()
-                except IndexError:  # dropped meanwhile
-                    break
-                action()
-            return self._tick(self._clock())
+            while True:
+                self._do_posted()
+                due = self._tick(self._clock())
+                if not self._posted:
+                    return due
+
+    def _do_posted(self) -> None:
+        while self._posted:
+            try:
+                action = self._posted.popleft()
+            except IndexError:  # dropped meanwhile
+                return
+            action()
 
     def flush(self, timeout_s: float) -> bool:
         """Wait until everything posted so far is done; False when that took too long."""

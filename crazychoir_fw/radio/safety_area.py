@@ -12,6 +12,7 @@ from crazychoir_fw.errors import RangeError
 
 _COMMANDS = ("clamp", "refuse")
 _BREACHES = ("land", "stop", "report")
+_BACK = 0.3  # m/s
 
 
 @dataclass(frozen=True)
@@ -76,13 +77,19 @@ class SafetyArea:
     def velocity(self, position: NDArray[np.float64], velocity: Sequence[float]) -> tuple[float, float, float]:
         """Return a velocity (m/s, world), shape (3,), that does not reach the border within the horizon.
 
-        Outside, what leads farther out is zero and what leads back stays.
+        Outside it leads back slowly.
         """
         low, high = self._box  # type: ignore[attr-defined]
-        slowest = np.minimum((low - position) / self.horizon_s, 0.0)
-        fastest = np.maximum((high - position) / self.horizon_s, 0.0)
+        slowest = np.minimum((low - position) / self.horizon_s, _BACK)
+        fastest = np.maximum((high - position) / self.horizon_s, -_BACK)
         vx, vy, vz = np.clip(np.asarray(velocity, float), slowest, fastest).tolist()
         return vx, vy, vz
+
+    def leads_out(self, position: NDArray[np.float64], velocity: Sequence[float]) -> bool:
+        """Return whether a velocity (m/s, world) leads out within the horizon, or farther out."""
+        low, high = self._box  # type: ignore[attr-defined]
+        ahead = position + self.horizon_s * np.asarray(velocity, float)
+        return bool(np.any(ahead < np.minimum(low, position)) or np.any(ahead > np.maximum(high, position)))
 
     def __str__(self) -> str:
         low, high = self._box  # type: ignore[attr-defined]

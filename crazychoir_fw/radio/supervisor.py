@@ -97,7 +97,7 @@ def _why(bits: int | None, arms: bool) -> str:
     if bits & IS_LOCKED:
         return "it is locked, and must be restarted"
     if bits & IS_CRASHED:
-        return "it has crashed"
+        return "it has crashed; put it on its feet, and call recover()"
     if bits & IS_TUMBLED:
         return "it has tumbled"
     if not bits & IS_ARMED:

@@ -95,6 +95,7 @@ class ThrustDrone(RadioDrone):
             self._stream.clear()
             self._has_streamed = True  # the zero
             self._become(Mode.READY)
+        self._outbox.wake()
 
     def _send_level(self, cf: LinkedCrazyflie) -> None:
         counts = self.thrust.raw(_SINKING * (self.thrust.weight or 0.0))

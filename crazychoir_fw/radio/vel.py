@@ -49,7 +49,9 @@ class VelDrone(RadioDrone):
         velocity = tuple(limited(value, self.max_speed) for value in (vx, vy, vz))
         turn = math.degrees(limited(yaw_rate, self.max_yaw_rate))
         area = self._options.safety_area
-        if area is not None and area.commands == "refuse" and self._inside(velocity) != velocity:
+        position = self.position
+        refuses = area is not None and area.commands == "refuse" and position is not None
+        if refuses and area.leads_out(position, velocity):
             raise RangeError(f"{self._call('command')}: {velocity} m/s leads out of the safety area {area}")
 
         def send(cf: LinkedCrazyflie) -> None:

@@ -64,6 +64,7 @@ class XYZDrone(RadioDrone):
                 return False
             self._is_active = True
         self._outbox.post(lambda: self._on_air(send))
+        self._outbox.wake()
         return True
 
     def command_point(self, position: Sequence[float], duration: float, yaw: float = 0.0) -> bool:

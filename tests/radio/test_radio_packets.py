@@ -222,7 +222,12 @@ def test_the_first_velocity_arms(fly, air):
 
 @pytest.mark.parametrize(
     ("bits", "why"),
-    [(0b1000000, "it is locked, and must be restarted"), (0b100000, "it has tumbled"), (1, "not armed")],
+    [
+        (0b1000000, "it is locked, and must be restarted"),
+        (0b100000, "it has tumbled"),
+        (1 << 7, "recover"),
+        (1, "not armed"),
+    ],
 )
 def test_a_drone_that_may_not_fly_says_why(fly, air, bits, why):
     air["fake://0"].bits = bits
@@ -240,6 +245,11 @@ def test_one_drone_that_may_not_fly_keeps_no_other_on_the_floor(fly, air):
     with pytest.raises(StateError, match="agent_1"):
         swarm.takeoff()
     assert [bool(air[f"fake://{i}"].take()) for i in range(3)] == [True, False, True]
+
+
+def test_recovery(fly, air):
+    fly(RadioHandlerVel).recover()
+    assert air["fake://0"].take() == [(9, 1, "02")]
 
 
 def test_emergency_stop(fly, air):

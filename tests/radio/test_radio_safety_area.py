@@ -50,11 +50,25 @@ def test_velocities_are_bent_again_while_they_are_repeated(fly, air, clock):
     clock.now += 0.1
     swarm.external_pose(0, (1.1, 0, 1), LEVEL)
     swarm.tick()
-    assert sent_velocity(air) == (0, 0, 0)
+    # outside: back, gently
+    assert sent_velocity(air) == pytest.approx((-0.2, 0, 0))
     swarm.command(0, -1.0, 0, 0)
     clock.now += 0.1
     swarm.tick()
     assert sent_velocity(air) == (-1, 0, 0)
+
+
+def test_a_drone_whose_position_is_old_stands_still(fly, air, clock):
+    swarm = fly(RadioHandlerVel, safety_area=SafetyArea(*BOX), on_silence="repeat")
+    swarm.command(0, 0.5, 0, 0)
+    assert sent_velocity(air) == (0.5, 0, 0)  # never known: somebody else cares
+    swarm.external_pose(0, (0, 0, 1), LEVEL)
+    clock.now += 0.9
+    swarm.tick()
+    assert sent_velocity(air) == (0.5, 0, 0)
+    clock.now += 0.2
+    swarm.tick()
+    assert sent_velocity(air) == (0, 0, 0)
 
 
 def test_velocities_that_lead_out_are_refused(fly, air):
@@ -134,6 +148,8 @@ def test_no_velocity_leads_farther_out(position, velocity):
     bent = np.array(area.velocity(np.array(position), velocity))
     ahead = np.array(position) + 0.5 * bent
     low, high = np.array(BOX)
+    assert area.leads_out(np.array(position), velocity) or np.allclose(bent, velocity, atol=0.31)
+    assert not area.leads_out(np.array(position), bent)
     outside = lambda p: np.maximum(np.maximum(low - p, p - high), 0.0)
     assert np.all(outside(ahead) <= outside(np.array(position)) + 1e-9)
     # and what leads back is left as it is
