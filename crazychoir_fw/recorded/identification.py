@@ -1,4 +1,4 @@
-"""Parameters of the vehicle that recorded flights share: drag, moment of forward flight, inertia, resistance, heat of the motors.
+"""Parameters of the vehicle that recorded flights share: drag, moment of forward flight, inertia, resistance, heat.
 
 Everything is a regression of what the motion demands on what the model says, in the air and below about 3 Hz, where
 the truth is precise and the logs are not yet late. Mass is given. What differs from flight to flight (thrust scale,
