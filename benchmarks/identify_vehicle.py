@@ -27,6 +27,9 @@ UNITS = {
     "flight_moment.thrust": "N",
     "rotors.time_constant_up": "s",
     "rotors.time_constant_down": "s",
+    "rotors.heat_loss": '"1"',
+    "rotors.heat_time": "s",
+    "rotors.heat_thrust": "N",
     "battery.resistance": "Ohm",
 }
 
@@ -51,8 +54,6 @@ def file_text(found: Identified) -> str:
         "# A Crazyflie 2.1 with motion-capture markers and charging deck: what differs from cf2. NANO: identified by",
         f"# benchmarks/identify_vehicle.py from NanoBench (arXiv 2603.09908): {', '.join(found.flights)}.",
         "# Mass is given by the data set; thrust scale and trim differ from flight to flight and are not here.",
-        f"# Motors that are warm deliver {1 - found.warm_up.loss:.4g} of the cold thrust, with a time constant of",
-        f"# {found.warm_up.time:g} s; the plant has no such state (real_flights.py --warm-up).",
         "",
         *(line(name, value, found.spread) for name, value in found.vehicle.items()),
     ]

@@ -25,6 +25,7 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "ground effect": {**OFF, "ground_effect.enabled": True},
     "downwash": {**OFF, "downwash.enabled": True},
     "both (default)": {},
+    "both, warm motors": {"rotors.heat_loss": 0.15},
     "both, steady wind": {"wind.velocity": (0.5, 0.0, 0.0)},
     "both, indoor turbulence": {"wind.turbulence": "indoor"},
     "both, dryden": {"wind.velocity": (0.5, 0.0, 0.0), "wind.turbulence": "dryden"},

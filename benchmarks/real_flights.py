@@ -30,13 +30,11 @@ from crazychoir_fw.recorded.phases import find_phases
 from crazychoir_fw.recorded.plots import draw_chain
 from crazychoir_fw.recorded.prediction import HORIZONS, predict
 from crazychoir_fw.recorded.tuning import tune
-from crazychoir_fw.recorded.warm_up import WarmUp
 from crazychoir_fw.recorded.whole_chain import fly_again
 from crazychoir_fw.replacing import replacing
 
 VEHICLE = Path(vehicles.__file__).with_name("nanobench.yaml")
 IDENTIFIED_FROM = ("B2_circle_slow_rep1", "B5_helix_slow_rep1", "B8_star_slow_rep1")
-WARM_UP = (0.0425, 8.0)
 
 
 def compare(path: Path, options: argparse.Namespace) -> dict[str, Any]:
@@ -56,7 +54,7 @@ def compare(path: Path, options: argparse.Namespace) -> dict[str, Any]:
     row["problems"] = problems
     if flight is None or phases is None:
         return row
-    warm_up, vehicle = WarmUp(*options.warm_up), options.vehicle
+    vehicle = options.vehicle
     drone = {"positioning": options.positioning, "mocap_latency_ms": options.mocap_latency}
     row |= {
         "controller": flight.controller,
@@ -81,18 +79,18 @@ def compare(path: Path, options: argparse.Namespace) -> dict[str, Any]:
             "motor_saturated_share": motors.saturated_share,
             "firmware_thrust_max_n": motors.thrust_max,
         }
-    tuning = attempt("hover", lambda: tune(flight, phases, vehicle, warm_up))
+    tuning = attempt("hover", lambda: tune(flight, phases, vehicle))
     if tuning is None:
         return row
     row["hover"] = {
-        "thrust_scale_cold": tuning.thrust_scale,
+        "thrust_scale": tuning.thrust_scale,
         "trim_torque_nm": list(tuning.trim_torque),
         "voltage_v": tuning.hover_voltage,
         "thrust_axis_off_deg": tuning.misalignment_deg,
         "log_lag_s": tuning.log_lag,
         "seconds": tuning.hover_seconds,
     }
-    if (ahead := attempt("plant", lambda: predict(flight, phases, vehicle, tuning, warm_up))) is not None:
+    if (ahead := attempt("plant", lambda: predict(flight, phases, vehicle, tuning))) is not None:
         row |= {
             "plant_horizons_s": list(HORIZONS),
             "plant_position_cm": list(ahead.position_cm),
@@ -102,7 +100,7 @@ def compare(path: Path, options: argparse.Namespace) -> dict[str, Any]:
             "plant_followed_tilt_median_deg": list(ahead.followed_tilt_median_deg),
             "plant_trim_wander_nm": ahead.trim_wander,
         }
-    if (chain := attempt("chain", lambda: fly_again(flight, phases, vehicle, tuning, warm_up, drone))) is not None:
+    if (chain := attempt("chain", lambda: fly_again(flight, phases, vehicle, tuning, drone))) is not None:
         row |= {
             "path_rms_m": chain.path_rms_m,
             "lag_s": chain.lag_s,
@@ -175,7 +173,6 @@ def main() -> None:
     parser.add_argument("--plots", type=Path, metavar="DIR", help="folder for one PNG per flight")
     parser.add_argument("--vehicle", default=str(VEHICLE), help="YAML file of parameters that differ from cf2")
     parser.add_argument("--identified-from", nargs="*", default=IDENTIFIED_FROM, help="flights to mark with *")
-    parser.add_argument("--warm-up", nargs=2, type=float, default=WARM_UP, metavar=("LOSS", "SECONDS"))
     parser.add_argument("--positioning", default="mocap_position", choices=("mocap_position", "mocap"))
     parser.add_argument("--mocap-latency", type=int, default=30, metavar="MS")
     options = parser.parse_args()

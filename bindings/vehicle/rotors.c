@@ -9,6 +9,7 @@
 static const float TICK        = 0.001f;        // [s]
 static const float RAD_PER_RPM = 0.104719755f;  // [rad/s per rpm]
 static const float STOPPED_RPM = 1.0e-3f;       // below it the rotor stands still: no denormals
+static const float COLD        = 1.0e-6f;       // warmth below which a motor is cold, likewise
 
 // One number per rotor, in one vector register. The compiler does not find this by itself, and it
 // makes the step three times faster (gcc and clang, any processor).
@@ -85,6 +86,8 @@ static bool is_valid(const cf_rotors_config_t *config) {
                         cf_is_within(config->square_rate_up, 0.0f, 0.01f) &&
                         cf_is_within(config->rate_down, 0.0f, 200.0f) &&
                         cf_is_within(config->square_rate_down, 0.0f, 0.01f);
+  const bool has_heat = cf_is_within(config->heat_loss, 0.0f, 0.5f) &&
+                        cf_is_positive(config->heat_time) && cf_is_positive(config->heat_thrust);
   bool       has_efficiency = cf_is_within(config->thrust_scale, 0.0f, 2.0f);
   for (int i = 0; i < CF_ROTOR_COUNT; i++) {
     has_efficiency = has_efficiency && cf_is_within(config->efficiency[i], 0.0f, 2.0f);
@@ -92,7 +95,7 @@ static bool is_valid(const cf_rotors_config_t *config) {
   const bool has_duty = config->duty_bits >= 1 && config->duty_bits <= 16 &&
                         config->duty_lowest_level >= 0 && config->duty_lowest_level <= 65535;
   // the square root of the steady speed exists from the linear voltage on
-  return has_curve && has_body && has_law && has_efficiency && has_duty &&
+  return has_curve && has_body && has_law && has_heat && has_efficiency && has_duty &&
          thrust_curve(curve, every(config->linear_voltage))[0] >= 0.0f;
 }
 
@@ -109,6 +112,8 @@ cf_status_t cf_rotors_init(cf_rotors_t *rotors, const cf_rotors_config_t *config
       .decay_up           = expf(-TICK / config->time_constant_up),
       .decay_down         = expf(-TICK / config->time_constant_down),
       .vibration_per_rpm2 = 1.0f / ((float)CF_ROTOR_COUNT * hover_rpm * hover_rpm),
+      .heat_rate          = 1.0f - expf(-TICK / config->heat_time),
+      .heat_per_thrust    = 1.0f / config->heat_thrust,
   };
   for (int i = 0; i < CF_ROTOR_COUNT; i++) {
     cf_rotors_set_efficiency(rotors, i, config->efficiency[i]);
@@ -158,6 +163,18 @@ static inline lanes_t quadratic(const cf_rotors_config_t *config, lanes_t before
   return before + (target - before) * choose(share > every(1.0f), every(1.0f), share);
 }
 
+// Heats the motors for a tick; returns their thrust, from that of motors with a warmth of 1.
+// The current of a motor goes with its thrust, and its heat with the square of that.
+static inline lanes_t fade(cf_rotors_t *rotors, lanes_t thrust) {
+  const lanes_t before  = load(rotors->warmth);
+  const lanes_t current = rotors->heat_per_thrust * thrust;
+  const lanes_t moved   = before + rotors->heat_rate * (current * current - before);
+  const lanes_t warmth  = if_above(moved, every(COLD), every(0.0f));
+  const lanes_t share   = 1.0f + rotors->config.heat_loss * (1.0f - warmth);
+  store(rotors->warmth, warmth);
+  return thrust * if_above(share, every(0.0f), every(0.0f));
+}
+
 void cf_rotors_step(cf_rotors_t *rotors, const uint16_t ratios[CF_ROTOR_COUNT],
                     float pack_voltage) {
   const cf_rotors_config_t *config = &rotors->config;
@@ -171,7 +188,8 @@ void cf_rotors_step(cf_rotors_t *rotors, const uint16_t ratios[CF_ROTOR_COUNT],
   const lanes_t rpm     = if_above(moved, every(STOPPED_RPM), every(0.0f));
 
   // what it does to the body
-  const lanes_t thrust  = load(rotors->gain) * thrust_of(config, rpm);
+  const lanes_t warm    = load(rotors->gain) * thrust_of(config, rpm);
+  const lanes_t thrust  = config->heat_loss > 0.0f ? fade(rotors, warm) : warm;
   const lanes_t torque  = config->curve.thrust_to_torque * thrust;
   const lanes_t spin_up = (config->inertia * (RAD_PER_RPM / TICK)) * (rpm - before);
   const lanes_t squares = rpm * rpm;

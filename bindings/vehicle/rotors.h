@@ -6,11 +6,16 @@
  *   V     = duty * V_pack
  *   n_c   = (-f1 + sqrt(f1^2 + 4 f2 F(V))) / (2 f2),  F the thrust curve of the platform
  *   n     = n_c + (n - n_c) exp(-h / tau), or by dn/dt = a (n_c - n) + b (n_c^2 - n^2)
- *   f     = thrust_scale * efficiency * (f1 n + f2 n^2),  Q = thrust_to_torque * f
+ *   f     = thrust_scale * efficiency * (1 + l (1 - w)) (f1 n + f2 n^2),  Q = thrust_to_torque * f
+ *   dw/dt = ((f / f_w)^2 - w) / T,  f here that of a motor with w = 1
  *
  * with one tau, or one a and one b, for speeding up and others for slowing down, so that a steady
  * motor gives exactly the thrust curve that the onboard battery compensation inverts. Below
  * `linear_voltage` the curve bends through zero; there n_c falls linearly to 0.
+ *
+ * w is the warmth of the winding, heated by its current, which goes with thrust. A cold motor has
+ * w = 0 and delivers a share l more than one that has long carried the thrust f_w; l = 0 leaves
+ * that out.
  *
  * M1 front right, M2 back right, M3 back left, M4 front left; M1 and M3 turn counter-clockwise seen
  * from above, so their reaction torque on the body is negative about z. */
@@ -54,6 +59,11 @@ typedef struct {
   int   duty_bits;          // 8 brushed PWM, 11 DSHOT, 16 no quantization; 1 to 16
   int   duty_lowest_level;  // levels below this one stop the motor; 0 when all count
 
+  // how thrust fades as the windings get warm
+  float heat_loss;    // [0, 0.5], l
+  float heat_time;    // [s] > 0, T
+  float heat_thrust;  // [N] > 0, f_w
+
   // what this very vehicle delivers, in [0, 2]: thrust and torque at a given speed
   float thrust_scale;                // of all four
   float efficiency[CF_ROTOR_COUNT];  // of each; 0 stops the rotor
@@ -70,9 +80,12 @@ typedef struct {
   float decay_up;                    // exp(-h / tau)
   float decay_down;
   float vibration_per_rpm2;  // [1/rpm^2]
+  float heat_rate;           // 1 - exp(-h / T)
+  float heat_per_thrust;     // [1/N], 1 / f_w
 
   // state
-  float rpm[CF_ROTOR_COUNT];  // [rpm] >= 0
+  float rpm[CF_ROTOR_COUNT];     // [rpm] >= 0
+  float warmth[CF_ROTOR_COUNT];  // >= 0, stays 0 without a loss
 
   // outputs of the last step
   float thrust[CF_ROTOR_COUNT];   // [N] along body z, >= 0

@@ -1,4 +1,4 @@
-"""Parameters of the vehicle that recorded flights share: drag, moment of forward flight, inertia, resistance, warm-up.
+"""Parameters of the vehicle that recorded flights share: drag, moment of forward flight, inertia, resistance, heat.
 
 Everything is a regression of what the motion demands on what the model says, in the air and below about 3 Hz, where
 the truth is precise and the logs are not yet late. Mass is given. What differs from flight to flight (thrust scale,
@@ -18,10 +18,9 @@ from crazychoir_fw.errors import RangeError
 from crazychoir_fw.recorded.nanobench import PERIOD, RecordedFlight
 from crazychoir_fw.recorded.phases import Phases, find_phases
 from crazychoir_fw.recorded.prediction import predict
-from crazychoir_fw.recorded.signals import Array, smooth
+from crazychoir_fw.recorded.signals import Array, least, smooth
 from crazychoir_fw.recorded.tuning import GRAVITY, Balance, balance, rotor_history, true_motion, tune
 from crazychoir_fw.recorded.vehicle_model import VehicleModel
-from crazychoir_fw.recorded.warm_up import WarmUp
 
 MASS = 0.04085
 """Mass (kg) of NanoBench's vehicle with markers and charging deck."""
@@ -29,7 +28,9 @@ MASS = 0.04085
 _WIDTH = 8  # rows, of the smoothing: 3 dB at 1.7 Hz
 _ROUNDS = 3
 _TIME_CONSTANTS = (0.03, 0.05, 0.07, 0.1)  # [s]
-_TIMES = (2.0, 3.0, 4.0, 6.0, 8.0)  # [s], of the warm-up
+_TIMES = (1.0, 1.5, 2.0, 3.0, 5.0)  # [s], in which motors get warm
+_FIRST_TIME = 1.5
+_GREATEST_LOSS, _LOSS_STEP = 0.24, 0.06
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,6 @@ class Identified:
 
     vehicle: dict[str, Any]
     """Parameters that differ from those of platform cf2, by dotted name."""
-    warm_up: WarmUp
-    """How the thrust fades."""
     flights: tuple[str, ...]
     """What it was identified from."""
     spread: dict[str, tuple[float, ...]]
@@ -81,28 +80,31 @@ def identify(
         "flight_moment.thrust": float(round(mass * GRAVITY, 4)),
         "rotors.time_constant_up": float(time_constants[0]),
         "rotors.time_constant_down": float(time_constants[0]),
+        "rotors.heat_loss": 0.0,
+        "rotors.heat_time": _FIRST_TIME,
+        "rotors.heat_thrust": float(round(mass * GRAVITY / 4, 4)),
     }
-    warm_up = WarmUp()
     spread: dict[str, tuple[float, ...]] = {}
     costs: dict[float, float] = {}
     for number in range(_ROUNDS):
-        warm_up = _warm_up(parts, vehicle)
-        balances = [_balance(flight, phases, vehicle, warm_up) for flight, phases in parts]
+        vehicle |= _heat(parts, vehicle)
+        balances = [_balance(flight, phases, vehicle) for flight, phases in parts]
         changes, spread = _regress(balances, vehicle)
         vehicle |= changes
         report(
-            f"round {number + 1}: thrust fades by {100 * warm_up.loss:.1f} % in {warm_up.time:g} s, {_words(changes)}"
+            f"round {number + 1}: cold motors deliver {100 * vehicle['rotors.heat_loss']:.1f} % more and get warm in "
+            f"{vehicle['rotors.heat_time']:g} s, {_words(changes)}"
         )
         if number == 0 and len(time_constants) > 1:
-            costs = {tau: _tilt_error(parts, {**vehicle, **_time_constant(tau)}, warm_up) for tau in time_constants}
+            costs = {tau: _tilt_error(parts, {**vehicle, **_time_constant(tau)}) for tau in time_constants}
             vehicle |= _time_constant(min(costs, key=costs.__getitem__))
             report(f"tilt after 0.2 s by time constant: {', '.join(f'{t:g} s {c:.2f}°' for t, c in costs.items())}")
-    resistances = [r for flight, phases in parts if (r := _resistance(flight, phases, vehicle, warm_up)) is not None]
+    resistances = [r for flight, phases in parts if (r := _resistance(flight, phases, vehicle)) is not None]
     if resistances:
         slow = platform["battery.slow_resistance"].value
         vehicle["battery.resistance"] = float(max(np.median(resistances) - slow, 0.0))
         spread["battery.resistance"] = tuple(float(r - slow) for r in resistances)
-    return Identified(vehicle, warm_up, tuple(flight.name for flight in flights), spread, costs)
+    return Identified(vehicle, tuple(flight.name for flight in flights), spread, costs)
 
 
 def _words(changes: Mapping[str, Any]) -> str:
@@ -120,12 +122,10 @@ def _used(flight: RecordedFlight, phases: Phases) -> Array:
     return (flight.time > phases.airborne + 0.5) & (flight.time < phases.end - 0.2) & clear
 
 
-def _balance(
-    flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any], warm_up: WarmUp
-) -> tuple[Balance, Array, Array]:
-    tuning = tune(flight, phases, vehicle, warm_up)
+def _balance(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any]) -> tuple[Balance, Array, Array]:
+    tuning = tune(flight, phases, vehicle)
     model = VehicleModel({**vehicle, **tuning.overrides()})
-    history = rotor_history(model, flight, tuning.log_lag, warm_up, phases.motors_on)
+    history = rotor_history(model, flight, tuning.log_lag)
     motion = true_motion(flight, np.array(tuning.misalignment))
     return balance(model, history, motion), _used(flight, phases), motion.angular_acceleration
 
@@ -199,36 +199,41 @@ def _drag_of_model(vehicle: Mapping[str, Any]) -> float:
     return float(4 * rpm * np.pi / 30)
 
 
-def _warm_up(parts: Sequence[tuple[RecordedFlight, Phases]], vehicle: Mapping[str, Any]) -> WarmUp:
-    """Return the fading that makes delivered over modelled thrust constant, over all flights."""
-    signals = []
-    for flight, phases in parts:
-        if not phases.starts_on_floor:
-            continue  # warm already, and nobody knows how much
-        state, rows, _ = _balance(flight, phases, {**vehicle, "rotors.thrust_scale": 1.0}, WarmUp())
-        ratio = smooth(state.needed_force[:, 2], 20)[rows] / smooth(state.thrust, 20)[rows]
-        signals.append((flight.time[rows] - phases.motors_on, np.log(ratio)))
-    if not signals:
-        return WarmUp()
+def _heat(parts: Sequence[tuple[RecordedFlight, Phases]], vehicle: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the fading of warm motors that leaves least to explain after hover, in the sense of thrust errors.
+
+    All motors together lose thrust, and those that work harder lose more, which turns the vehicle.
+    """
+    arm = vehicles.parameters("cf2")["rotors.arm_x"].value
+    times = tuple(dict.fromkeys((float(vehicle["rotors.heat_time"]), *_TIMES)))
 
     def cost(loss: float, time: float) -> float:
-        each = [np.var(ratio - np.log(WarmUp(loss, time).factor(since))) for since, ratio in signals]
-        return float(np.mean(each))
+        left = 0.0
+        for flight, phases in parts:
+            state, rows, _ = _balance(flight, phases, {**vehicle, "rotors.heat_loss": loss, "rotors.heat_time": time})
+            later = rows & (flight.time >= phases.hover)
+            torque = smooth(state.needed_torque - state.model_torque, _WIDTH)[later, :2]
+            force = smooth(state.needed_force - state.model_force, _WIDTH)[later, 2]
+            # mean square of the errors of four thrusts that make such a torque and force
+            left += float(np.mean(np.sum((torque / arm) ** 2, axis=1) + force**2)) / 16.0
+        return left
 
-    losses = np.arange(0.0, 0.151, 0.0025)
-    loss, time = min(((x, t) for x in losses for t in _TIMES), key=lambda pair: cost(*pair))
-    return WarmUp(float(loss), float(time))
+    time = times[0]
+    loss = least(lambda loss: cost(loss, time), 0.0, _GREATEST_LOSS, _LOSS_STEP)
+    if loss > 0.0:
+        time = min(times, key=lambda time: cost(loss, time))
+    return {"rotors.heat_loss": float(max(loss, 0.0)), "rotors.heat_time": time}
 
 
-def _tilt_error(parts: Sequence[tuple[RecordedFlight, Phases]], vehicle: Mapping[str, Any], warm_up: WarmUp) -> float:
+def _tilt_error(parts: Sequence[tuple[RecordedFlight, Phases]], vehicle: Mapping[str, Any]) -> float:
     errors = []
     for flight, phases in parts:
-        prediction = predict(flight, phases, vehicle, tune(flight, phases, vehicle, warm_up), warm_up)
+        prediction = predict(flight, phases, vehicle, tune(flight, phases, vehicle))
         errors.append(prediction.followed_tilt_deg[1])
     return float(np.mean(errors))
 
 
-def _resistance(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any], warm_up: WarmUp) -> float | None:
+def _resistance(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any]) -> float | None:
     """Return the resistance (Ohm) that explains the sag from rest to hover; None without rest or hover."""
     rest = (flight.time < phases.motors_on - 0.3) & (flight.time > phases.motors_on - 1.5)
     hover = (flight.time >= phases.hovering[0]) & (flight.time < phases.hovering[1])
@@ -236,7 +241,7 @@ def _resistance(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, An
         return None
     known = vehicles.parameters("cf2")
     base, slope = known["battery.base_power"].value, known["battery.power_per_thrust"].value
-    state, _, _ = _balance(flight, phases, vehicle, warm_up)
+    state, _, _ = _balance(flight, phases, vehicle)
     volts = flight.voltage
     loaded = float(np.mean((base + slope * state.thrust[hover]) / volts[hover]))
     idle = float(np.mean(base / volts[rest]))

@@ -19,7 +19,6 @@ from crazychoir_fw.recorded.phases import Phases
 from crazychoir_fw.recorded.signals import Array, matrices, multiply, rms, tilt_between, turn
 from crazychoir_fw.recorded.tuning import GRAVITY, Tuning, balance, rotor_history, true_motion
 from crazychoir_fw.recorded.vehicle_model import TICK, VehicleModel
-from crazychoir_fw.recorded.warm_up import WarmUp
 
 HORIZONS = (0.1, 0.2, 0.5)
 """Times (s) after which prediction and truth are compared."""
@@ -51,7 +50,6 @@ def predict(
     phases: Phases,
     vehicle: Mapping[str, Any],
     tuning: Tuning,
-    warm_up: WarmUp,
 ) -> Prediction:
     """Predict from every tenth of a second of the compared part of a flight.
 
@@ -64,7 +62,7 @@ def predict(
         raise RangeError(f"{flight.name}: too short to predict anything")
     model = VehicleModel({**vehicle, **tuning.overrides()})
     motion = true_motion(flight, np.array(tuning.misalignment))
-    history = rotor_history(model, flight, tuning.log_lag, warm_up, phases.motors_on)
+    history = rotor_history(model, flight, tuning.log_lag)
     rows = np.rint(starts / PERIOD).astype(int)
 
     # torque that the model lacks, averaged over the second before each start

@@ -28,11 +28,11 @@ from crazychoir_fw.recorded.signals import (
     turn,
 )
 from crazychoir_fw.recorded.vehicle_model import TICK, RotorHistory, VehicleModel
-from crazychoir_fw.recorded.warm_up import WarmUp
 
 GRAVITY = 9.81
 _TICKS_PER_ROW = round(PERIOD / TICK)
 _LONGEST_HOVER = 20.0  # [s]
+_SCALINGS = 4
 
 
 @dataclass(frozen=True)
@@ -84,9 +84,9 @@ class Tuning:
     log_lag: float
     """By which the logs come after the truth (s)."""
     thrust_scale: float
-    """Delivered over commanded thrust, cold."""
+    """Delivered over commanded thrust."""
     trim_torque: tuple[float, float, float]
-    """Constant torque in hover (N m, body)."""
+    """Constant torque (N m, body) at a thrust that carries the weight; it goes with thrust."""
     misalignment: tuple[float, float, float, float]
     """Quaternion from the body's frame to that of the markers (x, y, z, w)."""
     hover_voltage: float
@@ -126,12 +126,12 @@ class Balance:
     """Of the model (N), shape (T,)."""
 
 
-def rotor_history(model: VehicleModel, flight: RecordedFlight, lag: float, warm_up: WarmUp, on: float) -> RotorHistory:
+def rotor_history(model: VehicleModel, flight: RecordedFlight, lag: float) -> RotorHistory:
     """Drive a model's rotors with the recorded motors and voltage, on the clock of the truth."""
     ticks = np.arange(0, len(flight.time) * _TICKS_PER_ROW) * TICK
     motors = at(ticks + lag, flight.time, flight.motors)
     voltage = at(ticks + lag, flight.time, flight.voltage)
-    return model.rotor_history(motors, voltage, warm_up.factor(ticks - on))
+    return model.rotor_history(motors, voltage)
 
 
 def balance(model: VehicleModel, history: RotorHistory, motion: TrueMotion) -> Balance:
@@ -166,14 +166,13 @@ def log_lag(flight: RecordedFlight, phases: Phases) -> float:
     return lag_of(smooth(flight.gyro, 4), smooth(rates, 4), flight.time, rows)
 
 
-def tune(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any], warm_up: WarmUp) -> Tuning:
+def tune(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any]) -> Tuning:
     """Take from a flight's hover what may be taken.
 
     Args:
         flight: The flight.
         phases: Its parts.
         vehicle: Parameters of the common vehicle that differ from the platform's.
-        warm_up: How its motors fade.
 
     Raises:
         RangeError: If motors or voltage were not recorded, or there is no hover.
@@ -194,23 +193,29 @@ def tune(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any], war
     plain = {**vehicle, "rotors.thrust_scale": 1.0, "trim.torque": (0.0, 0.0, 0.0)}
     model = VehicleModel(plain)
     motion = true_motion(flight)
-    cold = balance(model, rotor_history(model, flight, lag, warm_up, phases.motors_on), motion)
-    drag = cold.model_force - np.stack([0 * cold.thrust, 0 * cold.thrust, cold.thrust], axis=1)
-    axis = (cold.needed_force - drag)[rows].mean(axis=0)
+    unscaled = balance(model, rotor_history(model, flight, lag), motion)
+    drag = unscaled.model_force - np.stack([0 * unscaled.thrust, 0 * unscaled.thrust, unscaled.thrust], axis=1)
+    axis = (unscaled.needed_force - drag)[rows].mean(axis=0)
     misalignment = _rotation_to(axis)
 
-    scale = float(np.linalg.norm(axis) / cold.thrust[rows].mean())
-    scaled = VehicleModel({**plain, "rotors.thrust_scale": min(max(scale, 0.2), 2.0)})
-    history = rotor_history(scaled, flight, lag, warm_up, phases.motors_on)
-    warm = balance(scaled, history, true_motion(flight, misalignment))
-    trim = (warm.needed_torque - warm.model_torque)[rows].mean(axis=0)
+    # the warmth of the motors depends on what they deliver, so that the scale is found in steps
+    scale, thrust = 1.0, float(unscaled.thrust[rows].mean())
+    for _ in range(_SCALINGS):
+        scale = min(max(scale * float(np.linalg.norm(axis)) / thrust, 0.2), 2.0)
+        scaled = VehicleModel({**plain, "rotors.thrust_scale": scale})
+        history = rotor_history(scaled, flight, lag)
+        thrust = float(history.total_thrust()[np.flatnonzero(rows) * _TICKS_PER_ROW].mean())
+    own = balance(scaled, history, true_motion(flight, misalignment))
+    # a drone that still sinks or slows down after its take-off does not carry its weight
+    share = thrust / (model.mass * GRAVITY)
+    trim = (own.needed_torque - own.model_torque)[rows].mean(axis=0) / share
     return Tuning(
         log_lag=lag,
         thrust_scale=scale,
         trim_torque=tuple(float(torque) for torque in np.clip(trim, -0.01, 0.01)),
         misalignment=tuple(float(part) for part in misalignment),
         hover_voltage=float(flight.voltage[rows].mean()),
-        hover_thrust=float(warm.thrust[rows].mean()),
+        hover_thrust=thrust,
         hover_seconds=float(rows.sum() * PERIOD),
     )
 

@@ -14,6 +14,7 @@ from crazychoir_fw.errors import RangeError
 from crazychoir_fw.recorded.signals import Array
 
 TICK = 0.001
+_BEFORE = 1.5  # [s]: recordings that begin in the air have missed that much of a take-off
 
 
 class VehicleModel:
@@ -41,26 +42,24 @@ class VehicleModel:
         self._vehicle = ffi.new("cf_vehicle_t *")
         check(lib.cf_vehicle_init(self._vehicle, self._config, 0, 0), "vehicle")
 
-    def rotor_history(self, motors: Array, voltage: Array, factor: Array) -> RotorHistory:
-        """Drive the rotors, one row per tick of 1 ms. They start at the speed of the first row.
+    def rotor_history(self, motors: Array, voltage: Array) -> RotorHistory:
+        """Drive the rotors, one row per tick of 1 ms, after `_BEFORE` at the first row.
 
         Args:
             motors: Ratios, 0 to 65535, shape (T, 4).
             voltage: Of the pack (V), shape (T,).
-            factor: On the thrust of all, shape (T,).
         """
         rotors = ffi.addressof(self._vehicle, "rotors")
-        efficiency = np.array(list(rotors.efficiency))
-        ratios = np.clip(np.rint(motors), 0, 65535).astype(np.uint16)
-        for _ in range(1500):
-            lib.cf_rotors_step(rotors, ffi.from_buffer("uint16_t[4]", ratios[0]), float(voltage[0]))
+        ratios = np.ascontiguousarray(np.clip(np.rint(motors), 0, 65535), np.uint16)
+        first = ffi.cast("uint16_t *", ratios.ctypes.data)
+        volts = np.asarray(voltage, float).tolist()
+        step = lib.cf_rotors_step
+        for _ in range(round(_BEFORE / TICK)):
+            step(rotors, first, volts[0])
         history = ffi.new("cf_rotors_t[]", len(ratios))
         for row in range(len(ratios)):
-            if row % 10 == 0:
-                _set_efficiency(rotors, efficiency * factor[row])
-            lib.cf_rotors_step(rotors, ffi.from_buffer("uint16_t[4]", ratios[row]), float(voltage[row]))
+            step(rotors, first + 4 * row, volts[row])
             history[row] = rotors[0]
-        _set_efficiency(rotors, efficiency)
         return RotorHistory(self, history, len(ratios))
 
 
@@ -76,7 +75,9 @@ class RotorHistory:
 
     def thrusts(self) -> Array:
         """Return the thrust of each rotor (N), shape (T, 4)."""
-        return np.array([list(self._rotors[i].thrust) for i in range(self.length)])
+        rows = np.frombuffer(ffi.buffer(self._rotors), np.uint8).reshape(self.length, -1)
+        begin = ffi.offsetof("cf_rotors_t", "thrust")
+        return np.ascontiguousarray(rows[:, begin : begin + 16]).view(np.float32).astype(float)
 
     def wrench(self, ticks: Array, rotation: Array, velocity: Array, rates: Array) -> tuple[Array, Array]:
         """Return forces (N, world) and torques (N m, body) at ticks and motions; one row each.
@@ -97,8 +98,3 @@ class RotorHistory:
             vehicle.rotors = self._rotors[min(max(int(ticks[i]), 0), self.length - 1)]
             lib.cf_vehicle_wrench(vehicle, r + 9 * i, v + 3 * i, w + 3 * i, force + 3 * i, torque + 3 * i)
         return result[0].astype(float), result[1].astype(float)
-
-
-def _set_efficiency(rotors: Any, efficiency: Array) -> None:
-    for motor, value in enumerate(efficiency):
-        lib.cf_rotors_set_efficiency(rotors, motor, float(value))

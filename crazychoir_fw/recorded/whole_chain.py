@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw import vehicles
-from crazychoir_fw._core import ffi, lib
+from crazychoir_fw._core import lib
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.recorded.motor_replay import commanded_thrust, supply_of
 from crazychoir_fw.recorded.nanobench import PERIOD, RecordedFlight
@@ -31,7 +31,6 @@ from crazychoir_fw.recorded.signals import (
     tilt_between,
 )
 from crazychoir_fw.recorded.tuning import Tuning
-from crazychoir_fw.recorded.warm_up import WarmUp
 from crazychoir_fw.simulation import DroneConfig, World
 
 _TICKS = 10  # per row
@@ -119,7 +118,6 @@ def fly_again(
     phases: Phases,
     vehicle: Mapping[str, Any],
     tuning: Tuning,
-    warm_up: WarmUp,
     drone: Mapping[str, Any] | None = None,
 ) -> ChainComparison:
     """Fly the recorded setpoints in simulation and compare.
@@ -129,7 +127,6 @@ def fly_again(
         phases: Its parts.
         vehicle: Parameters of the common vehicle that differ from the platform's.
         tuning: What its hover says.
-        warm_up: How its motors fade.
         drone: Attributes of the simulated drone that differ, such as ``{"mocap_latency_ms": 20}``.
 
     Raises:
@@ -160,13 +157,8 @@ def fly_again(
     body = world.drones[0]
     world.wait_until_ready()
     lift = floor - body.true_position[2]
-    rotors = ffi.addressof(body.struct.vehicle, "rotors")
     rows = []
-    for row, (target, yaw) in enumerate(zip(setpoints, yaws, strict=True)):
-        if row % 5 == 0:
-            factor = float(warm_up.factor(np.array([start + row * PERIOD - phases.motors_on]))[0])
-            for motor in range(4):
-                lib.cf_rotors_set_efficiency(rotors, motor, factor)
+    for target, yaw in zip(setpoints, yaws, strict=True):
         x, y, z = target
         body.commander.send_position_setpoint(float(x), float(y), float(z - lift), float(yaw))
         world.step(_TICKS)

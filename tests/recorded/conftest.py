@@ -21,6 +21,9 @@ TRUTH = {
     "flight_moment.thrust": 0.4007,
     "rotors.time_constant_up": 0.07,
     "rotors.time_constant_down": 0.07,
+    "rotors.heat_loss": 0.13,
+    "rotors.heat_time": 1.5,
+    "rotors.heat_thrust": 0.1002,
     "battery.resistance": 0.18,
 }
 OWN = {"rotors.thrust_scale": 0.95, "trim.torque": (4.0e-4, -3.0e-4, 5.0e-5)}

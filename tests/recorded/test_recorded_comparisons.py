@@ -8,10 +8,7 @@ from crazychoir_fw.recorded.identification import identify
 from crazychoir_fw.recorded.motor_replay import replay_motors
 from crazychoir_fw.recorded.prediction import predict
 from crazychoir_fw.recorded.tuning import tune
-from crazychoir_fw.recorded.warm_up import WarmUp
 from crazychoir_fw.recorded.whole_chain import fly_again
-
-COLD = WarmUp()
 
 
 def test_phases(synthetic):
@@ -38,7 +35,7 @@ def test_motors_turn_the_same(synthetic):
 
 
 def test_hover_tells_what_is_the_drones_own(synthetic, true_vehicle, own_parameters):
-    tuning = tune(*synthetic, true_vehicle, COLD)
+    tuning = tune(*synthetic, true_vehicle)
     assert tuning.thrust_scale == pytest.approx(own_parameters["rotors.thrust_scale"], rel=0.003)
     assert tuning.trim_torque == pytest.approx(own_parameters["trim.torque"], abs=4e-5)
     assert abs(tuning.log_lag) < 0.003
@@ -46,24 +43,24 @@ def test_hover_tells_what_is_the_drones_own(synthetic, true_vehicle, own_paramet
 
 
 def test_plant_goes_where_it_went(synthetic, true_vehicle):
-    tuning = tune(*synthetic, true_vehicle, COLD)
-    prediction = predict(*synthetic, true_vehicle, tuning, COLD)
+    tuning = tune(*synthetic, true_vehicle)
+    prediction = predict(*synthetic, true_vehicle, tuning)
     assert prediction.followed_position_cm[0] < 0.01
     assert prediction.followed_position_cm[2] < 1.5
     assert prediction.followed_tilt_deg[2] < 2.0
 
 
 def test_plant_without_the_moment_of_flight_does_not(synthetic, true_vehicle):
-    tuning = tune(*synthetic, true_vehicle, COLD)
+    tuning = tune(*synthetic, true_vehicle)
     without = {**true_vehicle, "flight_moment.enabled": "off"}
-    prediction = predict(*synthetic, without, tuning, COLD)
+    prediction = predict(*synthetic, without, tuning)
     assert prediction.tilt_deg[2] > 20.0
 
 
 def test_chain_flies_the_same_path(synthetic, true_vehicle):
-    tuning = tune(*synthetic, true_vehicle, COLD)
+    tuning = tune(*synthetic, true_vehicle)
     drone = {"positioning": "mocap_position", "mocap_latency_ms": 30}
-    chain = fly_again(*synthetic, true_vehicle, tuning, COLD, drone)
+    chain = fly_again(*synthetic, true_vehicle, tuning, drone)
     assert chain.path_rms_m < 0.01
     assert abs(chain.lag_s) < 0.006
     assert abs(chain.tracking_percent) < 2.0
@@ -73,8 +70,8 @@ def test_chain_flies_the_same_path(synthetic, true_vehicle):
 
 
 def test_another_vehicle_flies_another_path(synthetic, true_vehicle):
-    tuning = tune(*synthetic, true_vehicle, COLD)
-    chain = fly_again(*synthetic, true_vehicle, tuning, COLD, {"positioning": "mocap", "mocap_latency_ms": 8})
+    tuning = tune(*synthetic, true_vehicle)
+    chain = fly_again(*synthetic, true_vehicle, tuning, {"positioning": "mocap", "mocap_latency_ms": 8})
     assert chain.path_rms_m > 0.015
 
 
@@ -87,7 +84,8 @@ def test_identification_finds_what_was_flown(synthetic, true_vehicle):
     # slow flights hardly show it: 0.03 rad/s of noise on the rates stand against 1 rad/s^2
     assert found.vehicle["inertia"][0] == pytest.approx(true_vehicle["inertia"][0], rel=0.35)
     assert found.vehicle["battery.resistance"] == pytest.approx(true_vehicle["battery.resistance"], rel=0.15)
-    assert found.warm_up.loss < 0.006
+    assert found.vehicle["rotors.heat_loss"] == pytest.approx(true_vehicle["rotors.heat_loss"], rel=0.15)
+    assert found.vehicle["rotors.heat_time"] == true_vehicle["rotors.heat_time"]
 
 
 def test_nothing_to_identify_from():

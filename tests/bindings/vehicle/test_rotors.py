@@ -258,6 +258,63 @@ def test_one_brushed_level_is_about_one_percent_of_hover_thrust(make_config: Mak
     assert high / low - 1 == pytest.approx(0.01, rel=0.3)
 
 
+# ------------------------------------------------------------------------------------------- heat
+
+
+def heated(loss: float, time: float = 1.5, thrust: float = 0.0711) -> Callable[[Any], None]:
+    def change(config: Any) -> None:
+        bench(config)
+        config.airframe.rotors.heat_loss = loss
+        config.airframe.rotors.heat_time = time
+        config.airframe.rotors.heat_thrust = thrust
+
+    return change
+
+
+def test_cold_motors_deliver_more_and_warm_ones_what_the_curve_says(make_vehicle: Make, run: Make) -> None:
+    plain, vehicle = make_vehicle("cf2", bench), make_vehicle("cf2", heated(0.15))
+    duty = next(d for d in range(0, 65536, 16) if steady(plain, d) >= 0.0711)
+    run(plain, [duty] * 4, 500)
+    run(vehicle, [duty] * 4, 500)
+    warmth = vehicle.rotors.warmth[0]
+    assert 0.15 < warmth < 0.35
+    assert vehicle.rotors.thrust[0] == pytest.approx(plain.rotors.thrust[0] * (1 + 0.15 * (1 - warmth)), rel=1e-4)
+    assert vehicle.rotors.torque[0] / vehicle.rotors.thrust[0] == pytest.approx(0.0069928949, rel=1e-5)
+    run(plain, [duty] * 4, 20000)
+    run(vehicle, [duty] * 4, 20000)
+    assert list(vehicle.rotors.thrust) == pytest.approx(list(plain.rotors.thrust), rel=1e-3)
+
+
+def steady(vehicle: Any, duty: int) -> float:
+    return lib.cf_rotor_steady_thrust(ffi.addressof(vehicle.rotors.config), 4.0 * duty / 65535)
+
+
+def test_warmth_follows_the_square_of_thrust_within_its_time(make_vehicle: Make, run: Make) -> None:
+    vehicle = make_vehicle("cf2", heated(0.1, time=3.0))
+    run(vehicle, [40000, 30000, 20000, 10000], 40000)
+    curve = [steady(vehicle, duty) for duty in (40000, 30000, 20000, 10000)]
+    assert list(vehicle.rotors.warmth) == pytest.approx([(f / 0.0711) ** 2 for f in curve], rel=1e-3, abs=1e-6)
+    hot = vehicle.rotors.warmth[0]
+    run(vehicle, [0] * 4, 3000)
+    assert vehicle.rotors.warmth[0] == pytest.approx(hot * np.exp(-1.0), rel=0.03)
+    run(vehicle, [0] * 4, 60000)
+    assert list(vehicle.rotors.warmth) == [0.0] * 4
+
+
+def test_without_a_loss_motors_stay_cold(make_vehicle: Make, run: Make) -> None:
+    plain, vehicle = make_vehicle("cf2", bench), make_vehicle("cf2", heated(0.0))
+    for each in (plain, vehicle):
+        run(each, [50000, 20000, 0, 65535], 3000)
+    assert list(vehicle.rotors.warmth) == [0.0] * 4
+    assert list(vehicle.rotors.thrust) == list(plain.rotors.thrust)
+
+
+def test_a_very_hot_motor_never_pulls(make_vehicle: Make, run: Make) -> None:
+    vehicle = make_vehicle("cf2", heated(0.5, time=0.1, thrust=0.01))
+    run(vehicle, [65535] * 4, 3000)
+    assert list(vehicle.rotors.thrust) == [0.0] * 4
+
+
 def test_efficiency_scales_thrust_and_torque(make_vehicle: Make, run: Make) -> None:
     vehicle = make_vehicle("cf2", bench)
     assert lib.cf_rotors_set_efficiency(ffi.addressof(vehicle.rotors), 1, 0.9) == lib.CF_OK
