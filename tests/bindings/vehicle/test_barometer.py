@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sensor_parts import changed, dice
 
 from crazychoir_fw._core import ffi, lib
 
@@ -19,13 +20,9 @@ HEIGHTS = [(1015.7, 0.0), (1013.25, 21.0815), (1000.0, 136.154)]
 
 
 def make_barometer(make_config: Make, seed: int = 1, **changes: float) -> Any:
-    config = make_config("cf2").barometer
-    for name, value in changes.items():
-        setattr(config, name, value)
-    random = ffi.new("cf_random_t *")
-    lib.cf_random_init(random, seed, 0)
+    config = changed(make_config("cf2").barometer, changes)
     barometer = ffi.new("cf_barometer_t *")
-    assert lib.cf_barometer_init(barometer, ffi.addressof(config), random[0]) == lib.CF_OK
+    assert lib.cf_barometer_init(barometer, config, dice(seed)[0]) == lib.CF_OK
     return barometer
 
 
