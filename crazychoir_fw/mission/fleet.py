@@ -221,9 +221,7 @@ def decide(
             told = entry.motor_ctrl_properties is not None
             if told or all(other.motor_ctrl is None for other in entries):
                 who = entry.id if told else "defaults"
-                raise MissionError(
-                    f"{who}: motor_ctrl_properties are for a motor control, but motor_ctrl names none"
-                )
+                raise MissionError(f"{who}: motor_ctrl_properties are for a motor control, but motor_ctrl names none")
         drone = Drone(**settings)
         for key in ("controller", "estimator"):
             # a provider with an app in its name was loaded by whoever asks for it
