@@ -22,9 +22,11 @@ SMALLEST = {
     ],
     "tick_cost.py": ["--drones", "1", "--repeats", "1"],
     "time_machine.py": ["--drones", "1", "--repeats", "1", "--futures", "2", "--seconds", "0.02"],
-    "vehicle_validation.py": [],
 }
-TRIED_ELSEWHERE = {"identify_vehicle.py", "real_flights.py"}  # tests/recorded/test_real_flights_script.py
+TRIED_ELSEWHERE = {
+    *("identify_vehicle.py", "real_flights.py"),  # tests/recorded/test_real_flights_script.py
+    *("step_responses.py", "vehicle_validation.py"),  # tests/vehicles/test_validation_table.py
+}
 
 
 def test_every_benchmark_is_tried():

@@ -98,7 +98,8 @@ void cf_downwash_tell(const swarm_t *swarm, int i) {
   if (swarm->has_downwash && config->is_enabled) {
     vehicle->downwash = force_on(swarm, config, i);
   }
-  if (vehicle->ground_effect.config.is_enabled) {
+  if (vehicle->ground_effect.config.is_enabled ||
+      vehicle->barometer.config.noise_scale * fabsf(vehicle->barometer.wash) > 0.0f) {
     vehicle->surface = surface_below(swarm, swarm->work[i].motion.position);
   }
 }

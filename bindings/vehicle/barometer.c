@@ -35,8 +35,8 @@ float cf_pressure_at(float asl) {
   return SEA_LEVEL * powf(1.0f + LAPSE * asl, EXPONENT);
 }
 
-bool cf_barometer_step(cf_barometer_t *barometer, float height, float vibration, float *pressure,
-                       float *temperature) {
+bool cf_barometer_step(cf_barometer_t *barometer, float height, float surface, float vibration,
+                       float *pressure, float *temperature) {
   if (--barometer->countdown > 0) {
     return false;
   }
@@ -50,7 +50,7 @@ bool cf_barometer_step(cf_barometer_t *barometer, float height, float vibration,
   const float                  kick   = sqrtf(2.0f / TIME_STEPS) * config->drift * normal[1];
   barometer->wander += kick - barometer->wander / TIME_STEPS;
 
-  const float near  = expf(-fmaxf(height, 0.0f) / config->wash_height);
+  const float near  = expf(-fmaxf(height - surface, 0.0f) / config->wash_height);
   const float wash  = barometer->wash * vibration * near;
   const float error = config->noise_scale * (wash + barometer->wander + config->noise * normal[0]);
   *pressure         = cf_pressure_at(config->altitude + height + error);

@@ -41,10 +41,11 @@ typedef struct {
 cf_status_t cf_barometer_init(cf_barometer_t *barometer, const cf_barometer_config_t *config,
                               cf_random_t random);
 
-// Advances by 1 ms at a height [m] in the world, below 20 km, with the vibration of the rotors (1
-// in hover). Returns whether it wrote a sample: pressure [Pa] and temperature [deg C].
-bool cf_barometer_step(cf_barometer_t *barometer, float height, float vibration, float *pressure,
-                       float *temperature);
+// Advances by 1 ms at a height [m] in the world, below 20 km, over a surface at a height [m] as
+// well, with the vibration of the rotors (1 in hover). Returns whether it wrote a sample: pressure
+// [Pa] and temperature [deg C].
+bool cf_barometer_step(cf_barometer_t *barometer, float height, float surface, float vibration,
+                       float *pressure, float *temperature);
 
 // Pure: the pressure [Pa] at a height above sea level [m].
 float cf_pressure_at(float asl);

@@ -241,8 +241,8 @@ bool cf_vehicle_loco(cf_vehicle_t *vehicle, const float position[3], cf_ranging_
 
 bool cf_vehicle_barometer(cf_vehicle_t *vehicle, float height, float *pressure,
                           float *temperature) {
-  return cf_barometer_step(&vehicle->barometer, height, vehicle->rotors.vibration, pressure,
-                           temperature);
+  return cf_barometer_step(&vehicle->barometer, height, vehicle->surface, vehicle->rotors.vibration,
+                           pressure, temperature);
 }
 
 static bool *loss_of(cf_vehicle_t *vehicle) {

@@ -14,23 +14,30 @@ if TYPE_CHECKING:
 
 
 def vehicle(
-    platform: Annotated[str, typer.Argument(help="cf2 or cf21bl.")] = "cf2",
+    platform: Annotated[
+        str, typer.Argument(help="cf2 or cf21bl; or kit, legacy or nanobench, for what they change of cf2.")
+    ] = "cf2",
     pattern: Annotated[str, typer.Argument(help="Names to show, e.g. 'wind.*'.")] = "*",
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs.")] = False,
 ) -> None:
     """List the numbers of a vehicle: value, unit, allowed range, meaning, source."""
     from crazychoir_fw.errors import CrazychoirError
-    from crazychoir_fw.vehicles import parameters
+    from crazychoir_fw.vehicles import NAMED, changes_of, parameters
 
     try:
-        table = parameters(platform)
+        table = changes_of(platform) if platform in NAMED else parameters(platform)
     except CrazychoirError as error:
-        refuse(str(error))
+        refuse(f"{error}; names of parameters come second, as in: crazychoir vehicle cf2 'wind.*'")
     rows = [parameter for name, parameter in table.items() if fnmatchcase(name, pattern)]
+    if not rows:
+        groups = dict.fromkeys(f"{name.split('.')[0]}.*" if "." in name else name for name in table)
+        refuse(f"{platform} has no parameter '{pattern}', there are: {', '.join(groups)}")
     if as_json:
         echo_json([_row(parameter) for parameter in rows])
         return
     _print(rows)
+    if platform not in NAMED:
+        console.print(f"Vehicles that change cf2 in part: {', '.join(NAMED)}", style="dim")
 
 
 def _row(parameter: "Parameter") -> dict[str, Any]:

@@ -8,6 +8,7 @@ import warnings
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from itertools import zip_longest
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from typer.core import TyperCommand
@@ -29,8 +30,13 @@ class ViewCommand(TyperCommand):
         """Put in the value that was left out."""
         complete = []
         for word, following in zip_longest(args, args[1:]):
-            complete += [word] if word != "--view" or following in WAYS else [word, "auto"]
+            complete += [word, "auto"] if word == "--view" and not _is_way(following) else [word]
         return super().parse_args(ctx, complete)
+
+
+def _is_way(word: str | None) -> bool:
+    """Tell a way, or a slip in one, from the next option and from the file that a command is about."""
+    return word is not None and word.isalnum() and not Path(word).exists()
 
 
 def require_way(way: str | None) -> None:

@@ -217,6 +217,11 @@ def decide(
         settings = common | entry.model_dump(exclude_none=True)
         settings["vehicle"] = {**wind, **(defaults.vehicle or {}), **(entry.vehicle or {})}
         settings["parameters"] = {**(defaults.parameters or {}), **(entry.parameters or {})}
+        if settings.get("motor_ctrl") is None and settings.pop("motor_ctrl_properties", None):
+            told = entry.motor_ctrl_properties is not None
+            if told or all(other.motor_ctrl is None for other in entries):
+                who = entry.id if told else "defaults"
+                raise MissionError(f"{who}: motor_ctrl_properties are for a motor control, but motor_ctrl names none")
         drone = Drone(**settings)
         for key in ("controller", "estimator"):
             # a provider with an app in its name was loaded by whoever asks for it

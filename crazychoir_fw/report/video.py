@@ -139,32 +139,53 @@ def film_flight(
     count = int((instants[-1] - instants[0]) * fps / speed) + 1
     wanted = instants[0] + np.arange(count) * speed / fps
     states = resample(model, recorded, instants, wanted)
-    latest = np.clip(np.searchsorted(instants, wanted + 1e-9, side="right") - 1, 0, None)
-    drones = _joints_of_drones(model)
-    bodies = model.jnt_bodyid[drones]
-    positions = states[:, model.jnt_qposadr[drones][:, None] + np.arange(3)]
-    swarm_path = follow(positions, np.arange(count) / fps)
-    shot = find_shot(model, camera, swarm_path, width / height)
-    if camera.startswith("fpv:"):
-        trail_s = 0.0
-    trails = Trails(positions, drone_colors(model, bodies), length=round(trail_s * fps / speed))
-    named = np.array([find_drone(model, name) for name in names or ()], dtype=int)
-    colors = drone_colors(model, named)
+    if told is not None:
+        told = told[np.clip(np.searchsorted(instants, wanted + 1e-9, side="right") - 1, 0, None)]
+    length = 0 if camera.startswith("fpv:") else round(trail_s * fps / speed)
+    scenes = _Scenes(model, states, fps, camera, width / height, length, names or (), told)
 
-    data = mujoco.MjData(model)
     with Renderer(model, width, height) as renderer, VideoWriter(path, fps=fps) as film:
-        for frame, state in enumerate(states):
-            _pose(model, data, state)
-            view = shot(data, frame)
-            renderer.update(data, view)
-            _move_shadows(renderer, *shadowed(view, swarm_path, frame))
-            trails.draw(renderer.scene, frame)
-            if told is not None:
-                add_ghosts(renderer.scene, told[latest[frame]], colors)
-            add_names(renderer.scene, data.xpos[named], names or ())
+        for frame in range(count):
+            scenes.compose(renderer, frame)
             film.write(renderer.draw())
             if progress is not None:
                 progress(frame + 1, count)
+
+
+class _Scenes:
+    """What is seen of each state: camera, shadows, trails, ghosts and names."""
+
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        states: NDArray[np.float64],
+        fps: float,
+        camera: str,
+        aspect: float,
+        trail_length: int,
+        names: Sequence[str],
+        targets: NDArray[np.float64] | None,
+    ) -> None:
+        drones = _joints_of_drones(model)
+        positions = states[:, model.jnt_qposadr[drones][:, None] + np.arange(3)]
+        self._model, self._data, self._states = model, mujoco.MjData(model), states
+        self._path = follow(positions, np.arange(len(states)) / fps)
+        self._shot = find_shot(model, camera, self._path, aspect)
+        self._trails = Trails(positions, drone_colors(model, model.jnt_bodyid[drones]), length=trail_length)
+        self._names, self._targets = names, targets
+        self._named = np.array([find_drone(model, name) for name in names], dtype=int)
+        self._colors = drone_colors(model, self._named)
+
+    def compose(self, renderer: Renderer, frame: int) -> None:
+        """Prepare the picture of one state."""
+        _pose(self._model, self._data, self._states[frame])
+        view = self._shot(self._data, frame)
+        renderer.update(self._data, view)
+        _move_shadows(renderer, *shadowed(view, self._path, frame))
+        self._trails.draw(renderer.scene, frame)
+        if self._targets is not None:
+            add_ghosts(renderer.scene, self._targets[frame], self._colors)
+        add_names(renderer.scene, self._data.xpos[self._named], self._names)
 
 
 def _checked_states(

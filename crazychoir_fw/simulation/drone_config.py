@@ -115,12 +115,13 @@ class DroneConfig:
 
     def _remarks(self) -> dict[str, str]:
         """Return what the model keeps for the world, and the engine plugin does not look at."""
+        from crazychoir_fw.simulation.motor_ctrl.naming import class_name, properties_text, require_class
+
+        require_class(self.id, self.motor_ctrl, self.motor_ctrl_properties)
         if self.motor_ctrl is None:
             return {}
         if not isinstance(self.motor_ctrl, str | type):
             raise RangeError(f"{self.id}: motor_ctrl is {self.motor_ctrl!r}, allowed: a class or its name")
-        from crazychoir_fw.simulation.motor_ctrl.naming import class_name, properties_text
-
         name = self.motor_ctrl if isinstance(self.motor_ctrl, str) else class_name(self.motor_ctrl)
         return {"motor_ctrl": name, "motor_ctrl_properties": properties_text(self.motor_ctrl_properties)}
 

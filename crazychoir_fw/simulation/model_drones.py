@@ -12,7 +12,7 @@ from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.core import attributes
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.simulation.drone_config import DroneConfig
-from crazychoir_fw.simulation.motor_ctrl.naming import anchored, parse_properties
+from crazychoir_fw.simulation.motor_ctrl.naming import anchored, parse_properties, require_class
 
 _FIELDS = ("platform", "provider", "controller", "estimator", "positioning")
 
@@ -60,13 +60,15 @@ def _config(model: mujoco.MjModel, body: int, name: str, texts: dict[str, str], 
     start = int(model.jnt_qposadr[model.body_jntadr[body]])
     x, y, z, qw, qx, qy, qz = model.qpos0[start : start + 7].tolist()
     control = texts.pop("motor_ctrl", None)
+    properties = parse_properties(texts.pop("motor_ctrl_properties", ""), name)
+    require_class(name, control, properties)
     return DroneConfig(
         name,
         (x, y, z),
         yaw_deg=float(np.degrees(np.arctan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)))),
         mass=float(model.body_mass[body]),
         motor_ctrl=None if control is None else anchored(control, folder),
-        motor_ctrl_properties=parse_properties(texts.pop("motor_ctrl_properties", ""), name),
+        motor_ctrl_properties=properties,
         **{field: texts.pop(field) for field in _FIELDS if field in texts},
         battery=float(texts.pop("battery")) if "battery" in texts else None,
         noise=float(texts.pop("noise")) if "noise" in texts else None,

@@ -13,8 +13,8 @@ from crazychoir_fw.errors import CrazychoirError
 from crazychoir_fw.mujoco_models import SCENES
 from crazychoir_fw.simulation.drone_config import DroneConfig
 
-_ABSENT = "motor_ctrl"
-"""The field of `DroneConfig` that a replay leaves out: what a plugin asked of its drone is in the journal."""
+_ABSENT = ("motor_ctrl", "motor_ctrl_properties")
+"""The fields of `DroneConfig` that a replay leaves out: what a plugin asked of its drone is in the journal."""
 
 
 def write_recipe(
@@ -52,7 +52,7 @@ def read_drones(recipe: Mapping[str, Any]) -> list[DroneConfig]:
         unknown = sorted(set(config) - known)
         if unknown:
             raise CrazychoirError(f"{config.get('id')}: this version knows nothing of {', '.join(unknown)}")
-        drones.append(DroneConfig(**{key: value for key, value in config.items() if key != _ABSENT}))
+        drones.append(DroneConfig(**{key: value for key, value in config.items() if key not in _ABSENT}))
     return drones
 
 

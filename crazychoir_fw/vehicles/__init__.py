@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from numbers import Real
 from pathlib import Path
@@ -19,7 +19,7 @@ import yaml
 
 from crazychoir_fw.errors import RangeError, UnknownNameError
 
-__all__ = ["NAMED", "Overrides", "Parameter", "Value", "as_text", "overrides", "parameters"]
+__all__ = ["NAMED", "Overrides", "Parameter", "Value", "as_text", "changes_of", "overrides", "parameters"]
 
 _FOLDER = Path(__file__).resolve().parent
 _PLATFORMS = ("cf2", "cf21bl")
@@ -136,7 +136,7 @@ def parameters(platform: str = "cf2") -> Mapping[str, Parameter]:
         UnknownNameError: If there is no such platform.
     """
     if platform not in _PLATFORMS:
-        raise UnknownNameError(f"no vehicle '{platform}', there are: {', '.join(_PLATFORMS)}")
+        raise UnknownNameError(f"no vehicle '{platform}', there are: {', '.join((*_PLATFORMS, *NAMED))}")
     values = _read(_FOLDER / f"{platform}.yaml")
     table = {}
     for name, meaning in _read(_FOLDER / "parameters.yaml").items():
@@ -160,6 +160,27 @@ def parameters(platform: str = "cf2") -> Mapping[str, Parameter]:
         )
         table[name] = Parameter(**{**vars(plain), "value": plain.check(entry["value"])})
     return table
+
+
+def changes_of(name: str) -> Mapping[str, Parameter]:
+    """Return what one of `NAMED` changes of platform cf2, by dotted name.
+
+    Raises:
+        UnknownNameError: If there is no such vehicle.
+    """
+    if name not in NAMED:
+        raise UnknownNameError(f"no vehicle '{name}', there are: {', '.join((*_PLATFORMS, *NAMED))}")
+    platform = parameters()
+    return {
+        each: replace(
+            platform[each],
+            value=platform[each].check(entry["value"]),
+            source=entry["source"],
+            note=entry.get("note", ""),
+            likely=None,
+        )
+        for each, entry in _read(_FOLDER / f"{name}.yaml").items()
+    }
 
 
 def _flat(content: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:

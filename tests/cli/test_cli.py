@@ -193,3 +193,30 @@ def test_variables_of_an_unknown_platform_are_refused():
     result = run("variables", "--platform", "cf3")
     assert result.exit_code == 2
     assert result.stderr == "no platform named 'cf3', allowed: cf2, cf21bl\n"
+
+
+def test_vehicle_shows_what_a_named_one_changes():
+    rows = json.loads(run("vehicle", "kit", "battery.*", "--json").stdout)
+    assert [(row["name"], row["value"], row["source"]) for row in rows][:2] == [
+        ("battery.capacity", 350.0, "BHW"),
+        ("battery.resistance", 0.1, "BDOC"),
+    ]
+    assert "Vehicles that change cf2 in part: kit, legacy, nanobench" in run("vehicle").stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "sentence"),
+    [
+        (["nope.*"], "no vehicle 'nope.*', there are: cf2, cf21bl, kit, legacy, nanobench; names of parameters come"),
+        (
+            ["cf2", "nope.*"],
+            "cf2 has no parameter 'nope.*', there are: mass, inertia, products_of_inertia, landed_height,",
+        ),
+        (["legacy", "imu.*"], "legacy has no parameter 'imu.*', there are: mass, rotors.*, drag.*"),
+    ],
+)
+@pytest.mark.parametrize("json_or_not", [[], ["--json"]])
+def test_vehicle_says_what_there_is(arguments, sentence, json_or_not):
+    result = run("vehicle", *arguments, *json_or_not)
+    assert result.exit_code == 2
+    assert result.stderr.startswith(sentence)

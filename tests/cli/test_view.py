@@ -63,10 +63,12 @@ def test_the_way_may_be_left_out(monkeypatch, hop, words, way, mission_is_last):
     assert (requests[0].view, requests[0].mission) == (way, hop)
 
 
-def test_an_unknown_way_is_refused(hop):
-    result = run("fly", hop, "--view=cinema")
-    assert result.exit_code == 2
-    assert result.stderr == "--view is 'cinema', allowed: auto, native, web, or nothing\n"
+@pytest.mark.parametrize("words", [["--view=cinema"], ["--view", "cinema"]])
+def test_an_unknown_way_is_refused(hop, words):
+    for arguments in ([hop, *words], [*words, hop]):
+        result = run("fly", *arguments)
+        assert result.exit_code == 2
+        assert result.stderr == "--view is 'cinema', allowed: auto, native, web, or nothing\n"
 
 
 @pytest.mark.usefixtures("no_display")

@@ -96,9 +96,9 @@ def test_without_it_they_touch(command):
 def test_eight_swap_places(command, seconds):
     places = circle(8, noise=0.01)
     least, miss = swap(hovering(places, enable=1), places, command, seconds)
-    # what drones keep is the distance between where they believe to be: 0.50 to 0.60 m over seeds
-    assert least >= LEAST - 0.02
-    assert least == pytest.approx(0.55, abs=0.07)
+    # 0.594 to 0.598 m over six seeds, with and without the slow part of the noise of the inertial sensors
+    assert least >= LEAST
+    assert least == pytest.approx(0.6, abs=0.02)
     assert miss < 0.1
 
 

@@ -64,13 +64,28 @@ def test_hover_with_the_errors_of_the_system(positioning, parameters, horizontal
     assert np.abs(truth.mean(axis=0) - GOAL).max() < max(horizontal, vertical) + 0.02
 
 
-@pytest.mark.parametrize(("positioning", "error"), [("lighthouse", 0.002), ("loco_tdoa2", 0.03), ("loco_twr", 0.07)])
-def test_without_errors_the_estimate_is_the_truth(positioning, error):
-    """What is left comes from the inertial sensors and a heading that nothing but light corrects."""
+def hover_without_errors(positioning, **more):
     kind = positioning.split("_")[0]
     ideal = {f"{kind}_{name}": float(value) for name, value in IDEAL[kind].items()}
-    truth, estimate, _ = hover(positioning, **ideal)
-    assert rms(estimate - truth).max() < error
+    truth, estimate, _ = hover(positioning, **ideal, **more)
+    return estimate - truth
+
+
+@pytest.mark.parametrize(("positioning", "error"), [("lighthouse", 0.001), ("loco_tdoa2", 0.002), ("loco_twr", 0.008)])
+def test_without_errors_the_estimate_is_the_truth(positioning, error):
+    assert rms(hover_without_errors(positioning, noise=0, bias=0)).max() < error
+
+
+@pytest.mark.parametrize(("positioning", "error"), [("lighthouse", 0.001), ("loco_tdoa2", 0.02), ("loco_twr", 0.065)])
+def test_inertial_sensors_alone_move_the_estimate(positioning, error):
+    """Their turn-on errors do it, and so differently from drone to drone that one says little.
+
+    Largest error of an axis with two-way ranging, six drones: 0.04, 0.05, 0.08, 0.06, 0.09, 0.04 m; the same with white
+    noise in place of the chip's, 0.02 to 0.04 m without turn-on errors, 0.006 m without noise as well. Light corrects
+    the attitude too.
+    """
+    errors = [rms(hover_without_errors(positioning, seed=seed)) for seed in (1, 2, 3, 4)]
+    assert rms(errors).max() < error
 
 
 @pytest.mark.parametrize(

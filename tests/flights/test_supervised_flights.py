@@ -78,7 +78,8 @@ def test_change_of_mode_costs_the_vertical_integral(command):
     times, z = record(world, 4.0, lambda: drone.true_position[2], lambda: other(drone))
     assert 35.0 <= 1000 * (height - z.min()) <= 50.0
     back = times[np.flatnonzero(np.abs(z - height) > 0.01)[-1]]
-    assert back == pytest.approx(2.3, abs=0.5)  # 2.3 to 2.7 s over seeds
+    # to within 10 mm, which the dossier does not say: 2.1 to 2.3 s over six seeds, to the planner's mode 2.3 to 2.5 s
+    assert back == pytest.approx(2.0, abs=0.5)
 
 
 def test_equal_modes_cost_nothing():

@@ -116,3 +116,28 @@ def test_a_scene_may_bring_drones_of_its_own(folder):
     assert result.failures == []
     assert [drone["id"] for drone in result.summary["drones"]] == ["cf1"]
     assert result.world["other"].true_position[2] == pytest.approx(0.3, abs=0.05)
+
+
+@pytest.mark.parametrize("where", ["drones", "defaults"])
+def test_properties_that_nobody_would_be_told_are_refused(where):
+    told = {"motor_ctrl_properties": {"height": 0.4}}
+    drones = [{"id": "a", "position": [0, 0], **(told if where == "drones" else {})}]
+    mission = {
+        "name": "m",
+        "drones": drones,
+        "defaults": told if where == "defaults" else {},
+        "flight": [{"takeoff": {}}],
+    }
+    who = {"drones": "a", "defaults": "defaults"}[where]
+    with pytest.raises(MissionError, match=f"{who}: motor_ctrl_properties are for a motor control, but"):
+        parse_mission(mission)
+
+
+def test_default_properties_reach_those_that_have_a_class():
+    mission = {
+        "name": "m",
+        "drones": DRONES,
+        "defaults": {"motor_ctrl_properties": {"k": "v"}},
+        "flight": [{"takeoff": {}}],
+    }
+    assert [dict(drone.motor_ctrl_properties) for drone in parse_mission(mission).fleet] == [{"k": "v"}, {}]

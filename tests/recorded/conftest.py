@@ -46,7 +46,14 @@ def target(time):
     return 0.6 * float(np.sin(phase)), 0.6 * float(1 - np.cos(phase)), 1.0 + 0.1 * float(np.sin(1.7 * phase))
 
 
-def record(path, seconds=14.0):
+def shaken(time):
+    """The same with all that the position loop can follow about roll and pitch."""
+    x, y, z = target(time)
+    swing = 0.2 if time > 4.0 else 0.0
+    return x + swing * np.sin(2 * np.pi * 0.9 * (time - 4)), y + swing * np.sin(2 * np.pi * 1.1 * (time - 4)), z
+
+
+def record(path, seconds=14.0, course=target):
     """Fly and write a flight."""
     config = DroneConfig(
         "cf1",
@@ -61,7 +68,7 @@ def record(path, seconds=14.0):
     rows = []
     for row in range(round(seconds * 100)):
         if row >= 100:
-            drone.commander.send_position_setpoint(*target(row / 100), 0.0)
+            drone.commander.send_position_setpoint(*course(row / 100), 0.0)
         world.step(10)
         x, y, z, w = (drone.true_quat_wxyz[i] for i in (1, 2, 3, 0))
         angles = np.radians(roll_pitch_yaw(np.array([[x, y, z, w]])))[0]
@@ -86,6 +93,11 @@ def synthetic_path(tmp_path_factory):
 def synthetic(synthetic_path):
     flight = read_flight(synthetic_path)
     return flight, find_phases(flight)
+
+
+@pytest.fixture(scope="session")
+def shaken_flight(tmp_path_factory):
+    return read_flight(record(tmp_path_factory.mktemp("shaken") / "shaken.csv.gz", course=shaken))
 
 
 @pytest.fixture(scope="session")

@@ -81,11 +81,20 @@ def test_identification_finds_what_was_flown(synthetic, true_vehicle):
     assert found.vehicle["drag.rotor_xy"] == pytest.approx(true_vehicle["drag.rotor_xy"], rel=0.03)
     assert found.vehicle["flight_moment.x"] == pytest.approx(true_vehicle["flight_moment.x"], rel=0.03)
     assert found.vehicle["flight_moment.y"] == pytest.approx(true_vehicle["flight_moment.y"], rel=0.03)
-    # slow flights hardly show it: 0.03 rad/s of noise on the rates stand against 1 rad/s^2
-    assert found.vehicle["inertia"][0] == pytest.approx(true_vehicle["inertia"][0], rel=0.35)
     assert found.vehicle["battery.resistance"] == pytest.approx(true_vehicle["battery.resistance"], rel=0.15)
     assert found.vehicle["rotors.heat_loss"] == pytest.approx(true_vehicle["rotors.heat_loss"], rel=0.15)
     assert found.vehicle["rotors.heat_time"] == true_vehicle["rotors.heat_time"]
+
+
+def test_inertia_needs_a_flight_that_shakes(shaken_flight, true_vehicle):
+    """In a slow flight the roll hardly accelerates: 0.35 to 1.67 of the truth over four seeds.
+
+    Here seeds differ by 1 %. What is left is the moment in which the motors are logged, every 10 ms as the filter's
+    attitude is predicted, which moves up to 12 % of the torque in or out of view: 0.89 to 1.12 of the truth over all
+    ten moments, 1.01 on average.
+    """
+    found = identify([shaken_flight], time_constants=(0.07,))
+    assert found.vehicle["inertia"] == pytest.approx(true_vehicle["inertia"], rel=0.15)
 
 
 def test_nothing_to_identify_from():

@@ -55,6 +55,9 @@ class MotorCtrl(Devices):
     """Whether a drone that must be armed is armed as soon as it can be."""
 
     controllers: ClassVar[tuple[str, ...] | None] = None
+    others: ClassVar[str] = ""
+    """What the other controllers lack, for whoever chose one of them."""
+
     """Controllers of the built-in provider that follow these setpoints; None when it does not matter."""
 
     # ---------------------------------------------------------------- to be overridden
@@ -206,7 +209,10 @@ class MotorCtrl(Devices):
         chosen = config.controller or "pid"
         is_ours = config.provider == "builtin" and not config.app
         if self.controllers is not None and is_ours and chosen not in self.controllers:
-            raise RangeError(f"{self._who('controller')} is '{chosen}', allowed: {', '.join(self.controllers)}")
+            because = f" ({self.others})" if self.others else ""
+            raise RangeError(
+                f"{self._who('controller')} is '{chosen}', allowed: {', '.join(self.controllers)}{because}"
+            )
 
     def _checked_zone(self) -> np.ndarray | None:
         zone = self.properties.get("safe_zone", self.safe_zone)

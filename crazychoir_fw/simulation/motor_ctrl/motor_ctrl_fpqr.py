@@ -15,6 +15,7 @@ class MotorCtrlFPQR(MotorCtrl):
     """Takes thrust (N) and body rates p, q, r (rad/s: forward, left, up), and lets the onboard rate loops fly them."""
 
     controllers = ("pid",)
+    others = "indi does not follow yaw rates; mellinger, lee and brescianini do not follow roll and pitch rates"
 
     def command(self, f: float, p: float, q: float, r: float) -> None:
         """Give a command; it is repeated until the next one.

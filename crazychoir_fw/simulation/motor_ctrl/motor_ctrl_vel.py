@@ -14,6 +14,7 @@ class MotorCtrlVel(MotorCtrl):
     """Takes a velocity (m/s, world) and a yaw rate (rad/s), and lets the onboard velocity loops fly them."""
 
     controllers = ("pid",)
+    others = "indi does not follow yaw rates; mellinger, lee and brescianini do not follow velocities"
 
     def command(self, vx: float, vy: float, vz: float, yaw_rate: float = 0.0) -> None:
         """Give a command; it is repeated until the next one, also when it is to stand still.

@@ -10,6 +10,8 @@ from crazychoir_fw.errors import RangeError, StateError
 from crazychoir_fw.finite import finite, three
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl import MotorCtrl
 
+_SUPERVISOR_TICKS = 40  # from one look of the supervisor to the next
+
 
 class MotorCtrlXYZ(MotorCtrl):
     """Takes a point and a duration, and lets the onboard planner fly there and stay.
@@ -29,7 +31,8 @@ class MotorCtrlXYZ(MotorCtrl):
 
         Raises:
             RangeError: If one of them is no finite number, or the duration not positive.
-            StateError: If the motors may not run yet, or no longer.
+            StateError: If the motors may not run yet, or no longer; also in the last moment before the supervisor
+                resets after a landing.
         """
         who = self._who("command")
         x, y, z, duration, yaw = finite(who, x=x, y=y, z=z, duration=duration, yaw=yaw)
@@ -39,11 +42,23 @@ class MotorCtrlXYZ(MotorCtrl):
             return
         if not self.drone.can_fly:
             raise StateError(f"{who}: the motors may not run, state '{self.drone.supervisor_state}'")
+        if self._is_about_to_reset():
+            raise StateError(
+                f"{who}: the supervisor resets some seconds after a landing and would drop this plan; command again in "
+                "0.2 s, in state 'Ready to fly'"
+            )
         uplink = self.drone.uplink
         if self.drone.struct.onboard.commander.priority > lib.COMMANDER_PRIORITY_HIGHLEVEL:
             # whoever flew with setpoints before, or stopped, holds the commander
             uplink.request("cf_notify_setpoint_stop")
         check(uplink.request("cf_go_to", x, y, z, yaw, duration, False, False), f"{who}({x}, {y}, {z}, {duration})")
+
+    def _is_about_to_reset(self) -> bool:
+        """Whether the motors would have to turn earlier than they can, to be seen in flight before the reset."""
+        onboard = self.drone.struct.onboard
+        supervisor = onboard.supervisor
+        landed = supervisor.state == lib.supervisorStateLanded
+        return landed and onboard.tick - supervisor.landing_tick > supervisor.landedTimeout - _SUPERVISOR_TICKS
 
     def command_point(self, position: Sequence[float], duration: float, yaw: float = 0.0) -> None:
         """The same for a vector (m, world), shape (3,)."""

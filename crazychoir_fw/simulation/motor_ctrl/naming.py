@@ -127,6 +127,17 @@ def describe(error: BaseException) -> str:
     return f"{type(error).__name__}: {text[:110]}{place}" if text else f"{type(error).__name__}{place}"
 
 
+def require_class(who: str, motor_ctrl: object, properties: Mapping[str, object]) -> None:
+    """Refuse properties that nobody would be told.
+
+    Raises:
+        RangeError: If there are properties, but no class.
+    """
+    if motor_ctrl is None and properties:
+        words = ", ".join(str(word) for word in properties)[:60]
+        raise RangeError(f"{who}: motor_ctrl_properties ({words}) are for a motor control, but motor_ctrl names none")
+
+
 def parse_properties(text: str, who: str) -> dict[str, str]:
     """Return the properties of words ``key=value``; a value with spaces stands in quotes.
 

@@ -6,23 +6,8 @@
 #include "builtin/kalman/kalman.h"
 #include "builtin/math/fast_math.h"
 #include "check.h"
+#include "hostile_kalman.h"
 #include "onboard/estimator.h"
-
-#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
-
-static const float HOSTILE[] = {0.0f,  -0.0f,  1e-45f,   -1e-38f,   1e-6f, 1.0f,
-                                -1.0f, 0.1f,   1e10f,    -1e10f,    1e20f, -1e20f,
-                                3e38f, -3e38f, INFINITY, -INFINITY, NAN,   -NAN};
-
-// a small generator, so that the cases are the same everywhere
-static uint32_t next(uint32_t *seed) {
-  *seed = *seed * 1664525u + 1013904223u;
-  return *seed >> 8;
-}
-
-static float hostile(uint32_t *seed) {
-  return HOSTILE[next(seed) % COUNT(HOSTILE)];
-}
 
 static measurement_t hostile_measurement(uint32_t *seed) {
   measurement_t measurement = {.type = (MeasurementType)(next(seed) % 14)};
@@ -88,16 +73,6 @@ static measurement_t hostile_measurement(uint32_t *seed) {
       break;
   }
   return measurement;
-}
-
-static void covariance_is_bounded(const kalmanCoreData_t *core) {
-  for (int i = 0; i < KC_STATE_DIM; i++) {
-    CHECK(core->P[i][i] >= 1e-6f);
-    for (int j = 0; j < KC_STATE_DIM; j++) {
-      CHECK(core->P[i][j] <= 100.0f);  // NaN fails as well
-      CHECK(core->P[i][j] == core->P[j][i]);
-    }
-  }
 }
 
 static void test_table_takes_every_float(void) {

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sensor_parts import changed, dice
 
 from crazychoir_fw._core import ffi, lib
 
@@ -19,22 +20,20 @@ HEIGHTS = [(1015.7, 0.0), (1013.25, 21.0815), (1000.0, 136.154)]
 
 
 def make_barometer(make_config: Make, seed: int = 1, **changes: float) -> Any:
-    config = make_config("cf2").barometer
-    for name, value in changes.items():
-        setattr(config, name, value)
-    random = ffi.new("cf_random_t *")
-    lib.cf_random_init(random, seed, 0)
+    config = changed(make_config("cf2").barometer, changes)
     barometer = ffi.new("cf_barometer_t *")
-    assert lib.cf_barometer_init(barometer, ffi.addressof(config), random[0]) == lib.CF_OK
+    assert lib.cf_barometer_init(barometer, config, dice(seed)[0]) == lib.CF_OK
     return barometer
 
 
-def watch(barometer: Any, ticks: int, height: float = 0.0, vibration: float = 0.0) -> tuple[list[int], np.ndarray]:
+def watch(
+    barometer: Any, ticks: int, height: float = 0.0, vibration: float = 0.0, surface: float = 0.0
+) -> tuple[list[int], np.ndarray]:
     """Return the ticks of the samples and their pressures (Pa)."""
     pressure, temperature = ffi.new("float *"), ffi.new("float *")
     when, samples = [], []
     for tick in range(1, ticks + 1):
-        if lib.cf_barometer_step(barometer, height, vibration, pressure, temperature):
+        if lib.cf_barometer_step(barometer, height, surface, vibration, pressure, temperature):
             assert temperature[0] == 25.0
             when.append(tick)
             samples.append(pressure[0])
@@ -138,6 +137,15 @@ def test_wash_falls_off_with_height_and_needs_turning_rotors(make_config):
     np.testing.assert_allclose(shifts(make_config, 1.0, 1.0), 0.0, atol=STEP)
     np.testing.assert_allclose(shifts(make_config, 0.0, 0.0), 0.0, atol=STEP)
     np.testing.assert_allclose(shifts(make_config, 0.5, 0.0), on_floor / 2, atol=STEP)
+
+
+def test_wash_is_that_of_the_surface_below(make_config):
+    shifts = []
+    for table in (0.0, 2.0):
+        barometer = make_barometer(make_config, noise=0.0, drift=0.0)
+        shifts.append(height_of(watch(barometer, 20, table, 1.0, surface=table)[1])[0] - table)
+    assert abs(shifts[0]) > 0.05
+    assert shifts[1] == pytest.approx(shifts[0], abs=2 * STEP)
 
 
 @pytest.mark.parametrize("wrong", [{"wash_low": 0.6}, {"wash_high": -0.4}, {"wash_low": -11.0}, {"wash_height": 0.0}])

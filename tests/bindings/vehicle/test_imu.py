@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sensor_parts import changed, dice
 
 from crazychoir_fw._core import ffi, lib
 
@@ -17,13 +18,9 @@ ACC_LSB = 0.000732421875  # g
 
 
 def make_imu(make_config: Make, seed: int = 1, **changes: float) -> Any:
-    config = make_config("cf2").airframe.imu
-    for name, value in changes.items():
-        setattr(config, name, value)
-    random = ffi.new("cf_random_t *")
-    lib.cf_random_init(random, seed, 0)
+    config = changed(make_config("cf2").airframe.imu, changes)
     imu = ffi.new("cf_imu_t *")
-    assert lib.cf_imu_init(imu, ffi.addressof(config), random[0]) == lib.CF_OK
+    assert lib.cf_imu_init(imu, config, dice(seed)[0]) == lib.CF_OK
     return imu
 
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.signal import welch
+from sensor_parts import changed, dice
 
 from crazychoir_fw._core import ffi, lib
 
@@ -25,12 +26,8 @@ ACC = (ACC_LSB, 0.175, 2.2, 0.05)
 
 def record(make_config: Make, seconds: float, vibration: float = 0.0, seed: int = 1, **changes: float) -> np.ndarray:
     """Return the samples of a drone at rest in steps of the converter, shape (T, 6)."""
-    config = make_config("cf2").airframe.imu
-    for name, value in changes.items():
-        setattr(config, name, value)
-    random, imu = ffi.new("cf_random_t *"), ffi.new("cf_imu_t *")
-    lib.cf_random_init(random, seed, 0)
-    assert lib.cf_imu_init(imu, ffi.addressof(config), random[0]) == lib.CF_OK
+    imu = ffi.new("cf_imu_t *")
+    assert lib.cf_imu_init(imu, changed(make_config("cf2").airframe.imu, changes), dice(seed)[0]) == lib.CF_OK
     rates, force = ffi.new("float[3]"), ffi.new("float[3]", [0.0, 0.0, G])
     samples = np.empty((round(seconds * RATE), 6), np.int16)
     place = ffi.cast("Axis3i16 *", samples.ctypes.data)

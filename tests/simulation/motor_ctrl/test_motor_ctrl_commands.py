@@ -182,8 +182,35 @@ def test_the_parent_knows_no_twist():
 
 
 @pytest.mark.parametrize(
-    ("cls", "controller"), [(MotorCtrlFPQR, "lee"), (MotorCtrlVel, "mellinger"), (MotorCtrlFRPY, "brescianini")]
+    ("cls", "controller"),
+    [(MotorCtrlFPQR, "lee"), (MotorCtrlFPQR, "indi"), (MotorCtrlVel, "mellinger"), (MotorCtrlFRPY, "brescianini")],
 )
 def test_a_controller_that_ignores_these_setpoints_is_refused(cls, controller):
     with pytest.raises(RangeError, match=rf"cf1: {cls.__name__}: controller is '{controller}', allowed: pid"):
         World([DroneConfig("cf1", controller=controller, motor_ctrl=cls)])
+
+
+def test_a_plan_that_the_reset_after_a_landing_would_drop_is_refused():
+    """planner-commander dossier 14.3: Landed becomes Reset after 3 s, unless motors turn by then."""
+    world, control = flown_by(MotorCtrlXYZ)
+    control.command(0.0, 0.0, 0.5, 1.0)
+    world.run(2.0)
+    control.drone.high_level_commander.land(0.0, 1.0)
+    world.run(1.0)
+    control.drone.high_level_commander.stop()
+    supervisor = control.drone.struct.onboard.supervisor
+    while control.drone.supervisor_state != "Landed":
+        world.run(0.01)
+    world.step(supervisor.landing_tick + 3000 - 45 - control.drone.struct.onboard.tick)
+    in_time = world.snapshot()
+    control.command(0.0, 0.0, 0.5, 1.0)
+    world.run(3.0)
+    assert control.position[2] == pytest.approx(0.5, abs=0.1)
+    world.restore(in_time)
+    world.step(6)
+    with pytest.raises(StateError, match="the supervisor resets some seconds after a landing and would drop this plan"):
+        control.command(0.0, 0.0, 0.5, 1.0)
+    world.run(0.3)
+    control.command(0.0, 0.0, 0.5, 1.0)
+    world.run(3.0)
+    assert control.position[2] == pytest.approx(0.5, abs=0.1)

@@ -113,6 +113,14 @@ def test_a_model_without_drones_is_refused(tmp_path, text):
         World.from_mjcf(path)
 
 
+def test_properties_without_a_class_are_refused(tmp_path):
+    sentence = r": motor_ctrl_properties \(height\) are for a motor control, but motor_ctrl names none"
+    with pytest.raises(RangeError, match="bird" + sentence):
+        World.from_mjcf(write(tmp_path, config(motor_ctrl_properties="height=0.4")))
+    with pytest.raises(RangeError, match="cf1" + sentence):
+        World([DroneConfig("cf1", motor_ctrl_properties={"height": 0.4})])
+
+
 def test_bad_properties_are_refused(tmp_path):
     with pytest.raises(RangeError, match="bird: motor_ctrl_properties has the word 'high', allowed: key=value"):
         World.from_mjcf(write(tmp_path, config(motor_ctrl="MotorCtrlFPQR", motor_ctrl_properties="low=1 high")))

@@ -382,31 +382,6 @@ def test_logs_show_errors_rates_and_torque():
 # ---- through the provider ----
 
 
-def test_the_provider_knows_it():
-    provider = Provider()
-    assert provider.name(lib.ControllerTypeLee) == "Lee"
-    assert provider.select(lib.ControllerTypeLee) == lib.CF_OK
-    assert provider.selected == lib.ControllerTypeLee
-
-
-@pytest.mark.parametrize("number", [-1, lib.ControllerType_COUNT, 255])
-def test_a_number_that_no_controller_has_changes_nothing(number):
-    provider = Provider()
-    provider.select(lib.ControllerTypeLee)
-    provider.fly(*l2(), 2)
-    before = bytes(ffi.buffer(provider.block))
-    assert provider.select(number) == lib.CF_ERR_UNKNOWN
-    assert provider.name(number) is None
-    assert bytes(ffi.buffer(provider.block)) == before
-
-
-def test_automatic_selection_is_the_pid():
-    provider = Provider()
-    provider.select(lib.ControllerTypeLee)
-    assert provider.select(lib.ControllerTypeAutoSelect) == lib.CF_OK
-    assert provider.selected == lib.ControllerTypePID
-
-
 @pytest.mark.parametrize(("case", "call", "thrust", "torque"), CASES, ids=NAMES)
 def test_the_provider_flies_it(case, call, thrust, torque):
     provider = Provider()

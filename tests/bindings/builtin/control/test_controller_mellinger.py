@@ -433,13 +433,6 @@ def test_logs_show_what_was_commanded_and_measured():
 # ---- through the provider ----
 
 
-def test_the_provider_knows_it():
-    provider = Provider()
-    assert provider.name(lib.ControllerTypeMellinger) == "Mellinger"
-    assert provider.select(lib.ControllerTypeMellinger) == lib.CF_OK
-    assert provider.selected == lib.ControllerTypeMellinger
-
-
 @pytest.mark.parametrize(("case", "call", "thrust", "moments", "axis"), CASES, ids=NAMES)
 def test_the_provider_flies_it(case, call, thrust, moments, axis):
     provider = Provider()

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from sensor_parts import changed, dice
 
 from crazychoir_fw._core import ffi, lib
 
@@ -26,13 +27,9 @@ RANGE_STD = [
 
 
 def make_deck(make_config: Make, seed: int = 1, **changes: Any) -> Any:
-    config = make_config("cf2").flow_deck
-    for name, value in changes.items():
-        setattr(config, name, value)
-    random = ffi.new("cf_random_t *")
-    lib.cf_random_init(random, seed, 0)
-    deck = ffi.new("cf_flow_deck_t *")
-    assert lib.cf_flow_deck_init(deck, ffi.addressof(config), random[0], lib.cf_random_split(random)) == lib.CF_OK
+    config = changed(make_config("cf2").flow_deck, changes)
+    random, deck = dice(seed), ffi.new("cf_flow_deck_t *")
+    assert lib.cf_flow_deck_init(deck, config, random[0], lib.cf_random_split(random)) == lib.CF_OK
     return deck
 
 

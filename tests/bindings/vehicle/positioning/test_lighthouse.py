@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
+from sensor_parts import changed, dice
 
 from crazychoir_fw._core import ffi, lib
 
@@ -20,27 +21,14 @@ TILT = np.pi / 6
 IDEAL = {"noise": 0.0, "calibration_error": 0.0, "position_error": 0.0, "attitude_error": 0.0, "mishap": {}}
 
 
-def mishap(**numbers: float) -> dict[str, float]:
-    return {"dropout": 0.0, "outlier": 0.0, "outlier_size": 0.0, **numbers}
-
-
 def configure(make_config: Make, **changes: Any) -> Any:
-    config = make_config("cf2").lighthouse
-    for name, value in {**IDEAL, **changes}.items():
-        setattr(config, name, mishap(**value) if name == "mishap" else value)
-    return config
-
-
-def dice(seed: int) -> Any:
-    random = ffi.new("cf_random_t *")
-    lib.cf_random_init(random, seed, 0)
-    return random[0]
+    return changed(make_config("cf2").lighthouse, {**IDEAL, **changes})
 
 
 def make(make_config: Make, seed: int = 1, world: int = 1, **changes: Any) -> Any:
     """Return an ideal system with the default stations, after changes."""
     lighthouse, config = ffi.new("cf_lighthouse_t *"), configure(make_config, **changes)
-    status = lib.cf_lighthouse_init(lighthouse, ffi.addressof(config), dice(seed), dice(seed + 100), dice(world))
+    status = lib.cf_lighthouse_init(lighthouse, config, dice(seed)[0], dice(seed + 100)[0], dice(world)[0])
     assert status == lib.CF_OK
     return lighthouse
 
@@ -295,7 +283,5 @@ OK = station((0, 0, 2), (1, 0, 0))
 )
 def test_impossible_config_is_refused(make_config: Make, changes: dict[str, Any]) -> None:
     config = configure(make_config, **changes)
-    one = dice(1)
-    assert lib.cf_lighthouse_init(ffi.new("cf_lighthouse_t *"), ffi.addressof(config), one, one, one) == (
-        lib.CF_ERR_VALUE
-    )
+    one = dice(1)[0]
+    assert lib.cf_lighthouse_init(ffi.new("cf_lighthouse_t *"), config, one, one, one) == (lib.CF_ERR_VALUE)

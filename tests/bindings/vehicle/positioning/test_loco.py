@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sensor_parts import changed, dice
 
 from crazychoir_fw._core import ffi, lib
 
@@ -19,24 +20,13 @@ IDEAL = {"noise": 0.0, "bias": 0.0, "mishap": {}}
 
 
 def configure(make_config: Make, **changes: Any) -> Any:
-    config = make_config("cf2").loco
-    for name, value in {**IDEAL, **changes}.items():
-        if name == "mishap":
-            value = {"dropout": 0.0, "outlier": 0.0, "outlier_size": 0.0, **value}
-        setattr(config, name, value)
-    return config
-
-
-def dice(seed: int) -> Any:
-    random = ffi.new("cf_random_t *")
-    lib.cf_random_init(random, seed, 0)
-    return random[0]
+    return changed(make_config("cf2").loco, {**IDEAL, **changes})
 
 
 def make(make_config: Make, mode: int, seed: int = 1, world: int = 1, **changes: Any) -> Any:
     """Return an ideal system with the default anchors, after changes."""
     loco, config = ffi.new("cf_loco_t *"), configure(make_config, **changes)
-    status = lib.cf_loco_init(loco, ffi.addressof(config), mode, dice(seed), dice(seed + 100), dice(world))
+    status = lib.cf_loco_init(loco, config, mode, dice(seed)[0], dice(seed + 100)[0], dice(world)[0])
     assert status == lib.CF_OK
     return loco
 
@@ -91,7 +81,7 @@ def test_default_rates_lie_where_the_dossier_has_them(make_config: Make) -> None
     config = make_config("cf2").loco
     for mode, low, high in ((TWR, 100, 150), (TDOA2, 400, 500), (TDOA3, 400, 500)):
         loco = ffi.new("cf_loco_t *")
-        assert lib.cf_loco_init(loco, ffi.addressof(config), mode, dice(1), dice(2), dice(3)) == lib.CF_OK
+        assert lib.cf_loco_init(loco, ffi.addressof(config), mode, dice(1)[0], dice(2)[0], dice(3)[0]) == lib.CF_OK
         assert low <= len(watch(loco, 10_000)) / 10 <= high
 
 
@@ -199,12 +189,12 @@ def anchors(i: int, value: float) -> list[list[float]]:
 )
 def test_impossible_config_is_refused(make_config: Make, changes: dict[str, Any]) -> None:
     config = configure(make_config, **changes)
-    one = dice(1)
-    assert lib.cf_loco_init(ffi.new("cf_loco_t *"), ffi.addressof(config), TWR, one, one, one) == lib.CF_ERR_VALUE
+    one = dice(1)[0]
+    assert lib.cf_loco_init(ffi.new("cf_loco_t *"), config, TWR, one, one, one) == lib.CF_ERR_VALUE
 
 
 @pytest.mark.parametrize("mode", [-1, 0, 4])
 def test_impossible_mode_is_refused(make_config: Make, mode: int) -> None:
-    config, one = configure(make_config), dice(1)
+    config, one = configure(make_config), dice(1)[0]
     mode = ffi.cast("cf_loco_mode_t", mode % 2**32)
-    assert lib.cf_loco_init(ffi.new("cf_loco_t *"), ffi.addressof(config), mode, one, one, one) == lib.CF_ERR_VALUE
+    assert lib.cf_loco_init(ffi.new("cf_loco_t *"), config, mode, one, one, one) == lib.CF_ERR_VALUE

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from sensor_parts import dice, mishap
 
 from crazychoir_fw._core import ffi, lib
 
@@ -13,13 +14,7 @@ DRAWS = 20_000
 
 
 def make(**numbers: float) -> Any:
-    return ffi.new("cf_mishap_config_t *", {"dropout": 0.0, "outlier": 0.0, "outlier_size": 0.0, **numbers})
-
-
-def dice(seed: int = 1) -> Any:
-    random = ffi.new("cf_random_t *")
-    lib.cf_random_init(random, seed, 0)
-    return random
+    return ffi.new("cf_mishap_config_t *", mishap(**numbers))
 
 
 @pytest.mark.parametrize("probability", [0.01, 0.3, 0.9])

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from sensor_parts import changed, dice
 
 from crazychoir_fw._core import ffi, lib
 
@@ -15,18 +16,10 @@ Make = Callable[..., Any]
 
 
 def make_mocap(make_config: Make, seed: int = 1, **changes: Any) -> Any:
-    config = make_config("cf2").mocap
-    for name, value in changes.items():
-        setattr(config, name, value)
-    random = ffi.new("cf_random_t *")
-    lib.cf_random_init(random, seed, 0)
-    mocap = ffi.new("cf_mocap_t *")
-    assert lib.cf_mocap_init(mocap, ffi.addressof(config), random[0], lib.cf_random_split(random)) == lib.CF_OK
+    config = changed(make_config("cf2").mocap, changes)
+    random, mocap = dice(seed), ffi.new("cf_mocap_t *")
+    assert lib.cf_mocap_init(mocap, config, random[0], lib.cf_random_split(random)) == lib.CF_OK
     return mocap
-
-
-def with_mishaps(**numbers: float) -> dict[str, Any]:
-    return {"mishap": {"dropout": 0.0, "outlier": 0.0, "outlier_size": 0.0, **numbers}}
 
 
 def watch(mocap: Any, ticks: int, quat: Any = (1.0, 0.0, 0.0, 0.0), start: int = 0) -> list[tuple[int, Any]]:
@@ -101,7 +94,7 @@ def test_lost_drone_is_not_seen_but_poses_under_way_arrive(make_config: Make) ->
 
 def test_drop_outs_have_the_asked_frequency_and_leave_the_noise_alone(make_config: Make) -> None:
     everything = watch(make_mocap(make_config, rate=1000, latency_ms=0), 10_000)
-    some = watch(make_mocap(make_config, rate=1000, latency_ms=0, **with_mishaps(dropout=0.3)), 10_000)
+    some = watch(make_mocap(make_config, rate=1000, latency_ms=0, mishap={"dropout": 0.3}), 10_000)
     assert len(some) == pytest.approx(7000, abs=200)
     same = {tick: (pose.x, pose.y, pose.quat.x) for tick, pose in everything}
     assert all(same[tick] == (pose.x, pose.y, pose.quat.x) for tick, pose in some)
@@ -109,7 +102,7 @@ def test_drop_outs_have_the_asked_frequency_and_leave_the_noise_alone(make_confi
 
 def test_outliers_are_off_by_a_quarter_of_their_size_to_all_of_it_in_any_direction(make_config: Make) -> None:
     quiet = {"rate": 1000, "latency_ms": 0, "position_noise": 0.0}
-    poses = watch(make_mocap(make_config, **quiet, **with_mishaps(outlier=0.1, outlier_size=0.8)), 10_000)
+    poses = watch(make_mocap(make_config, **quiet, mishap={"outlier": 0.1, "outlier_size": 0.8}), 10_000)
     errors = np.array([(pose.x - tick, pose.y + 1.0, pose.z - 0.5) for tick, pose in poses])
     distances = np.linalg.norm(errors, axis=1)
     wrong = distances > 0.01
@@ -136,7 +129,7 @@ def test_tick_may_wrap_around(make_config: Make) -> None:
         ({"attitude_noise": float("nan")}, lib.CF_ERR_VALUE),
         ({"position_std": 0.0}, lib.CF_ERR_VALUE),
         ({"attitude_std": float("inf")}, lib.CF_ERR_VALUE),
-        (with_mishaps(dropout=1.1), lib.CF_ERR_VALUE),
+        ({"mishap": {"dropout": 1.1}}, lib.CF_ERR_VALUE),
     ],
 )
 def test_impossible_config_is_refused(make_config: Make, changes: dict[str, float], status: int) -> None:
