@@ -14,8 +14,8 @@
 #include "status.h"
 
 #define CF_DOWNWASH_REACH_DOWN 1.5f  // [m], of the fit
-#define CF_DOWNWASH_REACH_ASIDE \
-  0.25f  // [m], beyond it less than 0.2 % is left: widths end at 0.07 m
+// [m]; beyond it less than 0.2 % is left, because widths end at 0.07 m
+#define CF_DOWNWASH_REACH_ASIDE 0.25f
 
 typedef struct {
   bool  is_enabled;
