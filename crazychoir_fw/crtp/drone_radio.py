@@ -6,7 +6,7 @@ import socket
 from collections import deque
 
 from crazychoir_fw.crtp.budget import Budget
-from crazychoir_fw.crtp.owner import Owner
+from crazychoir_fw.crtp.owner import Address, Owner
 from crazychoir_fw.crtp.station import Station
 from crazychoir_fw.crtp.statistics import PacketCounts
 
@@ -32,6 +32,9 @@ class DroneRadio:
         self.station = station
         self.name: str = station.line.drone.id
         self.socket = opened
+        self.private: socket.socket | None = None
+        """Hears and talks to the owner alone, where the operating system can do that."""
+        self.private_for: Address | None = None
         self.owner = owner
         self.counts = PacketCounts()
         self.is_open = False

@@ -10,13 +10,14 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
+from typing import Any
 
 from crazychoir_fw.crtp.clock import Clock
 from crazychoir_fw.crtp.drone_radio import DroneRadio
 from crazychoir_fw.crtp.link_model import Direction, Link
 from crazychoir_fw.crtp.owner import Address, Ruling, is_link_source
 from crazychoir_fw.crtp.packet import NULL
-from crazychoir_fw.crtp.sockets import read_refusals, receive
+from crazychoir_fw.crtp.sockets import open_private, read_refusals, receive
 
 _MOST_DATAGRAMS = 64
 """Read of one socket in a row, so that one drone's flood does not keep others waiting."""
@@ -89,6 +90,9 @@ class Radio:
             self._end(radio, now, "closed")
             radio.owner.leave()
             radio.station.line.wake_radio = lambda: None
+            if radio.private is not None:
+                radio.private.close()
+                radio.private = radio.private_for = None
             radio.socket.close()
         self._selector.close()
         self._wake_in.close()
@@ -153,7 +157,7 @@ class Radio:
                 with suppress(OSError):
                     self._wake_out.recv(64)
             else:
-                self._receive(key.data, now)
+                self._receive(key.data, key.fileobj, now)
         # before looking who has output: whoever sends after this wakes again
         self._is_awake = False
         if self._link is not None:
@@ -161,6 +165,8 @@ class Radio:
         for radio in self._radios:
             if radio.has_output or radio.unsent:
                 self._send_output(radio, now)
+            if radio.private_for != radio.owner.address:
+                self._make_private(radio, now)
         if now >= self._next_look or now + _LOOK_S < self._next_look:
             self._next_look = now + _LOOK_S
             for radio in self._radios:
@@ -168,11 +174,13 @@ class Radio:
 
     # ---------------------------------------------------------------- up
 
-    def _receive(self, radio: DroneRadio, now: float) -> None:
+    def _receive(self, radio: DroneRadio, opened: Any, now: float) -> None:
         for number in range(_MOST_DATAGRAMS):
             try:
-                got = receive(radio.socket)
+                got = receive(opened)
             except OSError:
+                if opened.fileno() < 0:
+                    return  # closed in a turn of the other thread
                 self._hear_of_gone(radio, now)
                 continue
             if got is None:
@@ -290,7 +298,7 @@ class Radio:
         address = radio.owner.address
         while address is not None and address == radio.owner.address:
             try:
-                radio.socket.sendto(datagram, address)
+                (radio.private or radio.socket).sendto(datagram, address)
                 return
             except BlockingIOError:
                 if not droppable and len(radio.unsent) < _MOST_UNSENT:
@@ -355,6 +363,8 @@ class Radio:
     def _hear_of_gone(self, radio: DroneRadio, now: float) -> bool:
         """Ask the operating system which clients are gone. Returns whether there were any."""
         gone = read_refusals(radio.socket)
+        if radio.private is not None:
+            gone += read_refusals(radio.private)
         owner = radio.owner
         for address in gone:
             if owner.waiting is not None and owner.waiting[0] == address:
@@ -364,6 +374,24 @@ class Radio:
                 owner.leave()
                 self._serve_next(radio, now)
         return bool(gone)
+
+    def _make_private(self, radio: DroneRadio, now: float) -> None:
+        """Listen to a new owner apart from others, and no more to the old one."""
+        late: list[tuple[bytes, Address]] = []
+        if radio.private is not None:
+            with suppress(OSError):
+                while len(late) < _MOST_DATAGRAMS and (got := receive(radio.private)) is not None:
+                    late.append(got)
+            self._selector.unregister(radio.private)
+            radio.private.close()
+            radio.private = None
+        radio.private_for = radio.owner.address
+        if radio.private_for is not None:
+            radio.private = open_private(radio.socket, radio.private_for)
+        if radio.private is not None:
+            self._selector.register(radio.private, selectors.EVENT_READ, radio)
+        for datagram, address in late:
+            self._rule(radio, datagram, address, now)
 
     # ---------------------------------------------------------------- what is told
 

@@ -60,6 +60,30 @@ def _open(host: str, port: int) -> socket.socket:
     return opened
 
 
+def open_private(opened: socket.socket, client: Address) -> socket.socket | None:
+    """Return a second socket at the port of an open one that hears one client only, or None where that cannot be.
+
+    What others send does not fill its buffer, so that no flood drowns the client's packets.
+    """
+    private = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    try:
+        private.setblocking(False)
+        private.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, RECEIVE_BUFFER_BYTES)
+        private.setsockopt(socket.IPPROTO_IP, _IP_RECVERR, 1)
+        for one in (opened, private):
+            one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        private.bind(opened.getsockname())
+        private.connect(client)
+    except OSError:
+        private.close()
+        return None
+    finally:
+        # the port is for nobody else
+        with suppress(OSError):
+            opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 0)
+    return private
+
+
 def receive(opened: socket.socket) -> tuple[bytes, Address] | None:
     """Return a datagram, cut off where it is too long for a packet, and its sender; None when there is none.
 

@@ -348,6 +348,32 @@ def test_a_flood_of_garbage_harms_nobody_else(open_server, connect):
     assert server.statistics().drones["cf2"].received == 31
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux has sockets that share a port as this takes")
+def test_a_flood_at_one_drone_drowns_nothing_of_its_client(open_server, connect):
+    server = open_server()
+    client, rude = connect(server), connect(server)
+    client.ask(SOURCE)
+    # as if the radio were busy
+    with server._radio._lock:
+        for _ in range(20000):
+            rude.send(b"\xec" + bytes(30))
+        client.send(b"\xfcping")
+    assert client.read() == b"\xfcping"
+    assert server.statistics().drones["cf1"].received < 20000
+
+
+def test_nobody_else_can_bind_the_port_of_a_drone_with_a_client(open_server, connect):
+    server = open_server()
+    connect(server).ask(SOURCE)
+    with server._radio._lock:
+        pass  # until the turn that answered is over
+    port = int(server.uris["cf1"].rsplit(":", 1)[1])
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        with pytest.raises(OSError, match="in use"):
+            other.bind(("127.0.0.1", port))
+
+
 def test_a_service_that_raises_is_told_of_once(open_server, connect, world, caplog):
     server = open_server()
     client, neighbor = connect(server), connect(server, "cf2")
