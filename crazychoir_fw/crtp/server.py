@@ -33,8 +33,8 @@ _REST_MS = 200
 next script may want to take off before."""
 
 _SWITCH_S = 0.0005
-"""So soon (s) simulation and radio hand the interpreter to each other. With the usual 5 ms, 30 drones that send 6000 log
-packets a second on a busy machine fell behind real time."""
+"""So soon (s) simulation and radio hand the interpreter to each other. With the usual 5 ms, 30 drones that send 6000
+log packets a second on a busy machine fell behind real time."""
 
 Observer = Callable[["Server"], None]
 
