@@ -17,7 +17,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from crazychoir_fw.crtp.packet import Packet
+from crazychoir_fw.crtp.packet import HEADERS
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone
@@ -60,6 +60,11 @@ class Line:
         self.wake_simulation()
         return True
 
+    @property
+    def has_changes(self) -> bool:
+        """Whether something waits for the simulation."""
+        return bool(self._later)
+
     def carry_out(self) -> None:
         """Carry out what waits; only the simulation thread calls this."""
         while self._later:
@@ -74,13 +79,15 @@ class Line:
             payload: Up to 30 bytes.
             droppable: True for what may be lost when the client is behind: log data and console text.
         """
-        self._out.append((Packet(port, channel, payload).to_bytes(), droppable))
+        self._out.append((HEADERS[port][channel] + payload, droppable))
         self.wake_radio()
 
-    def send_ready(self, datagrams: Iterable[tuple[bytes, bool]]) -> None:
-        """Send datagrams that are packed already, each with whether it may be dropped, and wake the radio once."""
+    def put_out(self, datagrams: Iterable[tuple[bytes, bool]]) -> None:
+        """Put datagrams that are packed already, each with whether it may be dropped, where the radio finds them.
+
+        Whoever has output for many drones wakes their radio afterwards, so that it does not begin with the first alone.
+        """
         self._out.extend(datagrams)
-        self.wake_radio()
 
     def take_out(self) -> list[tuple[bytes, bool]]:
         """Return datagrams to send, oldest first, each with whether it may be dropped; only the radio calls this."""
