@@ -18,7 +18,6 @@ import argparse
 import json
 import os
 import selectors
-import socket
 import subprocess
 import sys
 import tempfile

@@ -14,6 +14,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -39,6 +40,8 @@ class Line:
         """Packets that came from clients."""
         self.sent = 0
         """Packets that went to them."""
+        self.closing = ExitStack()
+        """What takes the appointments and listeners of the services off again, when the station closes."""
         self._later: deque[Callable[[], None]] = deque()
         self._out: deque[tuple[bytes, bool]] = deque()
         self._lock = threading.Lock()
@@ -46,6 +49,15 @@ class Line:
         """Called when there is something to carry out; a simulation that waits for the clock need not wait for it."""
         self.wake_radio: Callable[[], None] = lambda: None
         """Called when there is something to send."""
+
+    def every(self, period: int, call: Callable[[], None]) -> None:
+        """Have `call` called at all multiples of so many ticks, until the station closes."""
+        self.closing.callback(self.world.agenda.every(period, call))
+
+    def when_sought(self, call: Callable[[int], None]) -> None:
+        """Have `call` called with the tick after every jump in time, until the station closes."""
+        self.world.agenda.when_sought.append(call)
+        self.closing.callback(self.world.agenda.when_sought.remove, call)
 
     def later(self, change: Callable[[], None]) -> bool:
         """Have a change carried out by the simulation thread between two steps, in the order of their coming.

@@ -136,6 +136,7 @@ class Server:
         self.carry_out()
         for radio in self._radios:
             radio.station.line.wake_simulation = lambda: None
+            radio.station.close()
         self._radio = None
 
     @property

@@ -104,3 +104,8 @@ class Station:
         self._has_session = False
         for service in self.services:
             service.end_session()
+
+    def close(self) -> None:
+        """Leave the world as if there had been no station; only the thread that steps the world calls this."""
+        self.end_session()
+        self.line.closing.close()
