@@ -31,6 +31,8 @@ STALL_SHARE = 0.5
 gets replies, but no log data."""
 _LOOK_S = 0.02
 """Time from one look at who has gone to the next (s)."""
+_DEAF_S = 0.1
+"""After so long a time (s) without a turn, what waits at the sockets is read before anybody is said to have gone."""
 _IDLE_S = 0.5
 _RETRY_S = 0.001
 
@@ -76,7 +78,8 @@ class Radio:
         self._is_awake = False  # somebody has woken the thread, and it has not looked yet
         self._is_closing = False
         self._with_output: deque[DroneRadio] = deque()  # some of them perhaps twice
-        self._next_look = 0.0
+        self._next_look = self._latest_turn = 0.0
+        self._was_deaf = False
         self._rest_s = _IDLE_S  # between two looks, so that no packet has to wait for a look at every drone
         self._reported: set[tuple[str, str]] = set()
         self._thread = threading.Thread(target=self._run, name="crazychoir radio", daemon=True)
@@ -155,6 +158,12 @@ class Radio:
 
     def _handle(self, events: list[tuple[selectors.SelectorKey, int]]) -> None:
         now = self._clock()
+        # who was not listened to, because the process was stopped or the machine is busy, has not been silent
+        was_deaf = now - self._latest_turn > _DEAF_S and not self._was_deaf
+        if was_deaf or self._was_deaf:
+            # owners first, before somebody else is given what seems to be nobody's
+            events.sort(key=lambda event: event[0].data is None or event[0].fileobj is event[0].data.socket)
+        self._latest_turn, self._was_deaf = now, was_deaf
         for key, _ in events:
             if key.data is None:
                 with suppress(OSError):
@@ -169,7 +178,7 @@ class Radio:
             self._fetch_arrivals(now)
         for _ in range(len(self._with_output)):
             self._send_output(self._with_output.popleft(), now)
-        if now >= self._next_look or now + _LOOK_S < self._next_look:
+        if not was_deaf and (now >= self._next_look or now + _LOOK_S < self._next_look):
             self._next_look = now + _LOOK_S
             self._look(now)
 
