@@ -268,7 +268,7 @@ def measure(drones: int, seconds: float, repeats: int) -> dict[str, Any]:
             for ending, targets, ask in (("", uris, mark), ("_responder", table_uris, dict)):
                 with tempfile.TemporaryDirectory() as cache:
                     for kind in ("cold", "warm"):
-                        if kind + ending == "warm" or result["cold"] and not ending:
+                        if kind + ending == "warm" or (result["cold"] and not ending):
                             time.sleep(1.2)  # until the drones are free again
                         ask()
                         figures = run_client(targets, cache, 0.0, ask)
