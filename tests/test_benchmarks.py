@@ -11,11 +11,14 @@ BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 SMALLEST = {
     "endurance.py": ["--hours", "0.02"],
     "flight_matrix.py": ["--platforms", "cf2", "--controllers", "pid", "--positioning", "mocap"],
+    # every seed throws the same, and whatever must hold is looked at: exceptions, replies, memory, the other client
+    "fuzz_server.py": ["--datagrams", "30000", "--flood", "10000", "--seed", "3"],
     "log_cost.py": ["--drones", "1", "--seconds", "0.05", "--repeats", "1"],
     "looking_cost.py": ["--drones", "1", "--repeats", "1"],
     "motor_ctrl_cost.py": ["--drones", "1", "--seconds", "0.02", "--repeats", "1"],
     "plant_cost.py": ["--drones", "2", "--repeats", "1", "--ticks", "5"],
     "provider_cost.py": ["--drones", "1", "--repeats", "1"],
+    "serve_swarm.py": ["--drones", "2", "--seconds", "0.5", "--repeats", "1"],
     "swarm_scale.py": [
         *("--drones", "1", "2", "--threads", "1", "--seconds", "0.02", "--repeats", "1"),
         *("--pile", "3", "2", "--start", "2"),
@@ -23,6 +26,7 @@ SMALLEST = {
     "tick_cost.py": ["--drones", "1", "--repeats", "1"],
     "time_machine.py": ["--drones", "1", "--repeats", "1", "--futures", "2", "--seconds", "0.02"],
 }
+NEEDS_MORE = {"cflib_examples.py"}  # a source distribution of cflib, and a minute
 TRIED_ELSEWHERE = {
     *("identify_vehicle.py", "real_flights.py"),  # tests/recorded/test_real_flights_script.py
     *("step_responses.py", "vehicle_validation.py"),  # tests/vehicles/test_validation_table.py
@@ -30,7 +34,7 @@ TRIED_ELSEWHERE = {
 
 
 def test_every_benchmark_is_tried():
-    assert {path.name for path in BENCHMARKS.glob("*.py")} == set(SMALLEST) | TRIED_ELSEWHERE
+    assert {path.name for path in BENCHMARKS.glob("*.py")} == set(SMALLEST) | TRIED_ELSEWHERE | NEEDS_MORE
 
 
 @pytest.mark.parametrize("name", SMALLEST)

@@ -14,10 +14,11 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from crazychoir_fw.crtp.packet import Packet
+from crazychoir_fw.crtp.packet import HEADERS
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone
@@ -39,6 +40,8 @@ class Line:
         """Packets that came from clients."""
         self.sent = 0
         """Packets that went to them."""
+        self.closing = ExitStack()
+        """What takes the appointments and listeners of the services off again, when the station closes."""
         self._later: deque[Callable[[], None]] = deque()
         self._out: deque[tuple[bytes, bool]] = deque()
         self._lock = threading.Lock()
@@ -46,6 +49,15 @@ class Line:
         """Called when there is something to carry out; a simulation that waits for the clock need not wait for it."""
         self.wake_radio: Callable[[], None] = lambda: None
         """Called when there is something to send."""
+
+    def every(self, period: int, call: Callable[[], None]) -> None:
+        """Have `call` called at all multiples of so many ticks, until the station closes."""
+        self.closing.callback(self.world.agenda.every(period, call))
+
+    def when_sought(self, call: Callable[[int], None]) -> None:
+        """Have `call` called with the tick after every jump in time, until the station closes."""
+        self.world.agenda.when_sought.append(call)
+        self.closing.callback(self.world.agenda.when_sought.remove, call)
 
     def later(self, change: Callable[[], None]) -> bool:
         """Have a change carried out by the simulation thread between two steps, in the order of their coming.
@@ -59,6 +71,11 @@ class Line:
             self._later.append(change)
         self.wake_simulation()
         return True
+
+    @property
+    def has_changes(self) -> bool:
+        """Whether something waits for the simulation."""
+        return bool(self._later)
 
     def carry_out(self) -> None:
         """Carry out what waits; only the simulation thread calls this."""
@@ -74,13 +91,15 @@ class Line:
             payload: Up to 30 bytes.
             droppable: True for what may be lost when the client is behind: log data and console text.
         """
-        self._out.append((Packet(port, channel, payload).to_bytes(), droppable))
+        self._out.append((HEADERS[port][channel] + payload, droppable))
         self.wake_radio()
 
-    def send_ready(self, datagrams: Iterable[tuple[bytes, bool]]) -> None:
-        """Send datagrams that are packed already, each with whether it may be dropped, and wake the radio once."""
+    def put_out(self, datagrams: Iterable[tuple[bytes, bool]]) -> None:
+        """Put datagrams that are packed already, each with whether it may be dropped, where the radio finds them.
+
+        Whoever has output for many drones wakes their radio afterwards, so that it does not begin with the first alone.
+        """
         self._out.extend(datagrams)
-        self.wake_radio()
 
     def take_out(self) -> list[tuple[bytes, bool]]:
         """Return datagrams to send, oldest first, each with whether it may be dropped; only the radio calls this."""

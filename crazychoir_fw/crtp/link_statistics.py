@@ -24,7 +24,7 @@ class LinkStatistics:
         self._told: tuple[int | bool, ...] = (0, False, 0, 0, 0)
         self.rssi = 0
         """Attenuation of the radio (dB), as a Crazyflie shows it: 40 is close; 0 while nobody simulates it."""
-        line.world.agenda.every(PERIOD, self._tell)
+        line.every(PERIOD, self._tell)
 
     def _tell(self) -> None:
         received, sent = self._line.received - self._received, self._line.sent - self._sent

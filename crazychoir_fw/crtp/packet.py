@@ -24,6 +24,10 @@ class Port(enum.IntEnum):
     LINK = 15
 
 
+HEADERS = tuple(tuple(bytes((port << 4 | 0x0C | channel,)) for channel in range(4)) for port in range(16))
+"""First byte of a packet, by port and channel, with the two reserved bits set as cflib does."""
+
+
 class Packet(NamedTuple):
     """One packet."""
 
@@ -34,8 +38,8 @@ class Packet(NamedTuple):
     payload: bytes = b""
 
     def to_bytes(self) -> bytes:
-        """Return the datagram, with the two reserved bits set as cflib does."""
-        return bytes((self.port << 4 | 0x0C | self.channel,)) + self.payload
+        """Return the datagram."""
+        return HEADERS[self.port][self.channel] + self.payload
 
 
 def parse(datagram: bytes) -> Packet | None:

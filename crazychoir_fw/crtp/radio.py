@@ -7,6 +7,7 @@ import selectors
 import socket
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import partial
@@ -17,10 +18,12 @@ from crazychoir_fw.crtp.drone_radio import DroneRadio
 from crazychoir_fw.crtp.link_model import Direction, Link
 from crazychoir_fw.crtp.owner import Address, Ruling, is_link_source
 from crazychoir_fw.crtp.packet import NULL
-from crazychoir_fw.crtp.sockets import open_private, read_refusals, receive
+from crazychoir_fw.crtp.sockets import LONGEST, open_private, read_refusals, receive
 
 _MOST_DATAGRAMS = 64
 """Read of one socket in a row, so that one drone's flood does not keep others waiting."""
+_MOST_LOOKS = 4096
+"""At all sockets in one turn, so that a flood does not stop a simulation in lockstep."""
 _MOST_UNSENT = 500
 _MOST_REPORTS = 50
 STALL_SHARE = 0.5
@@ -28,7 +31,10 @@ STALL_SHARE = 0.5
 gets replies, but no log data."""
 _LOOK_S = 0.02
 """Time from one look at who has gone to the next (s)."""
+_DEAF_S = 0.1
+"""After so long a time (s) without a turn, what waits at the sockets is read before anybody is said to have gone."""
 _IDLE_S = 0.5
+_RETRY_S = 0.001
 
 logger = logging.getLogger("crazychoir_fw.crtp")
 
@@ -71,7 +77,10 @@ class Radio:
         self._selector.register(self._wake_out, selectors.EVENT_READ, None)
         self._is_awake = False  # somebody has woken the thread, and it has not looked yet
         self._is_closing = False
-        self._next_look = 0.0
+        self._with_output: deque[DroneRadio] = deque()  # some of them perhaps twice
+        self._next_look = self._latest_turn = 0.0
+        self._was_deaf = False
+        self._rest_s = _IDLE_S  # between two looks, so that no packet has to wait for a look at every drone
         self._reported: set[tuple[str, str]] = set()
         self._thread = threading.Thread(target=self._run, name="crazychoir radio", daemon=True)
 
@@ -112,7 +121,7 @@ class Radio:
         Whether the radio thread or this one takes a packet, it has come before the clocks advanced.
         """
         with self._lock:
-            for _ in range(_MOST_DATAGRAMS):
+            for _ in range(_MOST_LOOKS):
                 events = self._selector.select(0)
                 if not events:
                     break
@@ -134,47 +143,68 @@ class Radio:
 
     def _timeout(self) -> float:
         """Return for how long nothing happens unless a packet comes (s)."""
-        timeout = _IDLE_S
-        for radio in self._radios:
-            if radio.unsent:
-                return 0.001
-            if radio.owner.address is not None:
-                timeout = _LOOK_S
+        timeout = self._rest_s
         if self._link is not None and self.link_rate > 0.0:
             wait = self._link.next_arrival() - self._link_clock()
             timeout = min(timeout, max(0.0, wait / self.link_rate))
         return timeout
 
     def _wake_for(self, radio: DroneRadio) -> None:
-        radio.has_output = True
+        if not radio.has_output:
+            radio.has_output = True
+            self._with_output.append(radio)
         if threading.get_ident() != self._thread.ident:
             self.wake()
 
     def _handle(self, events: list[tuple[selectors.SelectorKey, int]]) -> None:
         now = self._clock()
+        # who was not listened to, because the process was stopped or the machine is busy, has not been silent
+        was_deaf = now - self._latest_turn > _DEAF_S and not self._was_deaf
+        if was_deaf or self._was_deaf:
+            # owners first, before somebody else is given what seems to be nobody's
+            events.sort(key=lambda event: event[0].data is None or event[0].fileobj is event[0].data.socket)
+        self._latest_turn, self._was_deaf = now, was_deaf
         for key, _ in events:
             if key.data is None:
                 with suppress(OSError):
                     self._wake_out.recv(64)
             else:
                 self._receive(key.data, key.fileobj, now)
+                if key.data.private_for != key.data.owner.address:
+                    self._make_private(key.data, now)
         # before looking who has output: whoever sends after this wakes again
         self._is_awake = False
         if self._link is not None:
             self._fetch_arrivals(now)
+        for _ in range(len(self._with_output)):
+            self._send_output(self._with_output.popleft(), now)
+        if not was_deaf and (now >= self._next_look or now + _LOOK_S < self._next_look):
+            self._next_look = now + _LOOK_S
+            self._look(now)
+
+    def _look(self, now: float) -> None:
+        """Do what is to be done for every drone from time to time."""
+        self._rest_s = _IDLE_S
         for radio in self._radios:
-            if radio.has_output or radio.unsent:
-                self._send_output(radio, now)
+            self._look_who_is_gone(radio, now)
             if radio.private_for != radio.owner.address:
                 self._make_private(radio, now)
-        if now >= self._next_look or now + _LOOK_S < self._next_look:
-            self._next_look = now + _LOOK_S
-            for radio in self._radios:
-                self._look_who_is_gone(radio, now)
+            if radio.owner.address is not None:
+                self._rest_s = min(self._rest_s, _LOOK_S)
 
     # ---------------------------------------------------------------- up
 
     def _receive(self, radio: DroneRadio, opened: Any, now: float) -> None:
+        if opened is radio.private:
+            # mostly there is one packet: to look for a second one costs as much as to read the first
+            try:
+                datagram = opened.recv(LONGEST)
+            except OSError:
+                self._hear_of_gone(radio, now)
+            else:
+                assert radio.private_for is not None
+                self._rule(radio, datagram, radio.private_for, now)
+            return
         for number in range(_MOST_DATAGRAMS):
             try:
                 got = receive(opened)
@@ -298,11 +328,16 @@ class Radio:
         address = radio.owner.address
         while address is not None and address == radio.owner.address:
             try:
-                (radio.private or radio.socket).sendto(datagram, address)
+                if radio.private is not None and radio.private_for == address:
+                    radio.private.send(datagram)
+                else:
+                    radio.socket.sendto(datagram, address)
                 return
             except BlockingIOError:
                 if not droppable and len(radio.unsent) < _MOST_UNSENT:
                     radio.unsent.append(datagram)
+                    self._wake_for(radio)
+                    self._rest_s = _RETRY_S
                     return
                 break
             except ConnectionError:
@@ -387,6 +422,7 @@ class Radio:
             radio.private = None
         radio.private_for = radio.owner.address
         if radio.private_for is not None:
+            self._rest_s = min(self._rest_s, _LOOK_S)
             radio.private = open_private(radio.socket, radio.private_for)
         if radio.private is not None:
             self._selector.register(radio.private, selectors.EVENT_READ, radio)

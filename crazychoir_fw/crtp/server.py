@@ -15,7 +15,7 @@ from crazychoir_fw.crtp.drone_radio import DroneRadio
 from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.link_model import Link, PerfectLink
 from crazychoir_fw.crtp.owner import SILENCE_S, Owner
-from crazychoir_fw.crtp.pacing import TICKS_PER_SECOND, Pace
+from crazychoir_fw.crtp.pacing import SLICE_S, TICKS_PER_SECOND, Pace
 from crazychoir_fw.crtp.radio import Radio, report
 from crazychoir_fw.crtp.services import Service
 from crazychoir_fw.crtp.sockets import open_sockets
@@ -83,6 +83,7 @@ class Server:
         self._radio: Radio | None = None
         self._errands: queue.SimpleQueue[None] = queue.SimpleQueue()  # may be put to from a signal handler
         self._has_errand = False
+        self._is_asleep = False  # for longer than a change of a client shall wait
         self._is_running = self._is_paused = self._is_stopping = False
         self._world_time = world.time  # at the last stop
         self._clock = Clock(self._read_world_time)
@@ -115,7 +116,7 @@ class Server:
         self._radios = []
         for drone, opened in zip(drones, sockets, strict=True):
             station = Station(self.world, drone, services=self._services, storage=self._storage)
-            station.line.wake_simulation = self._wake
+            station.line.wake_simulation = self._wake_if_it_sleeps
             self._radios.append(
                 DroneRadio(station, opened, Owner(self._silence_s, newest_wins=self._newest_client_wins))
             )
@@ -139,6 +140,7 @@ class Server:
         self.carry_out()
         for radio in self._radios:
             radio.station.line.wake_simulation = lambda: None
+            radio.station.close()
         self._radio = None
 
     @property
@@ -257,12 +259,22 @@ class Server:
             self._has_errand = True
             self._errands.put(None)
 
+    def _wake_if_it_sleeps(self) -> None:
+        # hundreds of set-points a second would wake it for each, and it is never late by more than a slice
+        if self._is_asleep:
+            self._wake()
+
     def _wait(self, seconds: float) -> None:
         """Wait until something is to be carried out, or the time is over."""
+        self._is_asleep = seconds > SLICE_S
         try:
-            self._errands.get(timeout=max(0.0, seconds))
+            # what came just before it fell asleep woke nobody
+            if not (self._is_asleep and any(radio.station.line.has_changes for radio in self._radios)):
+                self._errands.get(timeout=max(0.0, seconds))
         except queue.Empty:
             return
+        finally:
+            self._is_asleep = False
         # before looking what it is: whoever comes later wakes again
         self._has_errand = False
 
@@ -300,7 +312,7 @@ class Server:
         """Do what clients have asked for, without a step; only the thread that steps the world calls this."""
         for radio in self._radios:
             owes_relax = radio.owes_relax
-            while True:
+            while radio.station.line.has_changes:
                 try:
                     radio.station.line.carry_out()
                     break

@@ -14,7 +14,9 @@ RECEIVE_BUFFER_BYTES = 1 << 20
 """A burst of all clients at once; the usual buffer holds 256 packets (crtp-cflib dossier section 3.4)."""
 MAX_PORT = 65535
 
-_LONGEST = 64  # [bytes] more than a packet has; what is longer is no packet, and the rest of it is not wanted
+LONGEST = 64
+"""Bytes: more than a packet has; what is longer is no packet, and the rest of it is not wanted."""
+
 _IP_RECVERR = 11  # Linux; the module socket names it in newer versions only
 _MOST_REFUSALS = 16  # read at once
 
@@ -91,7 +93,7 @@ def receive(opened: socket.socket) -> tuple[bytes, Address] | None:
         ConnectionError: When there are refusals to be read.
     """
     try:
-        return opened.recvfrom(_LONGEST)
+        return opened.recvfrom(LONGEST)
     except (BlockingIOError, InterruptedError):
         return None
 
@@ -104,7 +106,7 @@ def read_refusals(opened: socket.socket) -> list[Address]:
         return gone
     for _ in range(_MOST_REFUSALS):
         try:
-            _, about, _, address = opened.recvmsg(_LONGEST, 256, flag)
+            _, about, _, address = opened.recvmsg(LONGEST, 256, flag)
         except OSError:
             break
         for level, kind, details in about:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.link_statistics import LinkStatistics
-from crazychoir_fw.crtp.packet import Packet, Port, parse
+from crazychoir_fw.crtp.packet import HEADERS, MAX_PAYLOAD, Port
 from crazychoir_fw.crtp.services import Service
 from crazychoir_fw.crtp.services.app_channel import AppChannel
 from crazychoir_fw.crtp.services.commander import CommanderService
@@ -82,18 +82,20 @@ class Station:
 
     def receive(self, datagram: bytes) -> list[bytes]:
         """Take what came by radio, whatever it is, and return the datagrams that answer it at once."""
-        packet = parse(datagram)
         self.line.received += 1
-        if not self._has_session and packet is not None and (packet.port, packet.channel) != (Port.LINK, NULL):
+        if not 1 <= len(datagram) <= 1 + MAX_PAYLOAD:
+            return []
+        port, channel = datagram[0] >> 4, datagram[0] & 0x03
+        if not self._has_session and (port, channel) != (Port.LINK, NULL):
             # a client, and not only somebody who scans
             self._has_session = True
             if self._console is not None:
                 self._console.begin_session()
-        service = self._by_port.get(packet.port) if packet is not None else None
-        if packet is None or service is None:
+        service = self._by_port.get(port)
+        if service is None:
             return []
-        replies = service.receive(packet.port, packet.channel, packet.payload)
-        datagrams = [Packet(packet.port, channel, payload).to_bytes() for channel, payload in replies]
+        headers = HEADERS[port]
+        datagrams = [headers[of] + payload for of, payload in service.receive(port, channel, datagram[1:])]
         self.line.sent += len(datagrams)
         return datagrams
 
@@ -102,3 +104,8 @@ class Station:
         self._has_session = False
         for service in self.services:
             service.end_session()
+
+    def close(self) -> None:
+        """Leave the world as if there had been no station; only the thread that steps the world calls this."""
+        self.end_session()
+        self.line.closing.close()

@@ -37,6 +37,7 @@ class Agenda:
         self._done = 0  # single appointments that are over
         self._periodic: list[_Periodic] = []
         self._now = 0
+        self._next_periodic: int | None = 0  # not later than it is; the present tick: not known; None: there is none
         self.when_sought: list[Callable[[int], None]] = []
         """Called with the tick after a jump to another time."""
 
@@ -65,10 +66,12 @@ class Agenda:
             raise RangeError(f"period of {period} ticks, allowed: 1 or more")
         entry = _Periodic(period, phase, call)
         self._periodic.append(entry)
+        self._next_periodic = self._now  # to be found anew
 
         def cancel() -> None:
             if entry in self._periodic:
                 self._periodic.remove(entry)
+                self._next_periodic = self._now
 
         return cancel
 
@@ -82,15 +85,16 @@ class Agenda:
         stop = limit
         if self._done < len(self._ticks):
             stop = min(stop, max(self._ticks[self._done], self._now))
-        for entry in self._periodic:
-            stop = min(stop, entry.next_after(self._now))
-        return stop
+        # a served swarm has hundreds of entries, and at most stops none of them is due
+        if self._next_periodic is not None and self._next_periodic <= self._now:
+            self._next_periodic = min((entry.next_after(self._now) for entry in self._periodic), default=None)
+        return stop if self._next_periodic is None else min(stop, self._next_periodic)
 
     def keep(self, tick: int) -> None:
         """Call everybody who has an appointment at this tick or was left over before it."""
         before, self._now = self._now, tick
         self._keep_single()
-        if tick > before:
+        if tick > before and self._next_periodic is not None and tick >= self._next_periodic:
             for entry in list(self._periodic):
                 # a scene whose steps are longer than a tick leaves some out
                 if entry.next_after(before) <= tick:
@@ -107,5 +111,6 @@ class Agenda:
         """Go to another time: what is due later is due again, what was due until then is over."""
         self._now = tick
         self._done = bisect.bisect_right(self._ticks, tick)
+        self._next_periodic = tick
         for call in self.when_sought:
             call(tick)

@@ -37,7 +37,8 @@ class ConsoleService:
         self._seen = 0
         self._tick = 0
         self._begun_line = b""
-        line.world.agenda.when_sought.append(lambda tick: self._forget())
+        line.when_sought(lambda tick: self._forget())
+        line.closing.callback(self._stop_looking)
 
     def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
         """Swallow it: nobody on board listens."""
@@ -63,9 +64,7 @@ class ConsoleService:
 
     def _look(self) -> None:
         if not self._has_client:
-            if self._cancel is not None:
-                self._cancel()
-                self._cancel = None
+            self._stop_looking()
             return
         was_rebooted = self._onboard.tick < self._tick
         self._tick = self._onboard.tick
@@ -73,6 +72,11 @@ class ConsoleService:
             self._seen, self._begun_line = 0, b""
         if self._console.written != self._seen:
             self._send_new()
+
+    def _stop_looking(self) -> None:
+        if self._cancel is not None:
+            self._cancel()
+            self._cancel = None
 
     def _send_new(self) -> None:
         count = lib.cf_console_read(self._console, self._seen, self._text, lib.CF_CONSOLE_BYTES, self._first)

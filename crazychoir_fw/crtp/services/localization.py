@@ -38,7 +38,7 @@ class LocalizationService:
         if decks.flags.lighthouse4:
             self._streams += [SweepAngles(decks.lighthouse, stations), MatchedAngles(decks.lighthouse, stations)]
         if self._streams:
-            line.world.agenda.every(LOOK_EVERY, self._stream)
+            line.every(LOOK_EVERY, self._stream)
 
     def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
         """Let a packet take effect in the next step; where the drone answers, it does so then."""

@@ -176,4 +176,6 @@ class _Batch:
         lib.cf_log_pack(self._blocks, self._count, self._packets)
         packets = self._bytes[:]
         for line, parts in self._parts.items():
-            line.send_ready([(packets[part], True) for part in parts])
+            line.put_out([(packets[part], True) for part in parts])
+        for line in self._parts:
+            line.wake_radio()

@@ -48,9 +48,10 @@ class ParamService:
         self._storage = storage_of(drone, line.storage)
         stock = defaults(int(drone.struct.config.platform), drone.provider_number)
         self._misc = MiscCommands(self._toc, self._values, self._storage, stock)
-        line.world.agenda.every(LOOK_EVERY, self._tell_news)
+        line.every(LOOK_EVERY, self._tell_news)
         drone.uplink.listeners.append(self._listen)
-        line.world.agenda.when_sought.append(self._go_back)
+        line.closing.callback(drone.uplink.listeners.remove, self._listen)
+        line.when_sought(self._go_back)
         line.later(self._write_stored)
 
     def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
