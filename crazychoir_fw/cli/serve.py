@@ -21,7 +21,7 @@ from crazychoir_fw.cli.view import VIEW_HELP, require_way
 
 if TYPE_CHECKING:
     from crazychoir_fw.crtp.server import Server
-    from crazychoir_fw.crtp.statistics import Statistics
+    from crazychoir_fw.crtp.server_statistics import Statistics
     from crazychoir_fw.mission.runner import Observer
     from crazychoir_fw.mission.schema import Mission
     from crazychoir_fw.simulation import FlightRecorder, World
