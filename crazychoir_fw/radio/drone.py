@@ -173,13 +173,14 @@ class RadioDrone:
 
         Raises:
             RangeError: If a number is none, or leads out of the safety area.
-            StateError: If the motors may not run; the text says why.
+            StateError: If the motors may not run, or `stop` is called meanwhile; the text says why.
             RadioError: If the drone is not connected.
         """
         height, duration = self._checked_climb("takeoff", height, duration)
         self._whereabouts.check_start(height)
+        stops = self._flight.stops
         self.make_ready()
-        self._flight.take_off(height, duration)
+        self._check_not_stopped(self._flight.take_off(height, duration, stops))
 
     def land(self, height: float = 0.0, duration: float = 2.0) -> None:
         """Land by the planner on board, from wherever it is; commands are ignored until `takeoff` or `resume`.
@@ -333,6 +334,10 @@ class RadioDrone:
         if not duration > 0.0:
             raise RangeError(f"{self._call(call)}: duration is {duration}, allowed: a number above 0 s")
         return height, duration
+
+    def _check_not_stopped(self, is_taken: bool) -> None:
+        if not is_taken:
+            raise StateError(f"{self._call('takeoff')}: it was stopped meanwhile")
 
     def _presets(self) -> Mapping[str, ParameterValue]:
         return self.presets if self._options.presets else {}

@@ -54,6 +54,8 @@ class Flight:
         """Whether the drone may be in the air, because of us."""
         self.is_ready = False
         """Whether its motors may run, as far as is known."""
+        self.stops = 0
+        """How often it was stopped."""
 
     # ---------------------------------------------------------------- commands
 
@@ -78,17 +80,31 @@ class Flight:
         self._sender.outbox.wake()
         return True
 
-    def unlock(self) -> None:
-        """Take commands, without a take-off."""
+    def unlock(self, stops: int) -> bool:
+        """Take commands, without a take-off; see `take_off`."""
         with self._lock:
+            if self._was_stopped_since(stops):
+                return False
             self._sender.stream.clear()
             self._sender.has_streamed = True  # the zero thrust
             self._become(Mode.READY)
         self._sender.outbox.wake()
+        return True
 
-    def take_off(self, height: float, duration: float) -> None:
-        """Have the planner on board climb to a height (m, world), in a time (s)."""
+    def take_off(self, height: float, duration: float, stops: int) -> bool:
+        """Have the planner on board climb.
+
+        Args:
+            height: Height (m, world).
+            duration: Time to get there (s).
+            stops: How often the drone had been stopped when the take-off was asked for.
+
+        Returns:
+            False when it was stopped since then, while it was made ready; then nothing happens.
+        """
         with self._lock:
+            if self._was_stopped_since(stops):
+                return False
             self._sender.stream.clear()
             self.is_active = True
             self._become(Mode.TAKING_OFF, until=self._clock() + duration)
@@ -98,6 +114,15 @@ class Flight:
             lambda cf: cf.high_level_commander.takeoff(height, duration, yaw=None),
         )
         self._sender.outbox.wake()
+        return True
+
+    def _was_stopped_since(self, stops: int) -> bool:
+        if self.stops == stops:
+            return False
+        if self._armed_here:  # after the stop
+            self._armed_here = self.is_ready = False
+            self._sender.post(self._disarm)
+        return True
 
     def land(self, height: float = 0.0, duration: float = _LAND_S, reason: str = "") -> None:
         """Have the planner on board land at a height (m, world), in a time (s); the caller wakes the outbox."""
@@ -124,6 +149,7 @@ class Flight:
         with self._lock:
             self._sender.outbox.drop_posted()
             self._become(Mode.STOPPED, reason)
+            self.stops += 1
             self.is_active = self.is_ready = False
             # so that it also reaches a drone that was out of reach, and nobody else's set-point counts
             self._sender.repeat(_send_stop, self._clock(), math.inf)
@@ -157,7 +183,11 @@ class Flight:
         """The link is lost."""
         with self._lock:
             policy = self._options.reconnect
-            self._sender.forget()
+            if self.mode is Mode.STOPPED:
+                # the link may have been broken before the stop was through: it goes on when the drone is back
+                self._sender.outbox.drop_posted()
+            else:
+                self._sender.forget()
             self.is_ready = False
             self._sender.has_streamed = False
             resumes = policy is not None and policy.resumes and self.mode is Mode.READY

@@ -80,19 +80,20 @@ class ThrustDrone(RadioDrone):
 
         Raises:
             RangeError: If a number is none, or leads out of the safety area.
-            StateError: If the motors may not run; the text says why.
+            StateError: If the motors may not run, or `stop` is called meanwhile; the text says why.
             RadioError: If the drone is not connected.
         """
         if height is not None:
             height, duration = self._checked_climb("takeoff", height, duration)
             self._whereabouts.check_start(height)
+        stops = self._flight.stops
         self.make_ready()
         # the drone ignores thrust until it has seen a thrust of zero
         self._sender.post(_send_zero)
         if height is not None:
-            self._flight.take_off(height, duration)
+            self._check_not_stopped(self._flight.take_off(height, duration, stops))
         else:
-            self._flight.unlock()
+            self._check_not_stopped(self._flight.unlock(stops))
 
     def _send_level(self, cf: LinkedCrazyflie) -> None:
         counts = self.thrust.raw(_SINKING * (self.thrust.weight or 0.0))
