@@ -21,7 +21,8 @@ def finite(who: str, **values: object) -> list[float]:
         values: The values by their names.
 
     Raises:
-        RangeError: If one is not a finite real number, or larger than a drone can hold; the message names drone, value and what is allowed.
+        RangeError: If one is not a finite real number, or larger than a drone can hold; the message names drone, value
+            and what is allowed.
     """
     numbers = []
     for name, value in values.items():

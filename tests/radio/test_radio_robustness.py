@@ -1,4 +1,4 @@
-"""What happens at a bad moment: stops while something else is under way, links that break, packets that cannot be made."""
+"""Bad moments: stops while something else is under way, links that break, packets that cannot be made."""
 
 import threading
 
