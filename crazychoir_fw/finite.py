@@ -1,14 +1,16 @@
-"""Commands are numbers: what is none is refused by name."""
+"""Commands are numbers that drones can hold (32-bit floats): what is none is refused by name."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from numbers import Real
 
 import numpy as np
 
 from crazychoir_fw.errors import RangeError
+
+LARGEST = 3.4028234e38
+"""About the largest number of 32 bits; more becomes infinite on board, and fits into no packet."""
 
 
 def finite(who: str, **values: object) -> list[float]:
@@ -19,12 +21,13 @@ def finite(who: str, **values: object) -> list[float]:
         values: The values by their names.
 
     Raises:
-        RangeError: If one is not a finite real number; the message names drone, value and what is allowed.
+        RangeError: If one is not a finite real number, or larger than a drone can hold; the message names drone, value
+            and what is allowed.
     """
     numbers = []
     for name, value in values.items():
         # floats first, also those of NumPy: nearly all commands are
-        if not (isinstance(value, float) and math.isfinite(value)):
+        if not (isinstance(value, float) and -LARGEST <= value <= LARGEST):
             value = _checked(who, name, value)
         numbers.append(float(value))
     return numbers
@@ -33,7 +36,7 @@ def finite(who: str, **values: object) -> list[float]:
 def _checked(who: str, name: str, value: object) -> Real:
     # NumPy's scalars and arrays of one number come out of most control laws
     number = value.item() if isinstance(value, np.ndarray | np.generic) and value.size == 1 else value
-    if not isinstance(number, Real) or isinstance(number, bool) or not math.isfinite(number):
+    if not isinstance(number, Real) or isinstance(number, bool) or not -LARGEST <= number <= LARGEST:
         raise RangeError(f"{who}: {name} is {_shown(value)}, allowed: a finite number")
     return number
 

@@ -1,36 +1,29 @@
 """`crazychoir serve`: let scripts with the unmodified cflib fly the drones of a mission."""
 
-import ipaddress
 import json
-import signal
 import time
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich import box
-from rich.live import Live
-from rich.table import Table
-from rich.text import Text
 
-from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, complaints, console, refuse
+from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console, refuse
+from crazychoir_fw.cli.serve_texts import STATUS_S, Status, announce, summary
+from crazychoir_fw.cli.signals import stop_at_signals
 from crazychoir_fw.cli.view import VIEW_HELP, require_way
 
 if TYPE_CHECKING:
     from crazychoir_fw.crtp.server import Server
-    from crazychoir_fw.crtp.statistics import Statistics
+    from crazychoir_fw.crtp.server_statistics import Statistics
     from crazychoir_fw.mission.runner import Observer
     from crazychoir_fw.mission.schema import Mission
     from crazychoir_fw.simulation import FlightRecorder, World
 
-LONGEST_LIST = 32
 BOOT_S = 5.0
 """So long drones may take to boot (s, simulated)."""
 _FRAME_S = 1.0 / 60.0
-_STATUS_S = 0.25
 
 
 @dataclass(frozen=True)
@@ -139,7 +132,7 @@ def _serve(mission: "Mission", request: Request) -> list[str]:
         relax_after_session=not request.keep_priority,
         storage=request.storage,
     )
-    with view as show, server, _stop_at_signals(server):
+    with view as show, server, stop_at_signals(server.stop):
         _boot(world)
         _plan_faults(mission, world)
         recorder = None
@@ -147,23 +140,23 @@ def _serve(mission: "Mission", request: Request) -> list[str]:
             recorder = FlightRecorder(world, rate_hz=LOG_RATE)
             recorder.sample()
             world.agenda.every(recorder.ticks_per_sample, recorder.sample)
-        _announce(server, mission, request)
+        announce(server, mission, request.host, request.speed, request.seconds)
         picture = _Picture(show, world) if show is not None else None
         try:
-            with _Status(server) as status:
+            with Status(server) as status:
 
                 def observe(_: "Server") -> None:
                     status.show()
                     if picture is not None:
                         picture.show()
 
-                server.run(request.seconds, observe, _FRAME_S if picture is not None else _STATUS_S)
+                server.run(request.seconds, observe, _FRAME_S if picture is not None else STATUS_S)
         except StateError as error:
             if show is None:
                 raise
             console.print(str(error), markup=False)  # the window was closed
     statistics = server.statistics()
-    console.print(_summary(statistics))
+    console.print(summary(statistics))
     if statistics.link:
         from crazychoir_fw.crtp.link_model.tables import link_tables
 
@@ -191,40 +184,6 @@ def _plan_faults(mission: "Mission", world: "World") -> None:
             raise MissionError(f"faults[{number}].{entry.name}: {error}") from None
 
 
-def _announce(server: "Server", mission: "Mission", request: Request) -> None:
-    """Print which drone is where."""
-    if not _is_loopback(request.host):
-        complaints.print(
-            f"Note: whoever reaches {request.host} over the network can fly these drones; there is no password",
-            style="yellow",
-            markup=False,
-            soft_wrap=True,
-        )
-    uris = server.uris
-    table = Table(
-        title=f"{mission.name}: {len(uris)} drones", box=box.SIMPLE_HEAD, pad_edge=False, title_justify="left"
-    )
-    for heading in ("drone", "URI", "platform", "start (m)"):
-        table.add_column(heading, no_wrap=True)
-    for drone in server.world.drones[:LONGEST_LIST]:
-        x, y, z = drone.true_position
-        table.add_row(drone.id, uris[drone.id], drone.config.platform, f"{x:.2f}, {y:.2f}, {z:.2f}")
-    console.print(table)
-    if len(uris) > LONGEST_LIST:
-        last = server.world.drones[-1].id
-        console.print(f"… and so on, up to {last} at {uris[last]}", markup=False, highlight=False)
-    pace = f"{request.speed:g} x real time" if request.speed else "as fast as possible"
-    end = "Ctrl-C ends" if request.seconds is None else f"for {request.seconds:g} s"
-    console.print(f"Serving, {pace}; {end}", markup=False, highlight=False)
-
-
-def _is_loopback(host: str) -> bool:
-    try:
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
-
-
 class _Picture:
     """Hands the world to a view, by the time on the wall: the server keeps the pace, and the view need not."""
 
@@ -242,89 +201,6 @@ class _Picture:
 
         seconds = time.perf_counter() - self._began if self._began else 0.0
         self._show(self._world, Progress(seconds, 0.0, seconds))
-
-
-class _Status:
-    """One line that says how it goes, on terminals only."""
-
-    def __init__(self, server: "Server") -> None:
-        self._server = server
-        self._live = Live(console=console, auto_refresh=False, transient=True) if console.is_terminal else None
-        self._next = 0.0
-
-    def __enter__(self) -> "_Status":
-        if self._live is not None:
-            self._live.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._live is not None:
-            self._live.stop()
-
-    def show(self) -> None:
-        """Bring the line up to date, from time to time."""
-        now = time.perf_counter()
-        if self._live is None or now < self._next:
-            return
-        self._next = now + _STATUS_S
-        self._live.update(status_line(self._server), refresh=True)
-
-
-def status_line(server: "Server") -> Text:
-    """Return simulated time, pace and clients."""
-    figures = server.statistics()
-    clients, count = server.clients, len(server.uris)
-    factor = figures.recent_real_time_factor
-    wanted = server.speed
-    is_slow = wanted is not None and factor < 0.95 * wanted and figures.wall_seconds > 1.0
-    return Text.assemble(
-        f"{server.world.time:.1f} s, ",
-        (f"{factor:.2f} x real time", "yellow" if is_slow else ""),
-        f", {clients} of {count} drones with a client",
-    )
-
-
-def _summary(figures: "Statistics") -> Text:
-    """Return the last line: how it went."""
-    counts = figures.drones.values()
-    lines = [
-        f"{figures.sim_seconds:.1f} s served in {figures.wall_seconds:.1f} s "
-        f"({figures.real_time_factor:.2f} x real time), {100.0 * figures.cpu_share:.0f} % of a core",
-        f"{sum(c.sessions for c in counts)} sessions, {sum(c.taken for c in counts)} packets taken, "
-        f"{sum(c.replied for c in counts)} replies; {sum(c.sent for c in counts)} packets of log data and the like "
-        f"sent, {sum(c.dropped for c in counts)} dropped",
-    ]
-    text = Text("\n".join(lines))
-    refused = sum(c.refused + c.rate_limited + c.malformed for c in counts)
-    if refused:
-        text.append(f"\n{refused} datagrams refused: of other clients, too many, or no packets")
-    if figures.resyncs:
-        text.append(
-            f"\nReal time was not kept: {figures.dropped_lag_s:.1f} s given up in {figures.resyncs} steps, "
-            f"{figures.worst_lag_s:.2f} s behind at worst",
-            style="yellow",
-        )
-    if errors := sum(c.errors for c in counts):
-        text.append(f"\n{errors} packets met a defect of this program; the first of each kind was printed", style="red")
-    return text
-
-
-@contextmanager
-def _stop_at_signals(server: "Server") -> Iterator[None]:
-    """Let Ctrl-C and SIGTERM end the serving in order; a second one ends the program."""
-    previous: dict[int, Any] = {}
-
-    def stop(number: int, _: object) -> None:
-        server.stop()
-        signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
-
-    for number in (signal.SIGINT, signal.SIGTERM):
-        previous[number] = signal.signal(number, stop)
-    try:
-        yield
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
 
 
 def _write(folder: Path, mission: "Mission", recorder: "FlightRecorder", statistics: "Statistics") -> None:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import socket
 from collections import deque
 
-from crazychoir_fw.crtp.budget import Budget
 from crazychoir_fw.crtp.owner import Address, Owner
+from crazychoir_fw.crtp.server_statistics import PacketCounts
 from crazychoir_fw.crtp.station import Station
-from crazychoir_fw.crtp.statistics import PacketCounts
+from crazychoir_fw.crtp.token_bucket import TokenBucket
 
 LOG_RATE, LOG_BURST = 5000.0, 100.0
 """Log data and console text: 16 blocks at 100 Hz are 1600 packets a second; a client takes 5000 evenly, and bursts of
@@ -49,9 +49,9 @@ class DroneRadio:
         """Whether a session has ended since the priority of set-points was relaxed; reset by the simulation thread."""
         self.unsent: deque[bytes] = deque()
         """Replies that the operating system did not take yet."""
-        self.of_logs = Budget(LOG_RATE, LOG_BURST)
-        self.of_client = Budget(CLIENT_RATE, CLIENT_BURST)
-        self.of_strangers = Budget(STRANGER_RATE, STRANGER_BURST)
-        self.of_newcomers = Budget(NEWCOMER_RATE, NEWCOMER_BURST)
-        self.of_notes = Budget(NOTE_RATE, NOTE_BURST)
-        self.of_probes = Budget(PROBE_RATE, PROBE_BURST)
+        self.of_logs = TokenBucket(LOG_RATE, LOG_BURST)
+        self.of_client = TokenBucket(CLIENT_RATE, CLIENT_BURST)
+        self.of_strangers = TokenBucket(STRANGER_RATE, STRANGER_BURST)
+        self.of_newcomers = TokenBucket(NEWCOMER_RATE, NEWCOMER_BURST)
+        self.of_notes = TokenBucket(NOTE_RATE, NOTE_BURST)
+        self.of_probes = TokenBucket(PROBE_RATE, PROBE_BURST)

@@ -59,14 +59,19 @@ class Line:
         self.world.agenda.when_sought.append(call)
         self.closing.callback(self.world.agenda.when_sought.remove, call)
 
-    def later(self, change: Callable[[], None]) -> bool:
+    def later(self, change: Callable[[], None], *, is_bounded: bool = False) -> bool:
         """Have a change carried out by the simulation thread between two steps, in the order of their coming.
+
+        Args:
+            change: What is to be done.
+            is_bounded: True for callers who see to it that only so many of theirs wait; they are never refused, so that
+                a flood of something else does not keep an emergency stop from the drone.
 
         Returns:
             False when too many wait already, and this one is dropped.
         """
         with self._lock:
-            if len(self._later) >= MAX_WAITING:
+            if len(self._later) >= MAX_WAITING and not is_bounded:
                 return False
             self._later.append(change)
         self.wake_simulation()

@@ -15,7 +15,7 @@ from crazychoir_fw.mission.schema import Mission
 from crazychoir_fw.mission.summary import collision_failures, judge, summarize
 
 if TYPE_CHECKING:
-    from crazychoir_fw.crtp.link_model.in_process import FlightRadio
+    from crazychoir_fw.crtp.link_model.flight_radio import FlightRadio
     from crazychoir_fw.report.flight_log import FlightLog
     from crazychoir_fw.simulation import FlightRecorder, World
 
@@ -126,7 +126,7 @@ def _turn_on_radios(mission: Mission, world: "World") -> "FlightRadio | None":
     radios = simulated_radios(mission)
     if radios is None:
         return None
-    from crazychoir_fw.crtp.link_model.in_process import FlightRadio
+    from crazychoir_fw.crtp.link_model.flight_radio import FlightRadio
 
     return FlightRadio(world, radios)
 

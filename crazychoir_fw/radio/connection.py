@@ -80,6 +80,12 @@ class Connection:
         if failure is not None:  # between the last packet and this line
             self._give_up(f"{self.uri}: {failure}")
 
+    def abandon(self) -> None:
+        """End an `open` that waits in another thread."""
+        with self._changed:
+            self._failure = self._failure or "closed"
+            self._changed.notify_all()
+
     def close(self) -> None:
         """Close the link, without a word to the drone; takes up to 1 s."""
         self._is_open = False

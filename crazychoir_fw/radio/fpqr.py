@@ -50,7 +50,7 @@ class FPQRDrone(ThrustDrone):
         roll = math.degrees(limited(p, self.max_rate))
         pitch = math.degrees(limited(q, self.max_rate))  # cflib negates it: positive lifts the nose on board
         yaw = -math.degrees(limited(r, self.max_yaw_rate))  # the drone negates it: positive turns right in this packet
-        return self._give(lambda cf: cf.commander.send_setpoint(roll, pitch, yaw, thrust))
+        return self._flight.give(lambda cf: cf.commander.send_setpoint(roll, pitch, yaw, thrust))
 
     def cmd_vel(self, linear: Sequence[float], angular: Sequence[float]) -> bool:
         """The same as a Twist: thrust (N) in linear z, body rates (rad/s) in angular."""

@@ -49,7 +49,7 @@ class FRPYDrone(ThrustDrone):
         # cflib negates it: positive lifts the nose on board
         pitch = math.degrees(limited(math.remainder(pitch, math.tau), self.max_tilt))
         yaw = math.degrees(math.remainder(yaw, math.tau))  # an angle, which the drone does not negate
-        return self._give(lambda cf: cf.commander.send_setpoint(roll, pitch, yaw, thrust))
+        return self._flight.give(lambda cf: cf.commander.send_setpoint(roll, pitch, yaw, thrust))
 
     def cmd_vel(self, linear: Sequence[float], angular: Sequence[float]) -> bool:
         """The same as a Twist: thrust (N) in linear z, roll, pitch, yaw (rad) in angular."""

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from crazychoir_fw.errors import CrazychoirError, RadioError
+from crazychoir_fw.radio.callbacks import LOGGER
 from crazychoir_fw.radio.connection import Connection
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 from crazychoir_fw.radio.options import Options
@@ -57,6 +58,7 @@ class DroneLink:
         self._lock = threading.RLock()
         self._closing = threading.Event()
         self._connection: Connection | None = None
+        self._opening: Connection | None = None
         self._caller: threading.Thread | None = None
         self.state = LinkState.DISCONNECTED
         self.reason = ""
@@ -91,12 +93,17 @@ class DroneLink:
         try:
             self._open(is_first=True)
         except BaseException as error:
-            self._set(LinkState.DISCONNECTED, str(error))
+            if not self._closing.is_set():
+                self._set(LinkState.DISCONNECTED, str(error))
             raise
 
     def close(self) -> None:
         """Close the link for good; takes up to 1 s."""
-        self._closing.set()
+        with self._lock:
+            self._closing.set()
+            opening = self._opening
+        if opening is not None:
+            opening.abandon()
         caller = self._caller
         if caller is not None and caller is not threading.current_thread():
             caller.join(self._options.connect_timeout_s)
@@ -111,10 +118,16 @@ class DroneLink:
     def _open(self, *, is_first: bool) -> None:
         options = self._options
         connection = Connection(self._uri, _folder(options), self._lost)
+        with self._lock:
+            self._opening = connection
+            if self._closing.is_set():
+                connection.abandon()
         try:
             connection.open(options.answer_timeout_s, options.connect_timeout_s, with_parameters=self._with_parameters)
         except RadioError as error:
-            raise RadioError(f"{self._who.split(' ')[0]}: {error}") from None
+            raise RadioError(f"{self._who.removesuffix(f' ({self._uri})')}: {error}") from None
+        finally:
+            self._opening = None
         try:
             self._set_up(connection.cf, is_first)
         except BaseException:
@@ -158,6 +171,9 @@ class DroneLink:
                 return
             except CrazychoirError as error:
                 reason = str(error)
+            except Exception as error:  # of cflib, for instance, when the link breaks again while it is at work
+                LOGGER.exception("%s: attempt %d failed", self._who, attempts)
+                reason = repr(error)
             if self._closing.is_set():
                 return
             self._set(LinkState.LOST, reason)

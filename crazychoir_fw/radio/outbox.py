@@ -6,13 +6,17 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
+from crazychoir_fw.radio.callbacks import LOGGER
+
 _LONGEST_NAP_S = 1.0
+_AFTER_FAILURE_S = 0.1
 
 
 class Outbox:
     """Does things one after another: what is posted, in order, and what `tick` brings.
 
     cflib's radio link blocks up to 2 s when its drone is out of reach. With a thread per drone, only that drone waits.
+    What fails is logged, and ends nothing: set-points and a stop must leave whatever happened before.
 
     Args:
         name: Name of the thread.
@@ -26,17 +30,18 @@ class Outbox:
         self._clock = clock
         self._posted: deque[Callable[[], None]] = deque()
         self._wakes = threading.Event()
-        self._ends = False
+        self._ends = threading.Event()  # of the present thread
+        self._last_failure = ""
         self._one_at_a_time = threading.RLock()
         self._name = name
         self._is_threaded = threaded
         self._thread: threading.Thread | None = None
 
     def begin(self) -> None:
-        """Start the thread, where there is to be one."""
-        if self._is_threaded and (self._thread is None or not self._thread.is_alive()):
-            self._ends = False
-            self._thread = threading.Thread(target=self._run, name=self._name, daemon=True)
+        """Start the thread, where there is to be one; an ended one that is still busy does not count."""
+        if self._is_threaded and (self._thread is None or not self._thread.is_alive() or self._ends.is_set()):
+            self._ends = threading.Event()
+            self._thread = threading.Thread(target=self._run, args=(self._ends,), name=self._name, daemon=True)
             self._thread.start()
 
     def post(self, *actions: Callable[[], None]) -> None:
@@ -63,9 +68,16 @@ class Outbox:
         with self._one_at_a_time:
             while True:
                 self._do_posted()
-                due = self._tick(self._clock())
+                due = self._do_tick()
                 if not self._posted:
                     return due
+
+    def _do_tick(self) -> float:
+        try:
+            return self._tick(self._clock())
+        except Exception as error:
+            self._report(error)
+            return self._clock() + _AFTER_FAILURE_S
 
     def _do_posted(self) -> None:
         while self._posted:
@@ -73,7 +85,17 @@ class Outbox:
                 action = self._posted.popleft()
             except IndexError:  # dropped meanwhile
                 return
-            action()
+            try:
+                action()
+            except Exception as error:
+                self._report(error)
+
+    def _report(self, error: Exception) -> None:
+        """Log what failed, but not the same again and again."""
+        text = repr(error)
+        if text != self._last_failure:
+            self._last_failure = text
+            LOGGER.error("%s: not sent: %s", self._name, text, exc_info=error)
 
     def flush(self, timeout_s: float) -> bool:
         """Wait until everything posted so far is done; False when that took too long."""
@@ -86,11 +108,13 @@ class Outbox:
 
     def end(self) -> None:
         """Do nothing more; a thread of its own ends by itself."""
-        self._ends = True
+        self._ends.set()
         self._wakes.set()
 
-    def _run(self) -> None:
-        while not self._ends:
+    def _run(self, ends: threading.Event) -> None:
+        while True:
             due = self.run_once()
             self._wakes.wait(min(max(due - self._clock(), 0.0), _LONGEST_NAP_S))
+            if ends.is_set():  # what wakes may be for the next thread
+                return
             self._wakes.clear()

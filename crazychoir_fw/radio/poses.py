@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from crazychoir_fw.errors import RangeError
+from crazychoir_fw.finite import LARGEST
 
 
 class PoseGate:
@@ -50,7 +51,7 @@ def usable_pose(
     point = np.asarray(position, float)
     if point.shape != (3,):
         raise RangeError(f"position is {position!r}, allowed: three numbers (m)")
-    if not np.all(np.isfinite(point)):
+    if not np.all(np.abs(point) <= LARGEST):  # false for what is no number
         return None
     if quat_xyzw is None:
         return tuple(point.tolist()), None

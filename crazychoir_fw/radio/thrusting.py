@@ -9,7 +9,8 @@ from typing import Any, ClassVar
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.radio.agents import AgentId, agent_name
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
-from crazychoir_fw.radio.drone import Mode, RadioDrone
+from crazychoir_fw.radio.drone import RadioDrone
+from crazychoir_fw.radio.modes import Mode
 from crazychoir_fw.thrust import ThrustCalibration, ThrustWord, platform_weight
 
 _LEAST_RAW = 1000  # the drone reads less as 0
@@ -79,23 +80,20 @@ class ThrustDrone(RadioDrone):
 
         Raises:
             RangeError: If a number is none, or leads out of the safety area.
-            StateError: If the motors may not run; the text says why.
+            StateError: If the motors may not run, or `stop` is called meanwhile; the text says why.
             RadioError: If the drone is not connected.
         """
         if height is not None:
             height, duration = self._checked_climb("takeoff", height, duration)
-            self._check_start(height)
+            self._whereabouts.check_start(height)
+        stops = self._flight.stops
         self.make_ready()
         # the drone ignores thrust until it has seen a thrust of zero
-        self._outbox.post(lambda: self._on_air(_send_zero))
+        self._sender.post(_send_zero)
         if height is not None:
-            self._take_off(height, duration)
-            return
-        with self._lock:
-            self._stream.clear()
-            self._has_streamed = True  # the zero
-            self._become(Mode.READY)
-        self._outbox.wake()
+            self._check_not_stopped(self._flight.take_off(height, duration, stops))
+        else:
+            self._check_not_stopped(self._flight.unlock(stops))
 
     def _send_level(self, cf: LinkedCrazyflie) -> None:
         counts = self.thrust.raw(_SINKING * (self.thrust.weight or 0.0))

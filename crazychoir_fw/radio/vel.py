@@ -56,11 +56,11 @@ class VelDrone(RadioDrone):
 
         def send(cf: LinkedCrazyflie) -> None:
             # bent when it is sent, and again with each repetition: the drone moves on meanwhile
-            cf.commander.send_velocity_world_setpoint(*self._inside(velocity), turn)
+            cf.commander.send_velocity_world_setpoint(*self._whereabouts.inside(velocity), turn)
 
-        taken = self._give(send)
+        taken = self._flight.give(send)
         if taken:
-            self._arm_in_passing()
+            self._flight.arm_in_passing()
         return taken
 
     def cmd_vel(self, linear: Sequence[float], angular: Sequence[float]) -> bool:

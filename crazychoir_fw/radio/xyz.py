@@ -8,8 +8,9 @@ from typing import Any, ClassVar
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.finite import finite, three
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
-from crazychoir_fw.radio.drone import Mode, RadioDrone
+from crazychoir_fw.radio.drone import RadioDrone
 from crazychoir_fw.radio.handler import RadioHandler
+from crazychoir_fw.radio.modes import Mode
 from crazychoir_fw.radio.vel import KALMAN, POSE_DEVIATION
 
 
@@ -52,20 +53,14 @@ class XYZDrone(RadioDrone):
             x, y, z = self._options.safety_area.goal(who, (x, y, z))
         if self.mode is not Mode.READY or not self.is_connected:
             return False
-        if not self._is_ready:
+        if not self._flight.is_ready:
             self.make_ready()
 
         def send(cf: LinkedCrazyflie) -> None:
-            self._release_if_streamed()
+            self._sender.release_if_streamed(cf)
             cf.high_level_commander.go_to(x, y, z, yaw, duration, relative=False)
 
-        with self._lock:
-            if self.mode is not Mode.READY:  # stopped, meanwhile
-                return False
-            self._is_active = True
-        self._outbox.post(lambda: self._on_air(send))
-        self._outbox.wake()
-        return True
+        return self._flight.send_goal(send)  # it may have been stopped meanwhile
 
     def command_point(self, position: Sequence[float], duration: float, yaw: float = 0.0) -> bool:
         """The same for a vector (m, world), shape (3,)."""

@@ -193,12 +193,17 @@ def test_high_level_commands_beyond_are_lost(station):
     assert station.line.drone.param["hlCommander.groupmask"] == 7
 
 
-def test_a_full_line_loses_a_packet_and_keeps_count(station):
-    while station.line.later(lambda: None):
-        pass
-    assert send(station, 8, 0, b"\0\7") == []
-    assert service_of(station, HighLevelService).packets.lost == 1
-    assert send(station, 8, 0, b"\0\7") == [(8, 0, b"\0\7\0\0")]
+@pytest.mark.parametrize("port", [Port.SUPERVISOR, Port.LOCALIZATION])
+def test_no_flood_of_other_requests_keeps_a_stop_from_the_drone(station, port):
+    station.line.world.wait_until_ready()
+    arm = Packet(Port.PLATFORM, 0, b"\1\1").to_bytes()
+    for _ in range(2000):
+        station.receive(arm)
+    station.receive(Packet(port, 1, b"\3").to_bytes())
+    send(station, 8, 0, b"\0\7")
+    assert station.line.drone.param["hlCommander.groupmask"] == 7
+    station.line.world.run(0.1)
+    assert station.line.drone.is_locked
 
 
 SHARED = bench()

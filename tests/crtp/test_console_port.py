@@ -42,6 +42,23 @@ def told(station, ticks=20):
     return found
 
 
+def test_a_simulation_that_is_quicker_than_the_radio_thread(world):
+    """It may begin to listen, and look many times, before the radio thread goes on."""
+    station = Station(world, world["cf1"])
+    later = station.line.later
+
+    def at_once(change):
+        later(change)
+        station.line.carry_out()
+        world.step(40)
+        return True
+
+    station.line.later = at_once
+    station.receive(CONNECT)
+    print_on(world, b"hello\n")
+    assert told(station) == [b"hello\n"]
+
+
 def test_a_line_is_told_when_it_is_complete(world, station):
     print_on(world, b"SYS: half a")
     assert told(station) == []

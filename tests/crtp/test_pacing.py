@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crazychoir_fw.crtp.budget import Budget
 from crazychoir_fw.crtp.clock import Clock
 from crazychoir_fw.crtp.pacing import MAX_LAG_S, MAX_SLICE, Pace
+from crazychoir_fw.crtp.token_bucket import TokenBucket
 from crazychoir_fw.errors import RangeError
 
 
@@ -111,16 +111,16 @@ def test_a_clock_goes_on_where_it_was():
 
 
 @given(st.lists(st.floats(0.0, 0.3), min_size=1, max_size=200))
-def test_a_budget_is_never_exceeded(gaps):
-    budget = Budget(rate=10.0, burst=5.0)
+def test_a_bucket_is_never_exceeded(gaps):
+    bucket = TokenBucket(rate=10.0, burst=5.0)
     now, passed = 0.0, 0
     for gap in gaps:
         now += gap
-        passed += budget.take(now)
+        passed += bucket.take(now)
     assert passed <= 5 + now * 10 + 1e-6
 
 
-def test_a_budget_lets_pass_what_it_may():
-    budget = Budget(rate=10.0, burst=5.0)
-    assert [budget.take(100.0) for _ in range(6)] == [True] * 5 + [False]
-    assert all(budget.take(100.11 + 0.1001 * k) for k in range(50))
+def test_a_bucket_lets_pass_what_it_may():
+    bucket = TokenBucket(rate=10.0, burst=5.0)
+    assert [bucket.take(100.0) for _ in range(6)] == [True] * 5 + [False]
+    assert all(bucket.take(100.11 + 0.1001 * k) for k in range(50))

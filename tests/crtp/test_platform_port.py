@@ -161,6 +161,23 @@ def test_a_flood_is_bounded(station):
     assert heard == [number.to_bytes(2, "big") for number in range(MAX_WAITING)]
 
 
+def test_a_callback_that_fails_loses_one_message(station):
+    heard = []
+
+    def fail_once(data):
+        heard.append(data)
+        if len(heard) == 1:
+            raise ValueError("a defect of a user")
+
+    station.app_channel.callback = fail_once
+    for datagram in (b"\xde\1", b"\xde\2", b"\xde\3"):
+        station.receive(datagram)
+    with pytest.raises(ValueError, match="a defect"):
+        station.line.carry_out()
+    station.line.carry_out()
+    assert heard == [b"\1", b"\2", b"\3"]
+
+
 @pytest.mark.parametrize("size", [0, 31])
 def test_messages_of_wrong_sizes_are_refused(station, size):
     with pytest.raises(RangeError, match=f"cf1: app channel: {size} bytes, allowed: 1 to 30"):

@@ -16,6 +16,7 @@ from crazychoir_fw.radio import (
     RadioHandlerVel,
     RadioHandlerXYZ,
     ReconnectPolicy,
+    leaving,
 )
 
 AT_ONCE = ReconnectPolicy(attempts=3, first_wait_s=0.0)
@@ -98,14 +99,13 @@ def test_closing_does_not_stop_motors(air):
     ("on_close", "packets"),
     [("stop", [(7, 0, "00")]), ("leave", []), ("land", [(8, 0, "08 00 00 00 00 00 00 00 00 00 01 00 00 00 40")])],
 )
-def test_what_flies_is_landed_stopped_or_left(air, eventually, on_close, packets):
+def test_what_flies_is_landed_stopped_or_left(air, eventually, monkeypatch, on_close, packets):
     swarm = plain(air, RadioHandlerVel, on_close=on_close, ready_timeout_s=0)
     with swarm:
         swarm.command(0, 0, 0, 0.5)
         eventually(lambda: air["fake://0"].flown[-1][0] == 7)
         air["fake://0"].bits |= 1 << 4
-        drone = swarm[0]
-        drone._wait_for_landing = lambda: None  # 2 s
+        monkeypatch.setattr(leaving, "_LONGEST_LANDING_S", 0.0)  # else 2 s
         air["fake://0"].packets.clear()
     # set-points may be repeated meanwhile
     said = [packet for packet in air["fake://0"].flown if packet[2][:2] != "08" or packet[0] == 8]

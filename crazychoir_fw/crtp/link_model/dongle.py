@@ -11,59 +11,17 @@ import math
 import random
 from collections import deque
 from collections.abc import Callable, Sequence
-from statistics import NormalDist
 from typing import Any
 
+from crazychoir_fw.crtp.link_model.air_use import AirUse
 from crazychoir_fw.crtp.link_model.airtime import LARGEST_BYTES, NULL_BYTES, SETTLE_S, transmission
 from crazychoir_fw.crtp.link_model.config import RadioConfig
+from crazychoir_fw.crtp.link_model.delays import draw_delay
 from crazychoir_fw.crtp.link_model.link import Direction
-from crazychoir_fw.crtp.link_model.tally import Tally
+from crazychoir_fw.crtp.link_model.seat import Parcel, Seat
 
 MOST_WAITING = 1000
 """So many packets of a drone may wait one way whatever they are; a flood must not fill the memory."""
-
-OPEN_S = 1.0
-"""So long after its last packet a dongle goes on asking, and disturbs others on its channel (s)."""
-
-MEMORY_S = 0.1
-"""Time over which it is averaged how much a dongle is on the air (s)."""
-
-_NORMAL = NormalDist()
-
-
-class Parcel:
-    """A packet that waits or is on its way."""
-
-    __slots__ = ("datagram", "has_arrived", "number", "sent", "was_tried")
-
-    def __init__(self, datagram: bytes, sent: float, number: int) -> None:
-        self.datagram = datagram
-        self.sent = sent  # [s]
-        self.number = number  # among those of its drone and direction
-        self.was_tried = False
-        self.has_arrived = False  # at the drone, which may not have been understood
-
-
-class Seat:
-    """What a dongle knows of one of its drones."""
-
-    def __init__(self, drone: str) -> None:
-        self.drone = drone
-        self.up: deque[Parcel] = deque()
-        self.down: deque[Parcel] = deque()
-        self.tallies = {Direction.UP: Tally(), Direction.DOWN: Tally()}
-        self.last_arrival = {Direction.UP: -math.inf, Direction.DOWN: -math.inf}  # [s]
-        self.next_poll = -math.inf  # [s]
-        self.is_lost = False
-        self.lost_links = 0
-        self.failed = 0  # exchanges in a row
-        self.failing_since = math.inf  # [s]
-
-    def ready_at(self) -> float:
-        """Return from when on the dongle turns to this drone (s)."""
-        poll = math.inf if self.is_lost else self.next_poll
-        return min(poll, self.up[0].sent) if self.up else poll
-
 
 Deliver = Callable[[float, Seat, Direction, Parcel, bool], None]
 """Called with the time of arrival (s), and True for a packet that arrives once more."""
@@ -88,14 +46,8 @@ class Dongle:
         self._turn = 0  # seat that is next
         self._pause = config.idle_poll_ms / 1e3
         self._all_lost = False
-        self._free_at = -math.inf  # [s]
-        self._last_use = -math.inf  # [s]
-        self._recent_air = 0.0  # [s] on the air, within about MEMORY_S
-        self._recent_count = 0.0  # transmissions within about MEMORY_S
+        self._use = AirUse(self._air[NULL_BYTES], self._polls_per_second)
         self._began = math.inf  # [s]
-        self._seconds_busy = 0.0
-        self._seconds_on_air = 0.0
-        self._exchanges = 0
         self._unanswered = 0
         self._collisions = 0
 
@@ -104,8 +56,7 @@ class Dongle:
     def put(self, now: float, seat: Seat, direction: Direction, datagram: bytes, droppable: bool) -> None:
         """Let a packet wait for its turn, or drop it."""
         tally = seat.tallies[direction]
-        parcel = Parcel(datagram, now, tally.sent)
-        tally.sent += 1
+        parcel = seat.new_parcel(direction, datagram, now)
         waiting = seat.up if direction is Direction.UP else seat.down
         if len(waiting) >= (self.config.queue if droppable else MOST_WAITING):
             tally.dropped += 1
@@ -120,11 +71,7 @@ class Dongle:
 
     def broadcast(self, now: float, datagram: bytes) -> None:
         """Let a packet wait that is sent once, to all drones, and acknowledged by none."""
-        parcels = []
-        for seat in self.seats:
-            tally = seat.tallies[Direction.UP]
-            parcels.append(Parcel(datagram, now, tally.sent))
-            tally.sent += 1
+        parcels = [seat.new_parcel(Direction.UP, datagram, now) for seat in self.seats]
         if len(self._broadcasts) >= self.config.queue:
             for seat in self.seats:
                 seat.tallies[Direction.UP].dropped += 1
@@ -136,13 +83,13 @@ class Dongle:
     def _wake(self, now: float) -> None:
         """Begin to compute exchanges one by one; draw where the dongle stands, if it has been asking all the time."""
         self._began = min(self._began, now)
-        if not self._waiting and now > self._free_at:
+        if not self._waiting and now > self._use.free_at:
             rest = self._random.random() / max(self._polls_per_second() * self._null, 1e-9)
-            self._free_at = now + (rest * self._null if rest < 1.0 else 0.0)
+            self._use.free_at = now + (rest * self._null if rest < 1.0 else 0.0)
             self._turn = int(self._random.random() * len(self.seats))
             for seat in self.seats:
                 seat.next_poll = now + self._pause * self._random.random() if self._pause else now
-        self._last_use = max(self._last_use, now)
+        self._use.last_use = max(self._use.last_use, now)
 
     # ---------------------------------------------------------------- exchanges
 
@@ -151,10 +98,10 @@ class Dongle:
         if not self._waiting:
             return math.inf
         if self._broadcasts:
-            return max(self._free_at, self._broadcasts[0][1][0].sent)
+            return max(self._use.free_at, self._broadcasts[0][1][0].sent)
         if not self._pause and not self._all_lost:
-            return self._free_at  # there is always somebody to ask
-        return max(self._free_at, min(seat.ready_at() for seat in self.seats))
+            return self._use.free_at  # there is always somebody to ask
+        return max(self._use.free_at, min(seat.ready_at() for seat in self.seats))
 
     def first_possible_arrival(self) -> float:
         """Return a time before which nothing that waits can arrive (s)."""
@@ -192,7 +139,8 @@ class Dongle:
         end = time + self._half_turn
 
         on_air = tries * up_air + answers * down_air
-        self._count_exchange(start, end, on_air, tries + answers, up is not None or down is not None)
+        is_of_use = up is not None or down is not None
+        self._use.count(start, end, on_air, tries + answers, is_of_use)
         seat.next_poll = end + (0.0 if up or down else self._pause)
         if up is not None:
             self._settle_up(seat, up, tries, heard_at, is_acknowledged)
@@ -238,27 +186,16 @@ class Dongle:
 
     def _judge_link(self, seat: Seat, start: float, end: float, is_acknowledged: bool) -> None:
         if is_acknowledged:
-            seat.is_lost = self._all_lost = False
-            seat.failed = 0
-            seat.failing_since = math.inf
+            self._all_lost = False
+            seat.note_acknowledged()
             return
         self._unanswered += 1
         seat.failed += 1
         seat.failing_since = min(seat.failing_since, start)
         if seat.failed >= self.config.link_tries or end - seat.failing_since >= self.config.link_timeout:
-            self._lose_link(seat)
-
-    def _lose_link(self, seat: Seat) -> None:
-        """Give up what waits. The drone is not asked any more until there is a packet for it."""
-        seat.lost_links += not seat.is_lost
-        seat.is_lost = True
-        self._all_lost = all(other.is_lost for other in self.seats)
-        seat.failed = 0
-        seat.failing_since = math.inf
-        for direction, waiting in ((Direction.UP, seat.up), (Direction.DOWN, seat.down)):
-            seat.tallies[direction].lost += sum(not parcel.has_arrived for parcel in waiting)
-            self._waiting -= len(waiting)
-            waiting.clear()
+            # the drone is not asked any more until there is a packet for it
+            self._waiting -= seat.lose_link()
+            self._all_lost = all(other.is_lost for other in self.seats)
 
     def _send_broadcast(self, start: float, clear: float, rate: float) -> None:
         datagram, parcels = self._broadcasts.popleft()
@@ -270,12 +207,12 @@ class Dongle:
                 self._send_on(heard_at, seat, Direction.UP, parcel)
             else:
                 seat.tallies[Direction.UP].lost += 1
-        self._count_exchange(start, heard_at + self._half_turn, air, 1, True)
+        self._use.count(start, heard_at + self._half_turn, air, 1, True)
 
     def _send_on(self, time: float, seat: Seat, direction: Direction, parcel: Parcel) -> None:
         """Let a packet that has left the air arrive, later by what hosts and processors need."""
         config = self.config
-        arrival = time + self._delay()
+        arrival = time + draw_delay(config, self._random)
         if config.reorder and self._random.random() < config.reorder:
             arrival += self._random.random() * config.reorder_ms / 1e3
         else:
@@ -285,19 +222,6 @@ class Dongle:
         self._deliver(arrival, seat, direction, parcel, False)
         if config.duplicate and self._random.random() < config.duplicate:
             self._deliver(arrival, seat, direction, parcel, True)
-
-    def _delay(self) -> float:
-        config = self.config
-        latency, jitter = config.latency_ms, config.jitter_ms
-        if jitter:
-            draw = self._random.random()
-            if config.jitter == "uniform":
-                latency += jitter * (2.0 * draw - 1.0)
-            elif config.jitter == "exponential":
-                latency -= jitter * math.log(1.0 - draw)
-            elif draw > 0.0:
-                latency += jitter * _NORMAL.inv_cdf(draw)
-        return max(latency, 0.0) / 1e3
 
     # ---------------------------------------------------------------- the air
 
@@ -314,40 +238,15 @@ class Dongle:
         """Return how probable it is that no neighbor is on the air, and how often they begin to be (1/s)."""
         clear, rate = 1.0, 0.0
         for neighbor in self.neighbors:
-            share, count = neighbor._activity(time)
+            share, count = neighbor._use.activity(time)
             clear *= 1.0 - min(share, 1.0)
             rate += count
         return clear, rate
-
-    def _activity(self, time: float) -> tuple[float, float]:
-        """Return the share of the time that it is on the air, and the transmissions per second, as of lately."""
-        share, count = self._recent_air / MEMORY_S, self._recent_count / MEMORY_S
-        idle = time - self._free_at
-        if idle <= 0.0:
-            return share, count
-        fading = math.exp(-idle / MEMORY_S)
-        asking = self._polls_per_second() if time - self._last_use < OPEN_S else 0.0
-        return (
-            share * fading + asking * 2.0 * self._air[NULL_BYTES] * (1.0 - fading),
-            count * fading + asking * 2.0 * (1.0 - fading),
-        )
 
     def _polls_per_second(self) -> float:
         """Return how many null packets it sends while it has nothing else to do (1/s)."""
         asked = sum(not seat.is_lost for seat in self.seats)
         return min(1.0 / self._null, asked / (self._pause + self._null))
-
-    def _count_exchange(self, start: float, end: float, on_air: float, transmissions: int, is_of_use: bool) -> None:
-        idle_share, idle_count = self._activity(start)
-        fading = math.exp(-(end - start) / MEMORY_S)
-        self._recent_air = idle_share * MEMORY_S * fading + on_air
-        self._recent_count = idle_count * MEMORY_S * fading + transmissions
-        self._free_at = end
-        self._exchanges += 1
-        self._seconds_on_air += on_air
-        if is_of_use:
-            self._seconds_busy += end - start
-            self._last_use = end
 
     # ---------------------------------------------------------------- figures
 
@@ -359,9 +258,9 @@ class Dongle:
             "data_rate": self.config.data_rate,
             "drones": [seat.drone for seat in self.seats],
             "seconds": elapsed,
-            "utilization": min(self._seconds_busy / elapsed, 1.0) if elapsed else 0.0,
-            "on_air": min(self._seconds_on_air / elapsed, 1.0) if elapsed else 0.0,
-            "exchanges": self._exchanges,
+            "utilization": min(self._use.seconds_busy / elapsed, 1.0) if elapsed else 0.0,
+            "on_air": min(self._use.seconds_on_air / elapsed, 1.0) if elapsed else 0.0,
+            "exchanges": self._use.exchanges,
             "unanswered": self._unanswered,
             "collisions": self._collisions,
             "lost_links": sum(seat.lost_links for seat in self.seats),

@@ -12,8 +12,9 @@ from typing import Any
 
 from crazychoir_fw.crtp.link_model.airtime import LARGEST_BYTES
 from crazychoir_fw.crtp.link_model.config import RadioConfig
-from crazychoir_fw.crtp.link_model.dongle import Dongle, Parcel, Seat
+from crazychoir_fw.crtp.link_model.dongle import Dongle
 from crazychoir_fw.crtp.link_model.link import Arrival, Direction
+from crazychoir_fw.crtp.link_model.seat import Parcel, Seat
 from crazychoir_fw.errors import RangeError, UnknownNameError
 
 DEFAULT_CHANNELS = (*range(80, 126, 3), *range(77, -1, -3))
@@ -72,9 +73,7 @@ class SimulatedRadios:
         wired = self._wired.get(drone)
         if wired is None:
             raise UnknownNameError(f"no drone named '{drone}', there are: {', '.join([*self._places, *self._wired])}")
-        tally = wired.tallies[direction]
-        self._deliver(self._now, wired, direction, Parcel(datagram, self._now, tally.sent), False)
-        tally.sent += 1
+        self._deliver(self._now, wired, direction, wired.new_parcel(direction, datagram, self._now), False)
 
     def broadcast(self, now: float, radio: str, datagram: bytes) -> None:
         """Send a packet to all drones of a radio at once, which none of them acknowledges and nobody repeats.

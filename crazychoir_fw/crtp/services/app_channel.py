@@ -55,14 +55,22 @@ class AppChannel:
                 self.lost += 1
                 return
             self.received.append(data)
-            call = self.callback is not None and not self._is_called
-            self._is_called = self._is_called or call
-        if call and not self._line.later(self._call_back):
-            with self._lock:
-                self._is_called = False
+        if self.callback is not None:
+            self._call_soon()
+
+    def _call_soon(self) -> None:
+        with self._lock:
+            if self._is_called or not self.received:
+                return
+            self._is_called = True
+        self._line.later(self._call_back, is_bounded=True)
 
     def _call_back(self) -> None:
         with self._lock:
             self._is_called = False
-        while self.callback is not None and (data := self.receive()) is not None:
-            self.callback(data)
+        try:
+            while self.callback is not None and (data := self.receive()) is not None:
+                self.callback(data)
+        except BaseException:
+            self._call_soon()  # the others do not wait for the next message
+            raise

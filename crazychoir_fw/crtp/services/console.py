@@ -46,7 +46,9 @@ class ConsoleService:
 
     def begin_session(self) -> None:
         """Listen to what is printed from now on."""
-        self._has_client = self._line.later(self._begin)
+        self._has_client = True  # first: the simulation may look before this thread goes on
+        if not self._line.later(self._begin):
+            self._has_client = False
 
     def end_session(self) -> None:
         """Stop listening."""

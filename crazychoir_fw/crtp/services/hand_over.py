@@ -39,11 +39,7 @@ class HandOver:
                     self._waiting[-1] = (port, channel, payload)
                 return
             self._waiting.append((port, channel, payload))
-        if not self._line.later(self._carry_out):
-            with self._lock:
-                self.lost += 1
-                if self._waiting:
-                    self._waiting.pop()
+        self._line.later(self._carry_out, is_bounded=True)
 
     def _carry_out(self) -> None:
         with self._lock:

@@ -91,10 +91,8 @@ class ParameterValues:
                 return False
             self._waiting += 1
             self._pending[number] = (raw, self._pending.get(number, (raw, 0))[1] + 1)
-        if self._line.later(partial(self._carry_out, number, value)):
-            return True
-        self._forget(number)
-        return False
+        self._line.later(partial(self._carry_out, number, value), is_bounded=True)
+        return True
 
     def _carry_out(self, number: int, value: float | int) -> None:
         try:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 
-class Budget:
+class TokenBucket:
     """Lets bursts pass up to a size, and a steady stream up to a rate."""
 
     def __init__(self, rate: float, burst: float) -> None:

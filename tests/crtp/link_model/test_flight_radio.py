@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from crazychoir_fw.crtp.link_model import Direction, RadioConfig, SimulatedRadios
-from crazychoir_fw.crtp.link_model.in_process import PACKET_BYTES, FlightRadio, packet_sizes
+from crazychoir_fw.crtp.link_model.flight_radio import PACKET_BYTES, FlightRadio, packet_sizes
 from crazychoir_fw.simulation import DroneConfig, RadioFault, World
 from crazychoir_fw.simulation.trajectories import Poly4D
 
