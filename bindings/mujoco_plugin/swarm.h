@@ -85,6 +85,9 @@ void     cf_swarm_free(swarm_t *swarm);
 // instances are ours.
 swarm_t *cf_swarm_of(const mjModel *model, const mjData *data);
 
+// The drone that a body is or hangs on, or NULL. Looks nothing up, also in models without drones.
+const drone_t *cf_swarm_drone_of_body(const mjModel *model, const mjData *data, int body);
+
 // The drone that belongs to a plugin instance.
 drone_t *cf_swarm_find(swarm_t *swarm, int instance);
 
