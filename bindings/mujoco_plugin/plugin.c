@@ -159,7 +159,7 @@ static void reset(const mjModel *model, mjtNum *plugin_state, void *plugin_data,
   (void)model;
   (void)instance;
   const drone_t *drone = plugin_data;
-  cf_init((cf_t *)plugin_state, &drone->config);
+  cf_init((cf_t *)plugin_state, drone->config);
 }
 
 const char *cf_plugin_attribute(uintptr_t model, int instance, const char *name) {
