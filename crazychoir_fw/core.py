@@ -230,6 +230,7 @@ def register_plugin() -> None:
     libraries = sorted(folder.glob("libmujoco*"))
     status = lib.cf_plugin_register(str(libraries[0]).encode()) if libraries else -1
     if status == 0:
+        _stop_clock()
         return
     built = _version_text(lib.cf_plugin_mujoco_version())
     if status == -2:
@@ -238,6 +239,16 @@ def register_plugin() -> None:
             "crazychoir-fw` to build again"
         )
     raise CrazychoirError(f"MuJoCo {built} is not loaded from {folder}; run `pip install 'mujoco-core>=4.0,<4.1'`")
+
+
+def _stop_clock() -> None:
+    """Switch off MuJoCo's stop watch, unless somebody has set one.
+
+    MuJoCo's Python module lets every step measure its own stages for `mjData.timer`, which takes as long as half of a
+    small model's step. `mujoco.set_mjcb_time(None)` switches it on again.
+    """
+    if mujoco.get_mjcb_time() is None:
+        lib.cf_plugin_stop_clock()
 
 
 def _version_text(number: int) -> str:

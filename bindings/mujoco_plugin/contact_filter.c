@@ -1,8 +1,8 @@
 #include "mujoco_plugin/contact_filter.h"
 
 #include "mujoco_plugin/rest.h"
+#include "mujoco_plugin/scenery.h"
 #include "mujoco_plugin/swarm.h"
-#include "mujoco_plugin/touch.h"
 
 // What stood where ours stands: like that place itself there is one for the process.
 static mjfConFilt previous;
@@ -12,20 +12,25 @@ static bool has_no_common_bit(const mjModel *model, int a, int b) {
          (model->geom_contype[b] & model->geom_conaffinity[a]) == 0;
 }
 
-static bool moves(const swarm_t *swarm, const mjModel *model, mjData *data, int body) {
-  const drone_t *drone = cf_touch_drone_at(swarm, body);
+static bool moves(const drone_t *drone, const mjModel *model, mjData *data, int body) {
   return drone != NULL ? !cf_rest_holds(drone, data) : !cf_scenery_is_static(model, body);
 }
 
-// MuJoCo's own question about the bits is not asked where there is a filter.
+// MuJoCo's own question about the bits is not asked where there is a filter. Asked for every pair
+// that may touch, which is at least one per drone and step, so nothing in here may search: that
+// would grow with the square of the swarm.
 static int leaves_out(const mjModel *model, mjData *data, int geom1, int geom2) {
   if (previous != NULL ? previous(model, data, geom1, geom2)
                        : has_no_common_bit(model, geom1, geom2)) {
     return 1;
   }
-  const swarm_t *swarm = cf_swarm_of(model, data);
-  return swarm != NULL && !moves(swarm, model, data, model->geom_bodyid[geom1]) &&
-         !moves(swarm, model, data, model->geom_bodyid[geom2]);
+  const int      bodies[2] = {model->geom_bodyid[geom1], model->geom_bodyid[geom2]};
+  const drone_t *drones[2];
+  for (int i = 0; i < 2; i++) {
+    drones[i] = cf_swarm_drone_of_body(model, data, bodies[i]);
+  }
+  return (drones[0] != NULL || drones[1] != NULL) && !moves(drones[0], model, data, bodies[0]) &&
+         !moves(drones[1], model, data, bodies[1]);
 }
 
 void cf_contact_filter_install(const cf_mujoco_api_t *mj) {

@@ -12,7 +12,7 @@ static const float GROUND_REACH = 2.0f;   // [m], below this no rotor feels a su
 
 bool cf_downwash_new(swarm_t *swarm) {
   for (int i = 0; i < swarm->count; i++) {
-    swarm->has_downwash |= swarm->drones[i].config.vehicle.airframe.downwash.is_enabled;
+    swarm->has_downwash |= swarm->drones[i].config->vehicle.airframe.downwash.is_enabled;
   }
   swarm->has_downwash = swarm->has_downwash && swarm->count > 1;
   if (!swarm->has_downwash) {
@@ -94,7 +94,7 @@ static float surface_below(const swarm_t *swarm, const float position[3]) {
 
 void cf_downwash_tell(const swarm_t *swarm, int i) {
   cf_vehicle_t               *vehicle = &cf_state_of(&swarm->drones[i], swarm->data)->vehicle;
-  const cf_downwash_config_t *config  = &swarm->drones[i].config.vehicle.airframe.downwash;
+  const cf_downwash_config_t *config  = &swarm->drones[i].config->vehicle.airframe.downwash;
   if (swarm->has_downwash && config->is_enabled) {
     vehicle->downwash = force_on(swarm, config, i);
   }

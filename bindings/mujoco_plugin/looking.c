@@ -122,7 +122,7 @@ bool cf_looking_new(swarm_t *swarm, const mjModel *model) {
     looking->hulls[i] = hull_of(model, swarm->drones[i].body);
     looking->widest   = fmax(looking->widest, looking->hulls[i].radius);
     looking->views[i] = (cf_view_t){.base = {.distance = distance}, .swarm = swarm, .self = i};
-    if (!is_plain && has_ranger(&swarm->drones[i].config)) {
+    if (!is_plain && has_ranger(swarm->drones[i].config)) {
       looking->is_needed                 = true;
       swarm->work[i].motion.surroundings = &looking->views[i].base;
     }

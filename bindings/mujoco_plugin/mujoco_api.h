@@ -22,6 +22,7 @@ typedef struct {
   mjtNum (*ray_hfield)(const mjModel *model, const mjData *data, int geom, const mjtNum pnt[3],
                        const mjtNum vec[3], mjtNum normal[3]);
   mjfConFilt *contact_filter;  // where the process keeps its filter
+  mjfTime    *clock;           // and its clock
 } cf_mujoco_api_t;
 
 // Fills the table. Returns 0, or -1 when something is missing.

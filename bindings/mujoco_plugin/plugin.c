@@ -53,6 +53,16 @@ swarm_t *cf_swarm_of(const mjModel *model, const mjData *data) {
   return NULL;
 }
 
+const drone_t *cf_swarm_drone_of_body(const mjModel *model, const mjData *data, int body) {
+  const int root     = model->body_rootid[body];
+  const int instance = model->body_plugin[root];
+  if (instance < 0 || model->plugin[instance] != plugin_slot) {
+    return NULL;
+  }
+  const drone_t *drone = (const drone_t *)data->plugin_data[instance];
+  return drone != NULL && drone->body == root ? drone : NULL;
+}
+
 // A thousand drones are megabytes that every step walks through: large pages spare most of the
 // address translation. Only advice, without effect where the system has none.
 static void ask_for_large_pages(mjData *data) {
@@ -149,7 +159,7 @@ static void reset(const mjModel *model, mjtNum *plugin_state, void *plugin_data,
   (void)model;
   (void)instance;
   const drone_t *drone = plugin_data;
-  cf_init((cf_t *)plugin_state, &drone->config);
+  cf_init((cf_t *)plugin_state, drone->config);
 }
 
 const char *cf_plugin_attribute(uintptr_t model, int instance, const char *name) {
@@ -159,6 +169,10 @@ const char *cf_plugin_attribute(uintptr_t model, int instance, const char *name)
   }
   const char *text = mj.get_config(m, instance, name);
   return text != NULL ? text : "";
+}
+
+void cf_plugin_stop_clock(void) {
+  *mj.clock = NULL;
 }
 
 int cf_plugin_mujoco_version(void) {

@@ -186,9 +186,12 @@ void cf_rest_step(const swarm_t *swarm, int i, const mjModel *model, mjData *dat
 }
 
 bool cf_rest_holds(const drone_t *drone, mjData *data) {
+  // first, because velocities of neighbors are side by side and their states are far apart
+  if (!are_within(data->qvel + drone->dof_address, 6, ROUNDING)) {
+    return false;
+  }
   const cf_rest_t *rest = &cf_state_of(drone, data)->rest;
-  return rest->is_held && are_within(data->qvel + drone->dof_address, 6, ROUNDING) &&
-         is_at(rest->pose, data->qpos + drone->qpos_address, ROUNDING, ROUNDING);
+  return rest->is_held && is_at(rest->pose, data->qpos + drone->qpos_address, ROUNDING, ROUNDING);
 }
 
 void cf_rest_force(const drone_t *drone, const mjModel *model, mjData *data, double out[6]) {

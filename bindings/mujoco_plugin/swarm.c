@@ -62,20 +62,20 @@ static void read_weight(drone_t *drone, const mjModel *model) {
 static void read_start_pose(drone_t *drone, const mjModel *model) {
   const double *pose = model->qpos0 + drone->qpos_address;
   for (int i = 0; i < 3; i++) {
-    drone->config.start_position[i] = (float)pose[i];
+    drone->config->start_position[i] = (float)pose[i];
   }
   const double w = pose[3], x = pose[4], y = pose[5], z = pose[6];
-  drone->config.start_yaw = (float)atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+  drone->config->start_yaw = (float)atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
 }
 
 static void read_attributes(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model,
                             int index) {
-  cf_config_default(&drone->config, CF_PLATFORM_CF2);
-  drone->config.id = (uint32_t)index;
+  cf_config_default(drone->config, CF_PLATFORM_CF2);
+  drone->config->id = (uint32_t)index;
   for (int i = 0; i < cf_attribute_count(); i++) {
     char        message[CF_ATTRIBUTE_MESSAGE_BYTES];
     const char *text = mj->get_config(model, drone->instance, cf_attribute_name(i));
-    if (cf_attribute_set(&drone->config, i, text, message) != CF_OK) {
+    if (cf_attribute_set(drone->config, i, text, message) != CF_OK) {
       mj->error("crazyflie %s: %s", body_name(mj, model, drone->body), message);
     }
   }
@@ -84,8 +84,8 @@ static void read_attributes(const cf_mujoco_api_t *mj, drone_t *drone, const mjM
 // What the model says itself: the mass of the body, and the wind of <option>.
 static void take_from_model(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model) {
   cf_config_t stock;
-  cf_config_default(&stock, drone->config.platform);
-  cf_airframe_t *airframe = &drone->config.vehicle.airframe;
+  cf_config_default(&stock, drone->config->platform);
+  cf_airframe_t *airframe = &drone->config->vehicle.airframe;
   if (airframe->mass != stock.vehicle.airframe.mass ||
       memcmp(airframe->inertia, stock.vehicle.airframe.inertia, sizeof airframe->inertia) != 0) {
     mj->error("crazyflie %s: vehicle sets mass or inertia, which belong to <inertial> of the body",
@@ -113,11 +113,11 @@ int cf_swarm_provider(const cf_mujoco_api_t *mj, const mjModel *model, int insta
 // The state of a drone has the size that the provider asked for when the model was compiled.
 static void check_size(const cf_mujoco_api_t *mj, const drone_t *drone, const mjModel *model) {
   const int bytes = model->plugin_statenum[drone->instance] * (int)sizeof(mjtNum);
-  if (bytes != cf_state_bytes(drone->config.provider)) {
+  if (bytes != cf_state_bytes(drone->config->provider)) {
     mj->error(
         "crazyflie %s: provider '%s' was built again and keeps more or less than before; compile "
         "the model again",
-        body_name(mj, model, drone->body), cf_provider_name(drone->config.provider));
+        body_name(mj, model, drone->body), cf_provider_name(drone->config->provider));
   }
 }
 
@@ -131,8 +131,8 @@ static bool has_estimator(const void *provider, int number) {
 }
 
 static void refuse_unknown(const cf_mujoco_api_t *mj, const drone_t *drone, const mjModel *model) {
-  const cf_provider_t *provider      = cf_provider(drone->config.provider);
-  const bool           is_controller = !has_controller(provider, drone->config.controller);
+  const cf_provider_t *provider      = cf_provider(drone->config->provider);
+  const bool           is_controller = !has_controller(provider, drone->config->controller);
   const char          *what          = is_controller ? "controller" : "estimator";
   char                 allowed[CF_ATTRIBUTE_MESSAGE_BYTES] = "";
   for (int i = 0; i < cf_attribute_count(); i++) {
@@ -143,16 +143,16 @@ static void refuse_unknown(const cf_mujoco_api_t *mj, const drone_t *drone, cons
   }
   mj->error("crazyflie %s: %s is '%s', but provider '%s' has none of that name, allowed: %s",
             body_name(mj, model, drone->body), what, mj->get_config(model, drone->instance, what),
-            cf_provider_name(drone->config.provider), allowed);
+            cf_provider_name(drone->config->provider), allowed);
 }
 
 // Numbers that are fine by themselves may not fit together.
 static void check_config(const cf_mujoco_api_t *mj, const drone_t *drone, const mjModel *model) {
-  cf_t *trial = malloc((size_t)cf_state_bytes(drone->config.provider));
+  cf_t *trial = malloc((size_t)cf_state_bytes(drone->config->provider));
   if (trial == NULL) {
     return;
   }
-  const cf_status_t status = cf_init(trial, &drone->config);
+  const cf_status_t status = cf_init(trial, drone->config);
   char              failure[CF_FAILURE_BYTES];
   memcpy(failure, trial->onboard.failure, sizeof failure);
   free(trial);
@@ -160,13 +160,13 @@ static void check_config(const cf_mujoco_api_t *mj, const drone_t *drone, const 
     refuse_unknown(mj, drone, model);
   } else if (status != CF_OK && failure[0] != '\0') {
     mj->error("crazyflie %s: provider '%s' cannot boot: %s", body_name(mj, model, drone->body),
-              cf_provider_name(drone->config.provider), failure);
+              cf_provider_name(drone->config->provider), failure);
   } else if (status == CF_ERR_CAPACITY) {
     mj->error(
         "crazyflie %s: mocap_latency_ms is %u at a mocap_rate of %u Hz, allowed: fewer than %d "
         "poses under way",
-        body_name(mj, model, drone->body), (unsigned)drone->config.vehicle.mocap.latency_ms,
-        (unsigned)drone->config.vehicle.mocap.rate, CF_MOCAP_CAPACITY);
+        body_name(mj, model, drone->body), (unsigned)drone->config->vehicle.mocap.latency_ms,
+        (unsigned)drone->config->vehicle.mocap.rate, CF_MOCAP_CAPACITY);
   } else if (status != CF_OK) {
     // no attributes are known that lead here: each has its range
     mj->error("crazyflie %s: cannot be built: %s", body_name(mj, model, drone->body),
@@ -224,14 +224,15 @@ static bool allocate(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *m
   const size_t most    = (size_t)model->nplugin;
   swarm->mj            = mj;
   swarm->drones        = calloc(most, sizeof *swarm->drones);
+  swarm->configs       = calloc(most, sizeof *swarm->configs);
   swarm->work          = calloc(most, sizeof *swarm->work);
   swarm->touched       = calloc(most, sizeof *swarm->touched);
   swarm->drone_of_body = calloc((size_t)model->nbody, sizeof *swarm->drone_of_body);
   swarm->thing_of_geom = calloc((size_t)model->ngeom + 1, sizeof *swarm->thing_of_geom);
   swarm->collisions    = calloc(1, sizeof *swarm->collisions);
   swarm->scenery       = cf_scenery_new(mj, model);
-  return swarm->drones != NULL && swarm->work != NULL && swarm->touched != NULL &&
-         swarm->drone_of_body != NULL && swarm->thing_of_geom != NULL &&
+  return swarm->drones != NULL && swarm->configs != NULL && swarm->work != NULL &&
+         swarm->touched != NULL && swarm->drone_of_body != NULL && swarm->thing_of_geom != NULL &&
          swarm->collisions != NULL && swarm->scenery != NULL &&
          cf_peer_grid_new(&swarm->peers, (int)model->nplugin);
 }
@@ -241,6 +242,7 @@ static void bind_all(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *m
     if (model->plugin[instance] == slot) {
       drone_t *drone       = &swarm->drones[swarm->count];
       drone->swarm         = swarm;
+      drone->config        = &swarm->configs[swarm->count];
       drone->instance      = instance;
       swarm->last_instance = instance;
       bind(mj, drone, model, swarm->count);
@@ -274,6 +276,7 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot)
 
 void cf_swarm_free(swarm_t *swarm) {
   free(swarm->drones);
+  free(swarm->configs);
   free(swarm->work);
   free(swarm->touched);
   free(swarm->drone_of_body);

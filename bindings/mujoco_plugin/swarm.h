@@ -13,8 +13,8 @@
 typedef struct swarm_s swarm_t;
 
 typedef struct {
-  swarm_t    *swarm;
-  cf_config_t config;
+  swarm_t     *swarm;
+  cf_config_t *config;  // elsewhere, so that what each step asks for lies close together
 
   int instance;       // of the plugin
   int body;           // carries the free joint
@@ -38,13 +38,14 @@ typedef struct {
 } work_t;
 
 struct swarm_s {
-  int      references;
-  int      count;
-  int      last_instance;  // works for all
-  drone_t *drones;
-  work_t  *work;
-  int32_t *drone_of_body;  // index, also for what hangs on a drone; -1
-  int32_t *thing_of_geom;  // number among those that collide: what is only seen changes no bit
+  int          references;
+  int          count;
+  int          last_instance;  // works for all
+  drone_t     *drones;
+  cf_config_t *configs;  // of the drones
+  work_t      *work;
+  int32_t     *drone_of_body;  // index, also for what hangs on a drone; -1
+  int32_t     *thing_of_geom;  // number among those that collide: what is only seen changes no bit
 
   const cf_mujoco_api_t *mj;
 
@@ -84,6 +85,9 @@ void     cf_swarm_free(swarm_t *swarm);
 // The swarm that lives in this data, or NULL where no drone does. In plugin.c, which knows whose
 // instances are ours.
 swarm_t *cf_swarm_of(const mjModel *model, const mjData *data);
+
+// The drone that a body is or hangs on, or NULL. Looks nothing up, also in models without drones.
+const drone_t *cf_swarm_drone_of_body(const mjModel *model, const mjData *data, int body);
 
 // The drone that belongs to a plugin instance.
 drone_t *cf_swarm_find(swarm_t *swarm, int instance);

@@ -7,6 +7,7 @@
 #include "mujoco_plugin/downwash.h"
 #include "mujoco_plugin/forces.h"
 #include "mujoco_plugin/motion.h"
+#include "mujoco_plugin/prefetch.h"
 #include "mujoco_plugin/rest.h"
 #include "mujoco_plugin/thread_pool.h"
 #include "mujoco_plugin/timing.h"
@@ -25,31 +26,38 @@ static void copy_coordinates(const drone_t *drone, const mjData *data, double ou
 }
 
 // Drones that a thread takes at a time: a block, or less where that would leave a thread without
-// work.
+// work, or several, so that it knows which one comes next.
 static int grain_of(const swarm_t *swarm) {
+  if (cf_prefetch_pays(swarm)) {
+    return 4 * BLOCK;
+  }
   return swarm->count >= 4 * BLOCK ? BLOCK : BLOCK / 2;
 }
 
 // ------------------------------------------------------------------------------------- one part
 
-static void sample_part(void *context, int begin, int end) {
-  const swarm_t *swarm   = context;
-  const double   elapsed = swarm->ticks / TICKS_PER_SECOND;
+static void sample(const swarm_t *swarm, int begin, int end) {
+  const double elapsed = swarm->ticks / TICKS_PER_SECOND;
   for (int i = begin; i < end; i++) {
     cf_rest_step(swarm, i, swarm->model, swarm->data, elapsed);
     cf_motion_sample(&swarm->drones[i], swarm->model, swarm->data, elapsed, &swarm->work[i].motion);
   }
 }
 
-static void tick_block(const swarm_t *swarm, int begin, int end) {
+// One tick of a block; `rest` is where the drones end that this thread ticks next.
+static void tick_block(const swarm_t *swarm, int begin, int end, int rest) {
   cf_hardware_t  hardware[BLOCK];
   const uint64_t start = cf_timer_start();
   for (int i = begin; i < end; i++) {
     cf_t *cf = cf_state_of(&swarm->drones[i], swarm->data);
     cf_sense(cf, &swarm->work[i].motion, &hardware[i - begin]);
   }
-  const uint64_t sensed = cf_timer_add(TIME_VEHICLE, start);
+  const uint64_t sensed        = cf_timer_add(TIME_VEHICLE, start);
+  const bool     is_prefetched = cf_prefetch_pays(swarm);
   for (int i = begin; i < end; i++) {
+    if (is_prefetched && i + BLOCK < rest) {
+      cf_prefetch(cf_state_of(&swarm->drones[i + BLOCK], swarm->data));
+    }
     cf_think(cf_state_of(&swarm->drones[i], swarm->data), &hardware[i - begin]);
   }
   const uint64_t thought = cf_timer_add(TIME_ONBOARD, sensed);
@@ -75,36 +83,62 @@ static void tell_surroundings(const swarm_t *swarm, int begin, int end) {
   cf_timer_add(TIME_VEHICLE, start);
 }
 
-static void tick_part(void *context, int begin, int end) {
-  const swarm_t *swarm = context;
+static void tick_all(const swarm_t *swarm, int begin, int end, int rest) {
   if (swarm->is_look) {
     tell_surroundings(swarm, begin, end);
   }
   if (swarm->is_broadcast) {
     tell_peers(swarm, begin, end);
   }
-  for (int first = begin; first < end; first += BLOCK) {
-    const int last = first + BLOCK < end ? first + BLOCK : end;
-    for (int tick = 0; tick < swarm->ticks; tick++) {
-      tick_block(swarm, first, last);
-    }
+  for (int tick = 0; tick < swarm->ticks; tick++) {
+    tick_block(swarm, begin, end, rest);
   }
 }
 
-static void sample_and_tick_part(void *context, int begin, int end) {
-  sample_part(context, begin, end);
-  tick_part(context, begin, end);
-}
-
-// Beside the ticks, the forces that the next step will ask for: the rotors are still in the cache.
-static void tick_and_push_part(void *context, int begin, int end) {
-  const swarm_t *swarm = context;
-  tick_part(context, begin, end);
+// The forces that the next step will ask for: the rotors are still in the cache.
+static void push(const swarm_t *swarm, int begin, int end) {
   for (int i = begin; i < end; i++) {
     work_t *work = &swarm->work[i];
     cf_forces_of(swarm->model, &swarm->drones[i], cf_state_of(&swarm->drones[i], swarm->data),
                  &work->motion, rates_of(work), work->force);
   }
+}
+
+// What MuJoCo goes on with while the ticks run is kept.
+static void keep_coordinates(const swarm_t *swarm, int begin, int end) {
+  for (int i = begin; i < end; i++) {
+    copy_coordinates(&swarm->drones[i], swarm->data, swarm->work[i].coordinates);
+  }
+}
+
+// The parts of a step follow each other block by block: from a thousand drones on, what a block
+// fetched is out of the cache again when all others have had their turn.
+static void work_on(const swarm_t *swarm, int begin, int end, bool is_sampled, bool is_pushed) {
+  for (int first = begin; first < end; first += BLOCK) {
+    const int last = first + BLOCK < end ? first + BLOCK : end;
+    if (is_sampled) {
+      sample(swarm, first, last);
+    }
+    if (is_sampled && is_pushed) {
+      keep_coordinates(swarm, first, last);
+    }
+    tick_all(swarm, first, last, end);
+    if (is_pushed) {
+      push(swarm, first, last);
+    }
+  }
+}
+
+static void tick_part(void *context, int begin, int end) {
+  work_on(context, begin, end, false, false);
+}
+
+static void sample_and_tick_part(void *context, int begin, int end) {
+  work_on(context, begin, end, true, false);
+}
+
+static void tick_and_push_part(void *context, int begin, int end) {
+  work_on(context, begin, end, false, true);
 }
 
 // ------------------------------------------------------------------------------------ the swarm
@@ -173,7 +207,14 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
     return;
   }
 
-  sample_part(swarm, 0, swarm->count);
+  // alone, a thread goes through everything at once
+  if (!sees_all && cf_threads_get() == 1) {
+    work_on(swarm, 0, swarm->count, true, true);
+    swarm->has_forces = true;
+    return;
+  }
+
+  sample(swarm, 0, swarm->count);
   if (swarm->is_broadcast) {
     cf_broadcast_look(swarm);
   }
@@ -189,9 +230,7 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
   }
 
   // the threads see only what was sampled here: MuJoCo goes on with qpos and qvel
-  for (int i = 0; i < swarm->count; i++) {
-    copy_coordinates(&swarm->drones[i], data, swarm->work[i].coordinates);
-  }
+  keep_coordinates(swarm, 0, swarm->count);
   swarm->is_pending = cf_loop_start(swarm->count, grain_of(swarm), tick_and_push_part, swarm);
   if (!swarm->is_pending) {
     tick_and_push_part(swarm, 0, swarm->count);

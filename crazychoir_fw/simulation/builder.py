@@ -70,7 +70,8 @@ def _skip_what_is_absent(model: mujoco.MjModel) -> None:
     """Switch off stages of the physics that this model has no use for: a seventh of its cost, and no effect.
 
     MuJoCo walks through the joints of all drones looking for sensors, actuators, limits, friction and damping that a
-    Crazyflie does not have; a scene that has some keeps the stage.
+    Crazyflie does not have; a scene that has some keeps the stage. Springs stay on: without springs and damping MuJoCo
+    leaves out all passive forces, and ours are among them.
     """
     bit = mujoco.mjtDisableBit
     is_absent = {

@@ -146,3 +146,31 @@ assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 7
     paths = [str(Path(__file__).parent), str(Path(crazychoir_fw.__file__).parents[1])]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
     subprocess.run([sys.executable, "-c", script], check=True, timeout=60, env=environment)
+
+
+@pytest.fixture(scope="module")
+def large_swarm():
+    """More drones than the cache of a core holds, just after take-off."""
+    places = [(0.4 * (i % 18), 0.4 * (i // 18)) for i in range(300)]
+    world = World([DroneConfig(f"cf{i}", place) for i, place in enumerate(places)], seed=3, visuals=False)
+    set_threads(2)
+    world.run(1.6)
+    for drone in world.drones:
+        if drone.can_arm:
+            drone.arm()
+    world.run(0.2)
+    for drone in world.drones[::2]:
+        drone.high_level_commander.takeoff(0.5, 1.0)
+    return world
+
+
+def test_large_swarm_flies_alike_on_any_number_of_threads_and_one_by_one(large_swarm):
+    start = large_swarm.snapshot()
+    ends = []
+    for threads, ticks in ((1, 60), (2, 60), (3, 60), (1, 1)):
+        set_threads(threads)
+        large_swarm.restore(start)
+        for _ in range(0, 60, ticks):
+            large_swarm.step(ticks)
+        ends.append(large_swarm.data.plugin_state.tobytes() + large_swarm.data.qpos.tobytes())
+    assert ends[1:] == ends[:1] * 3

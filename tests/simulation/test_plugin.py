@@ -240,6 +240,24 @@ def test_attributes_document_themselves():
     assert all(meaning and allowed for allowed, meaning in table.values())
 
 
+def test_steps_do_not_read_the_clock_of_the_machine():
+    model = compile_mjcf()
+    data = mujoco.MjData(model)
+    run(model, data, 0.01)
+    assert data.timer[mujoco.mjtTimer.mjTIMER_STEP].duration == 0
+
+
+def test_whoever_wants_to_know_where_mujoco_spends_its_time_can():
+    model = compile_mjcf()
+    data = mujoco.MjData(model)
+    mujoco.set_mjcb_time(None)
+    try:
+        run(model, data, 0.01)
+    finally:
+        lib.cf_plugin_stop_clock()
+    assert data.timer[mujoco.mjtTimer.mjTIMER_STEP].duration > 0
+
+
 def test_instance_without_a_body_is_refused():
     model = """
       <mujoco>
