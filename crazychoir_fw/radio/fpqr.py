@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
-from crazychoir_fw.finite import finite, three
-from crazychoir_fw.radio.agents import AgentId, Uris, agents_of
-from crazychoir_fw.radio.handler import RadioHandler
-from crazychoir_fw.radio.limits import limited, positive
-from crazychoir_fw.radio.thrusting import ThrustDrone, check_weights, thrust_choices
+from crazychoir_fw.finite import finite
+from crazychoir_fw.radio.agents import AgentId, Uris
+from crazychoir_fw.radio.limits import limited
+from crazychoir_fw.radio.thrusting import ThrustDrone, ThrustHandler
 from crazychoir_fw.thrust import ThrustWord
 
 _RATE, _ANGLE = 0, 1
@@ -52,13 +51,8 @@ class FPQRDrone(ThrustDrone):
         yaw = -math.degrees(limited(r, self.max_yaw_rate))  # the drone negates it: positive turns right in this packet
         return self._flight.give(lambda cf: cf.commander.send_setpoint(roll, pitch, yaw, thrust))
 
-    def cmd_vel(self, linear: Sequence[float], angular: Sequence[float]) -> bool:
-        """The same as a Twist: thrust (N) in linear z, body rates (rad/s) in angular."""
-        _, _, f = three(self._call("cmd_vel"), "linear", linear)
-        return self.command(f, *three(self._call("cmd_vel"), "angular", angular))
 
-
-class RadioHandlerFPQR(RadioHandler):
+class RadioHandlerFPQR(ThrustHandler):
     """Flies drones by thrust (N) and body rates (rad/s); the twin of `MotorCtrlFPQR`."""
 
     drone_class = FPQRDrone
@@ -90,12 +84,5 @@ class RadioHandlerFPQR(RadioHandler):
             RangeError: If a value is out of its range.
             UnknownNameError: If there is no such platform, agent or option.
         """
-        agents = agents_of(uris, agent_ids)
-        choices = thrust_choices(thrust, weight, agents)
-        positive("max_rate", max_rate)
-        positive("max_yaw_rate", max_yaw_rate)
-        super().__init__(agents, **options)
-        check_weights(choices, self.options.on_silence)
-        for drone in self:
-            drone.thrust = choices[drone.agent_id]
-            drone.max_rate, drone.max_yaw_rate = max_rate, max_yaw_rate
+        limits = {"max_rate": max_rate, "max_yaw_rate": max_yaw_rate}
+        super().__init__(uris, agent_ids, thrust, weight, limits, options)

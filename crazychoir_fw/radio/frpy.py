@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
-from crazychoir_fw.finite import finite, three
-from crazychoir_fw.radio.agents import AgentId, Uris, agents_of
-from crazychoir_fw.radio.handler import RadioHandler
-from crazychoir_fw.radio.limits import limited, positive
-from crazychoir_fw.radio.thrusting import ThrustDrone, check_weights, thrust_choices
+from crazychoir_fw.finite import finite
+from crazychoir_fw.radio.agents import AgentId, Uris
+from crazychoir_fw.radio.limits import limited
+from crazychoir_fw.radio.thrusting import ThrustDrone, ThrustHandler
 from crazychoir_fw.thrust import ThrustWord
 
 _ANGLE = 1
@@ -51,13 +50,8 @@ class FRPYDrone(ThrustDrone):
         yaw = math.degrees(math.remainder(yaw, math.tau))  # an angle, which the drone does not negate
         return self._flight.give(lambda cf: cf.commander.send_setpoint(roll, pitch, yaw, thrust))
 
-    def cmd_vel(self, linear: Sequence[float], angular: Sequence[float]) -> bool:
-        """The same as a Twist: thrust (N) in linear z, roll, pitch, yaw (rad) in angular."""
-        _, _, f = three(self._call("cmd_vel"), "linear", linear)
-        return self.command(f, *three(self._call("cmd_vel"), "angular", angular))
 
-
-class RadioHandlerFRPY(RadioHandler):
+class RadioHandlerFRPY(ThrustHandler):
     """Flies drones by thrust (N) and attitude (rad); the twin of `MotorCtrlFRPY`."""
 
     drone_class = FRPYDrone
@@ -87,10 +81,5 @@ class RadioHandlerFRPY(RadioHandler):
             RangeError: If a value is out of its range.
             UnknownNameError: If there is no such platform, agent or option.
         """
-        agents = agents_of(uris, agent_ids)
-        choices = thrust_choices(thrust, weight, agents)
-        positive("max_tilt", max_tilt)
-        super().__init__(agents, **options)
-        check_weights(choices, self.options.on_silence)
-        for drone in self:
-            drone.thrust, drone.max_tilt = choices[drone.agent_id], max_tilt
+        limits = {"max_tilt": max_tilt}
+        super().__init__(uris, agent_ids, thrust, weight, limits, options)

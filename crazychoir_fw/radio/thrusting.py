@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from crazychoir_fw.errors import RangeError
-from crazychoir_fw.radio.agents import AgentId, agent_name
+from crazychoir_fw.finite import three
+from crazychoir_fw.radio.agents import AgentId, Uris, agent_name, agents_of
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 from crazychoir_fw.radio.drone import RadioDrone
+from crazychoir_fw.radio.handler import RadioHandler
+from crazychoir_fw.radio.limits import positive
 from crazychoir_fw.radio.modes import Mode
 from crazychoir_fw.thrust import ThrustCalibration, ThrustWord, platform_weight
 
@@ -95,6 +98,11 @@ class ThrustDrone(RadioDrone):
         else:
             self._check_not_stopped(self._flight.unlock(stops))
 
+    def cmd_vel(self, linear: Sequence[float], angular: Sequence[float]) -> bool:
+        """The same as a Twist: thrust (N) in linear z, the other three in angular."""
+        _, _, f = three(self._call("cmd_vel"), "linear", linear)
+        return self.command(f, *three(self._call("cmd_vel"), "angular", angular))
+
     def _send_level(self, cf: LinkedCrazyflie) -> None:
         counts = self.thrust.raw(_SINKING * (self.thrust.weight or 0.0))
         percent = 100.0 * (counts - _MANUAL_LEAST) / (_MANUAL_MOST - _MANUAL_LEAST)
@@ -105,7 +113,41 @@ def _send_zero(cf: LinkedCrazyflie) -> None:
     cf.commander.send_setpoint(0.0, 0.0, 0.0, 0)
 
 
-def check_weights(choices: Mapping[str, ThrustChoice], on_silence: str) -> None:
+class ThrustHandler(RadioHandler):
+    """What handlers have in common whose set-points have a thrust."""
+
+    def __init__(
+        self,
+        uris: Uris,
+        agent_ids: Iterable[AgentId] | None,
+        thrust: ThrustWord | Mapping[AgentId, ThrustWord],
+        weight: float | Mapping[AgentId, float] | None,
+        limits: Mapping[str, float],
+        options: Mapping[str, Any],
+    ) -> None:
+        """Prepare; see the subclasses.
+
+        Args:
+            uris: URIs in a list, or by agent.
+            agent_ids: Agents of a list of URIs.
+            thrust: Calibration of the thrust, or one for each agent.
+            weight: Weight (N), or one for each agent.
+            limits: Largest values of a command, above 0, by the names that they have at the drones.
+            options: See `Options`.
+        """
+        agents = agents_of(uris, agent_ids)
+        choices = thrust_choices(thrust, weight, agents)
+        for name, limit in limits.items():
+            positive(name, limit)
+        super().__init__(agents, **options)
+        _check_weights(choices, self.options.on_silence)
+        for drone in self:
+            drone.thrust = choices[drone.agent_id]
+            for name, limit in limits.items():
+                setattr(drone, name, limit)
+
+
+def _check_weights(choices: Mapping[str, ThrustChoice], on_silence: str) -> None:
     """Refuse drones that are to level out with an unknown weight.
 
     Raises:

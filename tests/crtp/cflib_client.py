@@ -35,6 +35,7 @@ class Client:
     """A connected client of protocol version 12; whoever uses it says when it reads what has arrived."""
 
     def __init__(self, station=None):
+        self.station = station
         self.link = StationLink(station)
         self.cf = Crazyflie()
         self.cf.link = self.link
@@ -51,7 +52,7 @@ class Client:
 
     def read(self, until=None):
         """Take what arrives until something has happened, or everything that has arrived."""
-        for datagram, _ in self.link.station.line.take_out():
+        for datagram, _ in self.station.line.take_out():
             self.link.arrived.put(datagram)
         while until is None or not until():
             try:
@@ -61,6 +62,14 @@ class Client:
                 assert until is None, "nothing comes any more"
                 return
             self._dispatch(parse(datagram))
+
+    def pump(self):
+        """Let simulation and client answer each other until the client has nothing more to say."""
+        count = -1
+        while count != len(self.link.sent):
+            count = len(self.link.sent)
+            self.station.line.carry_out()
+            self.read()
 
     def _dispatch(self, packet):
         taken = CRTPPacket()

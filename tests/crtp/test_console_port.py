@@ -1,10 +1,9 @@
 """What is printed on board reaches the client line by line (crtp-cflib dossier section 11)."""
 
 import pytest
-from cflib.crazyflie.console import Console
+from cflib_client import Client
 from hypothesis import given
 from hypothesis import strategies as st
-from station_link import StationCrazyflie
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.crtp.packet import parse
@@ -155,9 +154,9 @@ def test_packets_are_the_text(text):
 
 
 def test_the_real_client_hears_the_text(world):
-    client = StationCrazyflie(Station(world, world["cf1"]))
+    client = Client(Station(world, world["cf1"]))
     heard = []
-    Console(client).receivedChar.add_callback(heard.append)
+    client.cf.console.receivedChar.add_callback(heard.append)
     client.station.receive(CONNECT)
     client.pump()
     world["cf1"].emergency_stop()

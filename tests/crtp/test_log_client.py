@@ -2,21 +2,19 @@
 
 import numpy as np
 import pytest
-from cflib.crazyflie.log import Log, LogConfig
-from cflib.crazyflie.platformservice import PlatformService
+from cflib.crazyflie.log import LogConfig
 from cflib.crazyflie.toccache import TocCache
-from station_link import StationCrazyflie
+from cflib_client import Client
 
 from crazychoir_fw.crtp.station import Station
 from crazychoir_fw.simulation import DroneConfig, World
 from crazychoir_fw.variables import log_table
 
 
-class Client(StationCrazyflie):
+class LogClient(Client):
     def __init__(self, station, cache) -> None:
         super().__init__(station)
-        self.platform = PlatformService(self)
-        self.log = Log(self)
+        self.platform, self.log = self.cf.platform, self.cf.log
         self.is_ready = False
         self.platform.fetch_platform_informations(lambda: self.log.refresh_toc(self._ready, TocCache(rw_cache=cache)))
         self.pump()
@@ -46,7 +44,7 @@ def world():
 
 @pytest.fixture
 def client(world, tmp_path):
-    client = Client(Station(world, world["cf1"]), str(tmp_path))
+    client = LogClient(Station(world, world["cf1"]), str(tmp_path))
     yield client
     client.station.end_session()
     world.step(20)
@@ -74,9 +72,9 @@ def test_the_table_arrives(client):
 
 
 def test_the_second_time_it_comes_from_the_cache(client, world, tmp_path):
-    again = Client(Station(world, world["cf1"]), str(tmp_path))
+    again = LogClient(Station(world, world["cf1"]), str(tmp_path))
     assert again.is_ready
-    assert len(again.sent) == 4
+    assert len(again.link.sent) == 4
     assert again.log.toc.toc.keys() == client.log.toc.toc.keys()
 
 
@@ -101,9 +99,9 @@ def test_twelve_halves_need_an_append(client, world):
     names = [f"stateEstimate.{axis}" for axis in ("x", "y", "z")]
     names += [f"stabilizer.{axis}" for axis in ("yaw", "roll", "pitch")]
     names += [f"kalman.stateP{axis}" for axis in "XYZ"] + ["gyro.z", "gyro.x", "gyro.y"]
-    client.sent.clear()
+    client.link.sent.clear()
     told = client.log_for(config("odom", 10, **dict.fromkeys(names, "FP16")), 0.1)
-    sizes = [(len(datagram), datagram[1]) for datagram in client.sent]
+    sizes = [(1 + len(data), data[0]) for _, _, data in client.link.sent]
     assert sizes == [(31, 6), (3 + 3 * 3, 7), (4, 3)]
     values = told[-1][1]
     for name in names:

@@ -1,10 +1,9 @@
 """The platform service (crtp-cflib dossier section 6)."""
 
 import pytest
-from cflib.crazyflie.appchannel import Appchannel
+from cflib_client import Client
 from hypothesis import given
 from hypothesis import strategies as st
-from station_link import StationCrazyflie
 
 from crazychoir_fw import core
 from crazychoir_fw.crtp.packet import Packet, parse
@@ -185,8 +184,8 @@ def test_messages_of_wrong_sizes_are_refused(station, size):
 
 
 def test_the_real_client_talks_with_python(station):
-    client = StationCrazyflie(station)
-    channel, heard = Appchannel(client), []
+    client = Client(station)
+    channel, heard = client.cf.appchannel, []
     channel.packet_received.add_callback(heard.append)
     station.app_channel.callback = lambda data: station.app_channel.send(data[::-1])
     channel.send_packet(b"echo")

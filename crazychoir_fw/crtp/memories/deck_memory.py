@@ -6,7 +6,7 @@ import struct
 
 from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.memories.decks import LIGHTHOUSE, decks_of
-from crazychoir_fw.crtp.memories.memory import NO_SERIAL, MemoryType, slice_of
+from crazychoir_fw.crtp.memories.memory import MemoryType, ReadOnlyMemory, slice_of
 
 _VERSION = 3
 _RECORDS = 8  # two for each of up to four decks
@@ -16,11 +16,10 @@ _IS_VALID, _IS_STARTED = 1, 2
 _DECK_BYTES = 0x10000000
 
 
-class DeckMemory:
+class DeckMemory(ReadOnlyMemory):
     """Lists the lighthouse deck, whose firmware runs; it cannot be read, written or upgraded."""
 
     type = MemoryType.DECK
-    serial = NO_SERIAL
     size = _COMMANDS + _RECORDS * _COMMAND_BYTES
 
     def __init__(self, line: Line) -> None:
@@ -34,7 +33,3 @@ class DeckMemory:
     def read(self, address: int, length: int) -> bytes | None:
         """Return bytes of the info section."""
         return slice_of(self._info, 0, address, length)
-
-    def write(self, address: int, data: bytes) -> bool:
-        """Refuse: there is no deck that could be reset or flashed."""
-        return False

@@ -6,7 +6,7 @@ import struct
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.crtp.line import Line
-from crazychoir_fw.crtp.memories.memory import NO_SERIAL, MemoryType
+from crazychoir_fw.crtp.memories.memory import MemoryType, ReadOnlyMemory
 
 ANCHORS: int = lib.CF_LOCO_ANCHORS
 ANCHOR = struct.Struct("<3f?")
@@ -14,11 +14,10 @@ PAGE = 0x100
 _START = 0x1000
 
 
-class LocoMemory:
+class LocoMemory(ReadOnlyMemory):
     """Read-only, and only as the client does it: the number of anchors, and one anchor after the other."""
 
     type = MemoryType.LOCO
-    serial = NO_SERIAL
     size = _START + ANCHORS * PAGE
 
     def __init__(self, line: Line) -> None:
@@ -32,10 +31,6 @@ class LocoMemory:
         if number < 0 or offset != 0 or length != ANCHOR.size:
             return None
         return anchor_page(self._drone.struct, number)
-
-    def write(self, address: int, data: bytes) -> bool:
-        """Refuse."""
-        return False
 
 
 def anchor_page(cf: object, number: int) -> bytes:

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.memories.loco import ANCHOR, ANCHORS, PAGE, anchor_page
-from crazychoir_fw.crtp.memories.memory import NO_SERIAL, MemoryType, slice_of
+from crazychoir_fw.crtp.memories.memory import MemoryType, ReadOnlyMemory, slice_of
 
 _ACTIVE_START, _ANCHOR_START = 0x1000, 0x2000
 _MOST_IDS = 16  # that a list has room for
 
 
-class Loco2Memory:
+class Loco2Memory(ReadOnlyMemory):
     """Read-only."""
 
     type = MemoryType.LOCO_2
-    serial = NO_SERIAL
     size = _ANCHOR_START + ANCHORS * PAGE
 
     def __init__(self, line: Line) -> None:
@@ -32,10 +31,6 @@ class Loco2Memory:
         if offset + length > ANCHOR.size:
             return None
         return slice_of(anchor_page(self._drone.struct, number), 0, offset, length)
-
-    def write(self, address: int, data: bytes) -> bool:
-        """Refuse."""
-        return False
 
 
 def _id_list(ids: range | list[int]) -> bytes:

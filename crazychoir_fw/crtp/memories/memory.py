@@ -40,6 +40,16 @@ class Memory(Protocol):
         """Take bytes. Returns False when they are refused."""
 
 
+class ReadOnlyMemory:
+    """The half of a memory that refuses."""
+
+    serial = NO_SERIAL
+
+    def write(self, address: int, data: bytes) -> bool:
+        """Refuse."""
+        return False
+
+
 def slice_of(content: bytes, start: int, address: int, length: int) -> bytes | None:
     """Return bytes at an address out of content that lies at `start`, or None when they are not all in there."""
     offset = address - start

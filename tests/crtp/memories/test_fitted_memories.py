@@ -8,7 +8,7 @@ from cflib.crazyflie.mem import (
     LighthouseMemHelper,
     MemoryElement,
 )
-from memory_link import MemoryLink
+from memory_client import MemoryClient
 
 from crazychoir_fw.crtp.memories.eeprom import Configuration
 from crazychoir_fw.errors import RangeError
@@ -17,7 +17,7 @@ from crazychoir_fw.simulation import DroneConfig, World
 
 def connected(**chosen):
     world = World([DroneConfig("cf1", **chosen)], visuals=False)
-    return MemoryLink(world, world["cf1"]).connect()
+    return MemoryClient(world, world["cf1"]).connect()
 
 
 @pytest.mark.parametrize(
@@ -29,19 +29,19 @@ def connected(**chosen):
     ],
 )
 def test_the_client_connects(chosen, of_decks):
-    link = connected(**chosen)
-    assert [memory.type for memory in link.mem.mems] == [0x00, 0x10, 0x17, 0x12, 0x14, 0x15, 0x19, *of_decks]
-    assert all(memory.valid for memory in link.mem.get_mems(MemoryElement.TYPE_1W))
+    client = connected(**chosen)
+    assert [memory.type for memory in client.mem.mems] == [0x00, 0x10, 0x17, 0x12, 0x14, 0x15, 0x19, *of_decks]
+    assert all(memory.valid for memory in client.mem.get_mems(MemoryElement.TYPE_1W))
 
 
 def test_memories_outlive_a_session():
-    link = connected()
-    memory = link.memory(MemoryElement.TYPE_DRIVER_LED)
-    link.mem.write(memory, 0, bytes((0xF8, 0)))
-    link.pump()
-    link.station.end_session()
-    link.connect().carry_out()
-    assert link.drone.lights.ring[0].tolist() == [1.0, 0.0, 0.0]
+    client = connected()
+    memory = client.memory(MemoryElement.TYPE_DRIVER_LED)
+    client.mem.write(memory, 0, bytes((0xF8, 0)))
+    client.read()
+    client.station.end_session()
+    client.connect().carry_out()
+    assert client.drone.lights.ring[0].tolist() == [1.0, 0.0, 0.0]
 
 
 # ---------------------------------------------------------------------------- decks
@@ -60,42 +60,42 @@ def test_memories_outlive_a_session():
     ],
 )
 def test_the_client_learns_which_decks_there_are(chosen, decks):
-    link = connected(**chosen)
-    found = link.mem.get_mems(MemoryElement.TYPE_1W)
+    client = connected(**chosen)
+    found = client.mem.get_mems(MemoryElement.TYPE_1W)
     assert [(deck.elements["Board name"], deck.pid) for deck in found] == decks
     for deck in found:
         assert (deck.valid, deck.vid, deck.size) == (True, 0xBC, 112)
         assert deck.elements["Board revision"] == "A"
-        assert link.drone.param[f"deck.{deck.elements['Board name']}"] == 1
-        assert link.mem.ow_search(pid=deck.pid) is deck
+        assert client.drone.param[f"deck.{deck.elements['Board name']}"] == 1
+        assert client.mem.ow_search(pid=deck.pid) is deck
 
 
 def test_serial_numbers_differ():
     world = World([DroneConfig(f"cf{i}", positioning="flow", decks=["multiranger"]) for i in (1, 2)], visuals=False)
-    links = [MemoryLink(world, drone).connect() for drone in world.drones]
-    serials = [deck.addr for link in links for deck in link.mem.get_mems(MemoryElement.TYPE_1W)]
+    clients = [MemoryClient(world, drone).connect() for drone in world.drones]
+    serials = [deck.addr for client in clients for deck in client.mem.get_mems(MemoryElement.TYPE_1W)]
     assert len(set(serials)) == 4
     assert {len(serial) for serial in serials} == {16}
 
 
 def test_a_deck_can_be_written_and_erased():
-    link = connected(positioning="flow")
-    deck = link.memory(MemoryElement.TYPE_1W)
+    client = connected(positioning="flow")
+    deck = client.memory(MemoryElement.TYPE_1W)
     deck.elements["Custom"] = "mine"
-    link.call(deck.write_data)
+    client.call(deck.write_data)
     deck.elements = {}
-    link.call(deck.update)
+    client.call(deck.update)
     assert (deck.valid, deck.elements["Custom"], deck.elements["Board name"]) == (True, "mine", "bcFlow2")
-    link.call(deck.erase)
-    link.connect()  # and the client survives it
-    assert not link.memory(MemoryElement.TYPE_1W).valid
+    client.call(deck.erase)
+    client.connect()  # and the client survives it
+    assert not client.memory(MemoryElement.TYPE_1W).valid
 
 
 @pytest.mark.parametrize(("positioning", "names"), [("lighthouse", ["bcLighthouse4"]), ("flow", [])])
 def test_decks_with_firmware_are_listed(positioning, names):
-    link = connected(positioning=positioning)
-    manager = link.memory(MemoryElement.TYPE_DECK_MEMORY)
-    (decks,) = link.call(manager.query_decks)
+    client = connected(positioning=positioning)
+    manager = client.memory(MemoryElement.TYPE_DECK_MEMORY)
+    (decks,) = client.call(manager.query_decks)
     assert [deck.name for deck in decks.values()] == names
     for deck in decks.values():
         assert deck.is_valid
@@ -107,75 +107,75 @@ def test_decks_with_firmware_are_listed(positioning, names):
 
 
 def test_the_tester_is_read_and_written_without_an_error():
-    link = connected()
-    link.world.wait_until_ready()
-    tester = link.memory(MemoryElement.TYPE_MEMORY_TESTER)
-    link.call(tester.read_data, 5, 1000)
+    client = connected()
+    client.world.wait_until_ready()
+    tester = client.memory(MemoryElement.TYPE_MEMORY_TESTER)
+    client.call(tester.read_data, 5, 1000)
     assert tester.readValidationSuccess
-    link.call(tester.write_data, 5, 1000)
-    link.carry_out()
-    assert link.drone.log["memTst.errCntW"] == 0
+    client.call(tester.write_data, 5, 1000)
+    client.carry_out()
+    assert client.drone.log["memTst.errCntW"] == 0
 
 
 def test_wrong_bytes_for_the_tester_are_counted_until_they_are_cleared():
-    link = connected()
-    link.world.wait_until_ready()
-    tester = link.memory(MemoryElement.TYPE_MEMORY_TESTER)
-    link.mem.write(tester, 0x10, bytes((0x10, 0x12)))
-    link.mem.write(tester, 0x100, bytes((0, 1, 2)))
-    link.mem.write(tester, 0x20, bytes(30))
-    link.pump()
-    link.carry_out()
-    assert link.drone.log["memTst.errCntW"] == 3  # packets
-    link.drone.param["memTst.resetW"] = 1
-    link.world.run(0.1)
-    assert link.drone.log["memTst.errCntW"] == 0
+    client = connected()
+    client.world.wait_until_ready()
+    tester = client.memory(MemoryElement.TYPE_MEMORY_TESTER)
+    client.mem.write(tester, 0x10, bytes((0x10, 0x12)))
+    client.mem.write(tester, 0x100, bytes((0, 1, 2)))
+    client.mem.write(tester, 0x20, bytes(30))
+    client.read()
+    client.carry_out()
+    assert client.drone.log["memTst.errCntW"] == 3  # packets
+    client.drone.param["memTst.resetW"] = 1
+    client.world.run(0.1)
+    assert client.drone.log["memTst.errCntW"] == 0
 
 
 # ---------------------------------------------------------------------------- lights
 
 
 def test_colors_of_the_ring_arrive():
-    link = connected()
-    ring = link.memory(MemoryElement.TYPE_DRIVER_LED)
+    client = connected()
+    ring = client.memory(MemoryElement.TYPE_DRIVER_LED)
     ring.leds[0].set(255, 0, 0)
     ring.leds[1].set(0, 255, 0)
     ring.leds[11].set(0, 0, 255)
-    link.call(ring.write_data)
-    assert not link.drone.lights.ring.any()
-    link.carry_out()
+    client.call(ring.write_data)
+    assert not client.drone.lights.ring.any()
+    client.carry_out()
     expected = np.zeros((12, 3))
     expected[0, 0] = expected[1, 1] = expected[11, 2] = 1.0
-    assert np.array_equal(link.drone.lights.ring, expected)
+    assert np.array_equal(client.drone.lights.ring, expected)
 
 
 def test_a_show_of_the_ring_arrives():
-    link = connected()
-    show = link.memory(MemoryElement.TYPE_DRIVER_LEDTIMING)
+    client = connected()
+    show = client.memory(MemoryElement.TYPE_DRIVER_LEDTIMING)
     for i in range(1, 119):
         show.add(time=i, rgb={"r": 255, "g": 0, "b": 0}, leds=i % 16, fade=i % 2 == 0, rotate=i % 8)
-    link.call(show.write_data)
-    link.carry_out()
-    entries = link.drone.lights.show
+    client.call(show.write_data)
+    client.carry_out()
+    entries = client.drone.lights.show
     assert len(entries) == 118
     assert entries[2] == (3, (1.0, 0.0, 0.0), 3, False, 3)
     assert entries[3] == (4, (1.0, 0.0, 0.0), 4, True, 4)
 
 
 def test_lights_are_part_of_a_snapshot_and_dark_after_a_boot():
-    link = connected()
-    ring = link.memory(MemoryElement.TYPE_DRIVER_LED)
+    client = connected()
+    ring = client.memory(MemoryElement.TYPE_DRIVER_LED)
     ring.leds[3].set(255, 255, 255)
-    before = link.drone.snapshot()
-    link.call(ring.write_data)
-    link.carry_out()
-    lit = link.drone.snapshot()
-    link.drone.restore(before)
-    assert not link.drone.lights.ring.any()
-    link.drone.restore(lit)
-    assert link.drone.lights.ring[3].tolist() == [1.0, 1.0, 1.0]
-    link.drone.reboot()
-    assert not link.drone.lights.ring.any()
+    before = client.drone.snapshot()
+    client.call(ring.write_data)
+    client.carry_out()
+    lit = client.drone.snapshot()
+    client.drone.restore(before)
+    assert not client.drone.lights.ring.any()
+    client.drone.restore(lit)
+    assert client.drone.lights.ring[3].tolist() == [1.0, 1.0, 1.0]
+    client.drone.reboot()
+    assert not client.drone.lights.ring.any()
 
 
 # ---------------------------------------------------------------------------- configuration
@@ -183,8 +183,9 @@ def test_lights_are_part_of_a_snapshot_and_dark_after_a_boot():
 
 def test_the_configuration_block_is_valid_from_the_start():
     world = World([DroneConfig("cf1"), DroneConfig("cf2")], visuals=False)
-    block = MemoryLink(world, world["cf2"]).connect().memory(MemoryElement.TYPE_I2C)
-    block.mem_handler.cf.call(block.update)
+    client = MemoryClient(world, world["cf2"]).connect()
+    block = client.memory(MemoryElement.TYPE_I2C)
+    client.call(block.update)
     assert block.valid
     assert block.elements == {
         "version": 1,
@@ -197,68 +198,68 @@ def test_the_configuration_block_is_valid_from_the_start():
 
 
 def test_trims_and_address_count_after_a_reboot_and_stay():
-    link = connected()
-    block = link.memory(MemoryElement.TYPE_I2C)
-    link.call(block.update)
+    client = connected()
+    block = client.memory(MemoryElement.TYPE_I2C)
+    client.call(block.update)
     block.elements |= {"radio_channel": 42, "pitch_trim": 2.0, "roll_trim": -1.0, "radio_address": 0xE7E7E7E733}
-    link.call(block.write_data)
-    link.carry_out()
-    onboard = link.drone.struct.onboard
+    client.call(block.write_data)
+    client.carry_out()
+    onboard = client.drone.struct.onboard
     assert (onboard.radio_id, onboard.sensors.is_trimmed) == (1, False)
     for _ in range(2):
-        link.drone.reboot()
+        client.drone.reboot()
         assert (onboard.radio_id, onboard.sensors.is_trimmed) == (0x33, True)
         assert onboard.sensors.trim_sin_pitch == pytest.approx(np.sin(np.radians(2.0)))
         assert onboard.sensors.trim_sin_roll == pytest.approx(np.sin(np.radians(-1.0)))
     block.elements = {}
-    link.call(block.update)
+    client.call(block.update)
     assert (block.valid, block.elements["radio_channel"]) == (True, 42)
 
 
 def test_a_block_of_the_first_version_is_understood():
-    link = connected()
-    block = link.memory(MemoryElement.TYPE_I2C)
+    client = connected()
+    block = client.memory(MemoryElement.TYPE_I2C)
     block.elements = {"version": 0, "radio_channel": 10, "radio_speed": 1, "pitch_trim": 3.0, "roll_trim": 0.0}
-    link.call(block.write_data)
-    link.carry_out()
-    link.drone.reboot()
-    assert link.drone.struct.onboard.sensors.is_trimmed
-    assert link.drone.struct.onboard.radio_id == 1
-    link.call(block.update)
+    client.call(block.write_data)
+    client.carry_out()
+    client.drone.reboot()
+    assert client.drone.struct.onboard.sensors.is_trimmed
+    assert client.drone.struct.onboard.radio_id == 1
+    client.call(block.update)
     assert block.valid
 
 
 def test_a_damaged_block_changes_nothing():
-    link = connected()
-    eeprom = link.memory(MemoryElement.TYPE_I2C)
-    link.mem.write(eeprom, 7, np.float32(5.0).tobytes())  # a trim, and the old checksum
-    link.pump()
-    link.carry_out()
-    assert Configuration.of(link.drone) is None
-    link.drone.reboot()
-    assert not link.drone.struct.onboard.sensors.is_trimmed
-    link.call(eeprom.update)
+    client = connected()
+    eeprom = client.memory(MemoryElement.TYPE_I2C)
+    client.mem.write(eeprom, 7, np.float32(5.0).tobytes())  # a trim, and the old checksum
+    client.read()
+    client.carry_out()
+    assert Configuration.of(client.drone) is None
+    client.drone.reboot()
+    assert not client.drone.struct.onboard.sensors.is_trimmed
+    client.call(eeprom.update)
     assert not eeprom.valid
 
 
 def test_trims_that_are_no_numbers_change_nothing():
-    link = connected()
-    eeprom = link.memory(MemoryElement.TYPE_I2C)
-    link.call(eeprom.update)
+    client = connected()
+    eeprom = client.memory(MemoryElement.TYPE_I2C)
+    client.call(eeprom.update)
     eeprom.elements["pitch_trim"] = float("nan")
-    link.call(eeprom.write_data)
-    link.carry_out()
-    link.drone.reboot()
-    assert not link.drone.struct.onboard.sensors.is_trimmed
+    client.call(eeprom.write_data)
+    client.carry_out()
+    client.drone.reboot()
+    assert not client.drone.struct.onboard.sensors.is_trimmed
 
 
 def test_the_block_can_be_written_without_a_client():
-    link = connected()
+    client = connected()
     chosen = Configuration(channel=20, speed=1, address=0xE7E7E7E7AB, pitch_trim=0.5)
-    chosen.write(link.drone)
-    assert Configuration.of(link.drone) == chosen
-    eeprom = link.memory(MemoryElement.TYPE_I2C)
-    link.call(eeprom.update)
+    chosen.write(client.drone)
+    assert Configuration.of(client.drone) == chosen
+    eeprom = client.memory(MemoryElement.TYPE_I2C)
+    client.call(eeprom.update)
     assert eeprom.valid
     assert eeprom.elements["radio_address"] == 0xE7E7E7E7AB
 
@@ -277,13 +278,13 @@ def test_a_block_out_of_range_is_refused(wrong):
 
 
 def test_base_stations_are_read_as_the_drone_knows_them():
-    link = connected(positioning="lighthouse")
-    helper = LighthouseMemHelper(link)
-    (geometries,) = link.call(helper.read_all_geos)
-    (calibrations,) = link.call(helper.read_all_calibs)
+    client = connected(positioning="lighthouse")
+    helper = LighthouseMemHelper(client.cf)
+    (geometries,) = client.call(helper.read_all_geos)
+    (calibrations,) = client.call(helper.read_all_calibs)
     assert list(geometries) == list(calibrations) == [0, 1]
     for number, geometry in geometries.items():
-        station = link.drone.struct.onboard.estimator.stations.list[number]
+        station = client.drone.struct.onboard.estimator.stations.list[number]
         assert geometry.valid
         assert geometry.origin == list(station.origin)
         assert geometry.rotation_matrix == [list(row) for row in station.rotation]
@@ -294,8 +295,8 @@ def test_base_stations_are_read_as_the_drone_knows_them():
 
 
 def test_a_drone_without_the_deck_knows_no_base_stations():
-    link = connected()
-    (geometries,) = link.call(LighthouseMemHelper(link).read_all_geos)
+    client = connected()
+    (geometries,) = client.call(LighthouseMemHelper(client.cf).read_all_geos)
     assert [geometry.valid for geometry in geometries.values()] == [False, False]
 
 
@@ -316,53 +317,53 @@ def calibration():
 
 
 def test_what_is_written_is_read_at_once_and_used_after_the_next_step():
-    link = connected(positioning="lighthouse")
-    helper = LighthouseMemHelper(link)
-    assert link.call(helper.write_geos, {1: geometry([1.0, 2.0, 3.0])}) == (True,)
-    assert link.call(helper.write_calibs, {0: calibration()}) == (True,)
-    (geometries,) = link.call(helper.read_all_geos)
-    (calibrations,) = link.call(helper.read_all_calibs)
+    client = connected(positioning="lighthouse")
+    helper = LighthouseMemHelper(client.cf)
+    assert client.call(helper.write_geos, {1: geometry([1.0, 2.0, 3.0])}) == (True,)
+    assert client.call(helper.write_calibs, {0: calibration()}) == (True,)
+    (geometries,) = client.call(helper.read_all_geos)
+    (calibrations,) = client.call(helper.read_all_calibs)
     assert geometries[1].origin == [1.0, 2.0, 3.0]
     assert calibrations[0].as_file_object() == calibration().as_file_object()
 
-    stations = link.drone.struct.onboard.estimator.stations.list
+    stations = client.drone.struct.onboard.estimator.stations.list
     assert list(stations[1].origin) != [1.0, 2.0, 3.0]
-    link.carry_out()
+    client.carry_out()
     assert list(stations[1].origin) == [1.0, 2.0, 3.0]
     assert stations[0].calibration.uid == 0xDEADBEEF
     assert stations[0].calibration.sweep[1].ogeephase == 14 / 128
     assert stations[0].calibration.sweep[0].gibphase == 5 / 128
-    assert link.call(helper.read_all_geos)[0][1].origin == [1.0, 2.0, 3.0]
+    assert client.call(helper.read_all_geos)[0][1].origin == [1.0, 2.0, 3.0]
 
 
 def test_other_base_stations_are_refused():
-    link = connected(positioning="lighthouse")
-    helper = LighthouseMemHelper(link)
-    assert link.call(helper.write_geos, {0: geometry([0.0, 0.0, 2.0]), 2: geometry([0.0, 0.0, 2.0])}) == (False,)
-    assert link.call(helper.write_calibs, {15: calibration()}) == (False,)
+    client = connected(positioning="lighthouse")
+    helper = LighthouseMemHelper(client.cf)
+    assert client.call(helper.write_geos, {0: geometry([0.0, 0.0, 2.0]), 2: geometry([0.0, 0.0, 2.0])}) == (False,)
+    assert client.call(helper.write_calibs, {15: calibration()}) == (False,)
 
 
 @pytest.mark.parametrize("number", [float("nan"), float("inf")])
 def test_geometry_that_is_no_number_is_refused(number):
-    link = connected(positioning="lighthouse")
-    helper = LighthouseMemHelper(link)
-    before = link.drone.memory.copy()
-    assert link.call(helper.write_geos, {0: geometry([number, 0.0, 2.0])}) == (False,)
-    link.carry_out()
-    assert (link.drone.memory == before).all()
+    client = connected(positioning="lighthouse")
+    helper = LighthouseMemHelper(client.cf)
+    before = client.drone.memory.copy()
+    assert client.call(helper.write_geos, {0: geometry([number, 0.0, 2.0])}) == (False,)
+    client.carry_out()
+    assert (client.drone.memory == before).all()
 
 
 def test_a_drone_flies_by_the_geometry_that_it_is_told():
     """Base stations that are said to be 0.5 m farther make the drone believe that it is 0.5 m farther."""
-    link = connected(positioning="lighthouse")
-    world, drone = link.world, link.drone
+    client = connected(positioning="lighthouse")
+    world, drone = client.world, client.drone
     world.wait_until_ready()
-    helper = LighthouseMemHelper(link)
-    (geometries,) = link.call(helper.read_all_geos)
+    helper = LighthouseMemHelper(client.cf)
+    (geometries,) = client.call(helper.read_all_geos)
     for each in geometries.values():
         each.origin = [each.origin[0] + 0.5, *each.origin[1:]]
-    assert link.call(helper.write_geos, geometries) == (True,)
-    link.carry_out()
+    assert client.call(helper.write_geos, geometries) == (True,)
+    client.carry_out()
     drone.param["kalman.resetEstimation"] = 1
     world.run(0.1)
     drone.param["kalman.resetEstimation"] = 0
@@ -376,9 +377,9 @@ def test_a_drone_flies_by_the_geometry_that_it_is_told():
 
 @pytest.fixture(scope="module")
 def loco():
-    link = connected(positioning="loco_tdoa2")
-    link.world.run(2.0)
-    return link
+    client = connected(positioning="loco_tdoa2")
+    client.world.run(2.0)
+    return client
 
 
 def anchors(drone):
@@ -405,9 +406,9 @@ def test_anchors_of_the_second_memory(loco):
 
 
 def test_nobody_is_heard_at_first():
-    link = connected(positioning="loco_tdoa2")
-    memory = link.memory(MemoryElement.TYPE_LOCO2)
-    link.call(memory.update_active_id_list)
+    client = connected(positioning="loco_tdoa2")
+    memory = client.memory(MemoryElement.TYPE_LOCO2)
+    client.call(memory.update_active_id_list)
     assert memory.active_ids_valid
     assert memory.active_anchor_ids == []
 
