@@ -108,11 +108,25 @@ def wall_seconds(action: Any) -> float:
     return time.perf_counter() - start
 
 
+def cpu_seconds(action: Any) -> float:
+    """Return how long the calling thread computes for an action (s), whatever others do on the machine."""
+    start = time.thread_time()
+    action()
+    return time.thread_time() - start
+
+
 def measure(
-    count: int, threads: int, seconds: float, repeats: int, attributes: dict[str, str], crazyflow: str | None
+    count: int,
+    threads: int,
+    seconds: float,
+    repeats: int,
+    attributes: dict[str, str],
+    crazyflow: str | None,
+    is_busy: bool = False,
 ) -> dict[str, Any]:
     """Return one row of the table."""
     set_threads(threads)
+    watch, typical = (cpu_seconds, min) if is_busy else (wall_seconds, statistics.median)
     world = hovering_world(count, attributes=attributes)
     peer = Crazyflow(crazyflow, count) if crazyflow else None
     model, data = trivial_world(count, world.model.opt.disableflags)
@@ -120,8 +134,8 @@ def measure(
 
     full, trivial, flow = [], [], []
     for _ in range(repeats):
-        full.append(wall_seconds(lambda: world.step(ticks)))
-        trivial.append(wall_seconds(lambda: mujoco.mj_step(model, data, nstep=ticks)))
+        full.append(watch(lambda: world.step(ticks)))
+        trivial.append(watch(lambda: mujoco.mj_step(model, data, nstep=ticks)))
         if peer:
             flow.append(peer.fly(seconds))
     if peer:
@@ -130,13 +144,13 @@ def measure(
     # timing the parts costs a little, so it is done apart from the rows above, and with one part after the other:
     # World.step lets the ticks of several threads run beside the physics
     lib.cf_plugin_timing(1)
-    timed = wall_seconds(lambda: mujoco.mj_step(world.model, world.data, nstep=ticks))
+    timed = watch(lambda: mujoco.mj_step(world.model, world.data, nstep=ticks))
     spent = np.zeros(2, np.uint64)
     lib.cf_plugin_timing_read(_uint64_pointer(spent))
     lib.cf_plugin_timing(0)
 
     per_step = 1e6 / (ticks * count)
-    wall = statistics.median(full)
+    wall = typical(full)
     onboard, vehicle = (float(value) * 1e-9 * per_step for value in spent)
     return {
         "drones": count,
@@ -144,17 +158,26 @@ def measure(
         "drone_seconds_per_second": count * seconds / wall,
         "real_time_factor": seconds / wall,
         "us_per_drone_step": wall * per_step,
-        "us_physics": timed * per_step - (onboard + vehicle) / threads,
-        "us_onboard": onboard,
-        "us_vehicle": vehicle,
+        # the parts are timed by the clock on the wall
+        "us_physics": None if is_busy else timed * per_step - (onboard + vehicle) / threads,
+        "us_onboard": None if is_busy else onboard,
+        "us_vehicle": None if is_busy else vehicle,
         "bytes_per_drone": lib.cf_state_bytes(0),
-        "trivial_drone_seconds_per_second": count * seconds / statistics.median(trivial),
+        "trivial_drone_seconds_per_second": count * seconds / typical(trivial),
         "crazyflow_drone_seconds_per_second": count * seconds / statistics.median(flow) if flow else None,
     }
 
 
-def measure_pile(count: int, crashed: int, seconds: float, repeats: int, attributes: dict[str, str]) -> dict[str, Any]:
+def measure_pile(
+    count: int,
+    crashed: int,
+    seconds: float,
+    repeats: int,
+    attributes: dict[str, str],
+    is_busy: bool = False,
+) -> dict[str, Any]:
     """Return what it costs that some of a swarm lie crashed in one pile, on one thread."""
+    watch, typical = (cpu_seconds, min) if is_busy else (wall_seconds, statistics.median)
     set_threads(1)
     flying, piled = (hovering_world(count, attributes=attributes) for _ in range(2))
     side = max(1, round((crashed / 5) ** 0.5))
@@ -162,20 +185,20 @@ def measure_pile(count: int, crashed: int, seconds: float, repeats: int, attribu
         drone.emergency_stop()
         column, row, layer = i % side, i // side % side, i // side**2
         drone.place((50 + 0.1 * column, 50 + 0.1 * row, 0.1 + 0.06 * layer), yaw_deg=37.0 * i % 360)
-    settling = wall_seconds(lambda: piled.run(PILE_SETTLES_S))
+    settling = watch(lambda: piled.run(PILE_SETTLES_S))
     ticks = max(1, round(seconds * 1000))
     whole, part = [], []
     for _ in range(repeats):
-        whole.append(wall_seconds(lambda: flying.step(ticks)))
-        part.append(wall_seconds(lambda: piled.step(ticks)))
+        whole.append(watch(lambda: flying.step(ticks)))
+        part.append(watch(lambda: piled.step(ticks)))
     return {
         "drones": count,
         "crashed": crashed,
         "held": sum(bool(drone.struct.rest.is_held) for drone in piled.drones),
-        "real_time_factor_flying": seconds / statistics.median(whole),
-        "real_time_factor_piled": seconds / statistics.median(part),
+        "real_time_factor_flying": seconds / typical(whole),
+        "real_time_factor_piled": seconds / typical(part),
         "real_time_factor_while_falling": PILE_SETTLES_S / settling,
-        "loss": 1 - statistics.median(w / p for w, p in zip(whole, part, strict=True)),
+        "loss": 1 - typical(whole) / typical(part),
     }
 
 
@@ -236,12 +259,19 @@ def main() -> None:
     parser.add_argument("--threads", type=int, nargs="+", default=[1])
     parser.add_argument("--seconds", type=float, default=1.0, help="simulated seconds per run")
     parser.add_argument("--repeats", type=int, default=5)
+    parser.add_argument(
+        "--busy",
+        action="store_true",
+        help="for a machine with other work: the least processor time of one thread instead of the median by the clock",
+    )
     parser.add_argument("--attribute", action="append", default=[], metavar="NAME=VALUE", help="of all drones")
     parser.add_argument("--crazyflow", metavar="PYTHON", help="interpreter of an environment with crazyflow")
     parser.add_argument("--pile", type=int, nargs=2, metavar=("DRONES", "CRASHED"), help="some lie in a heap")
     parser.add_argument("--start", type=int, metavar="DRONES", help="time from process start to first tick")
     parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()
+    if arguments.busy and arguments.threads != [1]:
+        parser.error("--busy measures one thread")
     attributes = dict(item.split("=", 1) for item in arguments.attribute)
 
     header = (
@@ -260,15 +290,17 @@ def main() -> None:
     rows = []
     for threads in arguments.threads:
         for count in arguments.drones:
-            row = measure(count, threads, arguments.seconds, arguments.repeats, attributes, arguments.crazyflow)
+            row = measure(
+                count, threads, arguments.seconds, arguments.repeats, attributes, arguments.crazyflow, arguments.busy
+            )
             rows.append(row)
-            values = [value for key, value in row.items() if key != "bytes_per_drone" and value is not None]
-            print(" ".join(f"{value:>10.4g}" for value in values), flush=True)
+            values = [value for key, value in row.items() if key != "bytes_per_drone"]
+            print(" ".join(f"{'-' if value is None else format(value, '.4g'):>10}" for value in values), flush=True)
     result: dict[str, Any] = {"machine": machine(), "attributes": attributes, "rows": rows}
     growth(rows, result)
     print(f"{lib.cf_state_bytes(0)} bytes per drone")
     if arguments.pile:
-        result["pile"] = measure_pile(*arguments.pile, arguments.seconds, arguments.repeats, attributes)
+        result["pile"] = measure_pile(*arguments.pile, arguments.seconds, arguments.repeats, attributes, arguments.busy)
         print(", ".join(f"{name} {value:.4g}" for name, value in result["pile"].items()))
     if arguments.start:
         result["start"] = measure_start(arguments.start, arguments.repeats)
