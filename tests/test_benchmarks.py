@@ -26,7 +26,10 @@ SMALLEST = {
     "tick_cost.py": ["--drones", "1", "--repeats", "1"],
     "time_machine.py": ["--drones", "1", "--repeats", "1", "--futures", "2", "--seconds", "0.02"],
 }
-NEEDS_MORE = {"cflib_examples.py"}  # a source distribution of cflib, and a minute
+NEEDS_MORE = {
+    "cflib_examples.py",  # a source distribution of cflib, and a minute
+    "profile_step.py",  # valgrind
+}
 TRIED_ELSEWHERE = {
     *("identify_vehicle.py", "real_flights.py"),  # tests/recorded/test_real_flights_script.py
     *("step_responses.py", "vehicle_validation.py"),  # tests/vehicles/test_validation_table.py
