@@ -6,9 +6,11 @@ All of them fly at once, in one world; where they really flew is what the log of
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -25,6 +27,10 @@ SCRIPTS = Path(__file__).parent / "user_scripts"
 MISSION = SCRIPTS / "served.yaml"
 LONGEST_S = 150.0
 """So long a script may take (s) on a machine that is busy; most of them need 5 to 20."""
+
+MOST_LAG_S = 0.4
+"""Scripts wait about half a second longer than what they asked for takes."""
+NICE = ["nice", "-n", "10"] if shutil.which("nice") else []
 
 
 @dataclass(frozen=True)
@@ -64,8 +70,13 @@ def uris_of(server):
 
 
 def start(words):
+    """Start a script, politely: the simulation comes first, and one after the other wakes up."""
+    time.sleep(0.5)
     return subprocess.Popen(
-        [sys.executable, SCRIPTS / words[0], *words[1:]], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        [*NICE, sys.executable, SCRIPTS / words[0], *words[1:]],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
     )
 
 
@@ -79,7 +90,7 @@ def finish(process):
 
 
 def fly_all(out, cache):
-    """Serve, let all scripts fly, and return their outcomes, and how much of real time the simulation kept."""
+    """Serve, let all scripts fly, and return their outcomes, and by how much simulated time fell behind (s)."""
     crazychoir = [sys.executable, "-c", "from crazychoir_fw.cli import app; app()"]
     command = [*crazychoir, "serve", MISSION, "--port", "0", "--out", out]
     environment = {**os.environ, "COLUMNS": "120"}
@@ -102,7 +113,7 @@ def fly_all(out, cache):
             server.send_signal(signal.SIGINT)
             server.communicate(timeout=LONGEST_S)
     statistics = json.loads((out / "statistics.json").read_text())
-    return outcomes, statistics["real_time_factor"]
+    return outcomes, statistics["dropped_lag_s"]
 
 
 @pytest.fixture(scope="module")
@@ -110,10 +121,10 @@ def served(tmp_path_factory):
     """Scripts go by the clock on the wall; where the simulation could not keep up with it, they prove nothing."""
     for _attempt in range(3):
         out = tmp_path_factory.mktemp("served")
-        outcomes, real_time_factor = fly_all(out, str(tmp_path_factory.mktemp("cache")))
-        if real_time_factor > 0.75:
+        outcomes, lag = fly_all(out, str(tmp_path_factory.mktemp("cache")))
+        if lag <= MOST_LAG_S:
             return Served(outcomes, FlightLog.load(out / "log.npz"))
-    pytest.skip(f"this machine is too busy for real time: {real_time_factor:.2f}")
+    pytest.skip(f"this machine is too busy for real time: {lag:.1f} s behind")
 
 
 SOLO = [
