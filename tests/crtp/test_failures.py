@@ -4,21 +4,18 @@ Everything happens at once; what the drones did is what the log of the simulatio
 """
 
 import json
-import os
-import re
 import signal
 import socket
-import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+from serving import Outcome, end_of, serving, start
 
 from crazychoir_fw.errors import CrazychoirError
 from crazychoir_fw.report.flight_log import FlightLog
@@ -30,17 +27,7 @@ if sys.platform != "linux":
     pytest.skip("other systems say later, or not at all, that somebody has gone", allow_module_level=True)
 
 SCRIPTS = Path(__file__).parent / "failure_scripts"
-PATIENCE_S = 150.0
 FREEZE_S = 3.0
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a script did."""
-
-    exit_code: int
-    output: str
-    errors: str
 
 
 @dataclass(frozen=True)
@@ -51,30 +38,6 @@ class Happened:
     log: FlightLog
 
 
-@contextmanager
-def serving(*words) -> Iterator[tuple[subprocess.Popen, dict[str, str]]]:
-    """Run `crazychoir serve`. Yields the process and where the drones are."""
-    crazychoir = [sys.executable, "-c", "from crazychoir_fw.cli import app; app()", "serve", "--port", "0"]
-    environment = {**os.environ, "COLUMNS": "120"}
-    command = [*crazychoir, *map(str, words)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as server:
-        text = ""
-        for line in server.stdout:
-            text += line
-            if line.startswith("Serving"):
-                break
-        try:
-            yield server, dict(re.findall(r"(\w+) +(udp://[\d.:]+)", text))
-        finally:
-            server.send_signal(signal.SIGINT)
-            server.communicate(timeout=PATIENCE_S)
-
-
-def start(name, uri, cache) -> subprocess.Popen:
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    return subprocess.Popen([sys.executable, SCRIPTS / f"{name}.py", uri, cache], text=True, **pipes)
-
-
 def wait_for(script, word) -> None:
     for line in script.stdout:
         if line.startswith(word):
@@ -82,21 +45,12 @@ def wait_for(script, word) -> None:
     raise AssertionError(f"it never said '{word}': {script.stderr.read()}")
 
 
-def end_of(script) -> Outcome:
-    try:
-        output, errors = script.communicate(timeout=PATIENCE_S)
-    except subprocess.TimeoutExpired:
-        script.kill()
-        output, errors = script.communicate()
-    return Outcome(script.returncode, output, errors)
-
-
 @pytest.fixture(scope="module")
 def happened(tmp_path_factory):
     out, cache = tmp_path_factory.mktemp("served"), str(tmp_path_factory.mktemp("cache"))
     with serving(SCRIPTS / "served.yaml", "--out", out) as (_, uris), serving("--drones", "1") as (other, its):
-        running = {name: start(name, uris[name], cache) for name in uris}
-        frozen = start("frozen", its["cf1"], cache)
+        running = {name: start(SCRIPTS / f"{name}.py", uris[name], cache) for name in uris}
+        frozen = start(SCRIPTS / "frozen.py", its["cf1"], cache)
         wait_for(frozen, "logging")
         other.send_signal(signal.SIGSTOP)
         time.sleep(FREEZE_S)

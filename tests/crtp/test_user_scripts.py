@@ -4,18 +4,15 @@ All of them fly at once, in one world; where they really flew is what the log of
 """
 
 import json
-import os
 import re
 import shutil
-import signal
-import subprocess
-import sys
 import time
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
+from serving import Outcome, end_of, serving, start
 
 from crazychoir_fw.mission import load_mission
 from crazychoir_fw.report.flight_log import FlightLog
@@ -25,21 +22,9 @@ pytest.importorskip("cflib")
 
 SCRIPTS = Path(__file__).parent / "user_scripts"
 MISSION = SCRIPTS / "served.yaml"
-LONGEST_S = 150.0
-"""So long a script may take (s) on a machine that is busy; most of them need 5 to 20."""
-
 MOST_LAG_S = 0.4
 """Scripts wait about half a second longer than what they asked for takes."""
 NICE = ["nice", "-n", "10"] if shutil.which("nice") else []
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a script did."""
-
-    exit_code: int
-    output: str
-    errors: str
 
 
 @dataclass(frozen=True)
@@ -59,59 +44,27 @@ class Served:
         return path - path[0]
 
 
-def uris_of(server):
-    """Read where the drones are from what the command prints, until it serves."""
-    text = ""
-    for line in server.stdout:
-        text += line
-        if line.startswith("Serving"):
-            return dict(re.findall(r"(\w+) +(udp://[\d.:]+)", text))
-    raise AssertionError(f"does not serve: {text}")
-
-
-def start(words):
-    """Start a script, politely: the simulation comes first, and one after the other wakes up."""
+def start_politely(words):
+    """Start a script: the simulation comes first, and one after the other wakes up."""
     time.sleep(0.5)
-    return subprocess.Popen(
-        [*NICE, sys.executable, SCRIPTS / words[0], *words[1:]],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
-
-
-def finish(process):
-    try:
-        output, errors = process.communicate(timeout=LONGEST_S)
-    except subprocess.TimeoutExpired:
-        process.kill()
-        output, errors = process.communicate()
-    return Outcome(process.returncode, output, errors)
+    return start(SCRIPTS / words[0], *words[1:], before=NICE)
 
 
 def fly_all(out, cache):
     """Serve, let all scripts fly, and return their outcomes, and by how much simulated time fell behind (s)."""
-    crazychoir = [sys.executable, "-c", "from crazychoir_fw.cli import app; app()"]
-    command = [*crazychoir, "serve", MISSION, "--port", "0", "--out", out]
-    environment = {**os.environ, "COLUMNS": "120"}
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as server:
-        try:
-            uris = uris_of(server)
-            starts = {drone.id: drone.position for drone in load_mission(MISSION).drones}
-            scripts = {
-                name: [f"{name}.py", uris[name], cache, str(x), str(y)]
-                for name, (x, y, *_) in starts.items()
-                if not name.startswith("swarm")
-            }
-            scripts["persistent"][3:] = ["ring.effect", "7"]
-            scripts["swarm"] = ["swarm_sequence.py", cache, *(uris[f"swarm{i + 1}"] for i in range(10))]
-            # the first one fetches the tables of contents, the others find them in the cache
-            outcomes = {"dump": finish(start(scripts.pop("dump")))}
-            processes = {name: start(words) for name, words in scripts.items()}
-            outcomes |= {name: finish(process) for name, process in processes.items()}
-        finally:
-            server.send_signal(signal.SIGINT)
-            server.communicate(timeout=LONGEST_S)
+    with serving(MISSION, "--out", out) as (_, uris):
+        starts = {drone.id: drone.position for drone in load_mission(MISSION).drones}
+        scripts = {
+            name: [f"{name}.py", uris[name], cache, str(x), str(y)]
+            for name, (x, y, *_) in starts.items()
+            if not name.startswith("swarm")
+        }
+        scripts["persistent"][3:] = ["ring.effect", "7"]
+        scripts["swarm"] = ["swarm_sequence.py", cache, *(uris[f"swarm{i + 1}"] for i in range(10))]
+        # the first one fetches the tables of contents, the others find them in the cache
+        outcomes = {"dump": end_of(start_politely(scripts.pop("dump")))}
+        processes = {name: start_politely(words) for name, words in scripts.items()}
+        outcomes |= {name: end_of(process) for name, process in processes.items()}
     statistics = json.loads((out / "statistics.json").read_text())
     return outcomes, statistics["dropped_lag_s"]
 

@@ -23,8 +23,6 @@ from crazychoir_fw.radio import (
 )
 from crazychoir_fw.simulation import DroneConfig, World
 
-pytestmark = pytest.mark.skipif(not hasattr(World, "serve"), reason="this world has no radio")
-
 EXAMPLE = Path(__file__).parents[2] / "examples" / "radio" / "two_drones.py"
 STARTS = {"cf1": (0.0, 0.0), "cf2": (1.0, 0.0)}
 
