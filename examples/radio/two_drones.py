@@ -12,7 +12,7 @@ from crazychoir_fw.errors import CrazychoirError
 from crazychoir_fw.radio import RadioHandlerVel, SafetyArea
 
 URIS = sys.argv[1:] or ["udp://127.0.0.1:19850", "udp://127.0.0.1:19851"]
-SPEED, SECONDS = 0.3, 3.0
+SPEED, SECONDS = 0.3, 5.2  # half circles of 1 m, as far as the drones of `serve` stand from each other
 
 try:
     swarm = RadioHandlerVel(URIS, odometry_hz=20, safety_area=SafetyArea((-3, -3, 0), (3, 3, 2))).connect()

@@ -340,7 +340,7 @@ def test_the_example_flies(real_time, eventually):
     # the diameter is speed times time over half of pi
     for drone, sign in zip(world.drones, (1, -1), strict=True):
         x, y = STARTS[drone.id]
-        np.testing.assert_allclose(drone.true_position[:2], (x + sign * 0.3 * 3.0 / math.pi * 2, y), atol=0.35)
+        np.testing.assert_allclose(drone.true_position[:2], (x + sign * 0.3 * 5.2 / math.pi * 2, y), atol=0.25)
     eventually(lambda: all(drone.true_position[2] < 0.05 for drone in world.drones))
 
 
