@@ -198,12 +198,12 @@ class Radio:
         if opened is radio.private:
             # mostly there is one packet: to look for a second one costs as much as to read the first
             try:
-                datagram = opened.recv(LONGEST)
+                datagram, address = opened.recvfrom(LONGEST)
             except OSError:
                 self._hear_of_gone(radio, now)
             else:
-                assert radio.private_for is not None
-                self._rule(radio, datagram, radio.private_for, now)
+                # of somebody else, what came before the socket was connected
+                self._rule(radio, datagram, address, now)
             return
         for number in range(_MOST_DATAGRAMS):
             try:

@@ -219,6 +219,27 @@ def test_a_second_client_has_the_drone_when_the_first_has_gone(open_server, conn
     assert talker(server).ended == 1
 
 
+def test_what_comes_while_a_private_socket_is_opened_is_not_taken_for_the_owners(
+    open_server, connect, world, monkeypatch
+):
+    stranger = []
+
+    class SlowlyConnected(socket.socket):
+        def connect(self, address):
+            if stranger and self.getsockname()[1] == stranger[0].socket.getpeername()[1]:
+                stranger.pop().send(NULL)
+            super().connect(address)
+
+    server = open_server()
+    first, second = connect(server), connect(server)
+    stranger.append(second)
+    monkeypatch.setattr(socket, "socket", SlowlyConnected)
+    first.ask(SOURCE)
+    assert second.read() == NULL
+    assert not stranger
+    assert first.ping() == []
+
+
 def test_the_next_script_does_not_wait_for_one_that_has_closed_its_link(open_server, connect, world):
     server = open_server()
     first, second = connect(server), connect(server)
