@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from crazychoir_fw.attitude import angle_rates, legacy_rates, quaternion_xyzw, rotation, wrapped
 from crazychoir_fw.core import platform_names
 from crazychoir_fw.errors import RangeError, UnknownNameError
-from crazychoir_fw.integrator.attitude import angle_rates, legacy_rates, quaternion_xyzw, rotation, wrapped
 from crazychoir_fw.integrator.disturbance import RandomForce
 from crazychoir_fw.integrator.loops import GRAVITY, AttitudeLoop, GoToLoop, Loop, VelocityLoop
 from crazychoir_fw.integrator.odometry import Odometry

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.integrator.attitude import rotation, wrapped
+from crazychoir_fw.attitude import rotation, wrapped
 
 Array = NDArray[np.float64]
 

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from crazychoir_fw.attitude import angle_rates, quaternion_xyzw, rotation, wrapped
 from crazychoir_fw.errors import RangeError, UnknownNameError
 from crazychoir_fw.integrator import CrazyflieIntegrator, RandomForce
-from crazychoir_fw.integrator.attitude import angle_rates, quaternion_xyzw, rotation, wrapped
 
 TILTED = {"init_pos": (0.0, 0.0, 1.0), "init_rpy": (0.1, -0.05, 0.2)}
 WEIGHT = 0.038 * 9.81

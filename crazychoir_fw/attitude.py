@@ -44,6 +44,23 @@ def quaternion_xyzw(rpy: Array) -> Array:
     )
 
 
+def rotation_of_quaternion(quat_xyzw: Array) -> Array:
+    """Return the matrix from body to world, shape (..., 3, 3), of quaternions of any length, shape (..., 4)."""
+    x, y, z, w = quat_xyzw.T
+    s = 2.0 / (x * x + y * y + z * z + w * w)
+    R = np.empty((3, 3, *quat_xyzw.shape[-2::-1]))
+    R[0, 0], R[0, 1], R[0, 2] = 1.0 - s * (y * y + z * z), s * (x * y - w * z), s * (x * z + w * y)
+    R[1, 0], R[1, 1], R[1, 2] = s * (x * y + w * z), 1.0 - s * (x * x + z * z), s * (y * z - w * x)
+    R[2, 0], R[2, 1], R[2, 2] = s * (x * z - w * y), s * (y * z + w * x), 1.0 - s * (x * x + y * y)
+    return np.swapaxes(R.T, -1, -2)
+
+
+def rpy_of_rotation(R: Array) -> Array:
+    """Return roll, pitch and yaw (rad), shape (..., 3), of matrices from body to world, shape (..., 3, 3)."""
+    pitch = -np.arcsin(np.clip(R[..., 2, 0], -1.0, 1.0))
+    return np.stack([np.arctan2(R[..., 2, 1], R[..., 2, 2]), pitch, np.arctan2(R[..., 1, 0], R[..., 0, 0])], axis=-1)
+
+
 def angle_rates(rpy: Array, rates: Array) -> Array:
     """Return the rates of roll, pitch and yaw (rad/s) that body rates (rad/s) make."""
     (sr, sp, _), (cr, cp, _) = np.sin(rpy).T, np.cos(rpy).T

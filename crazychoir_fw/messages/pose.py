@@ -1,0 +1,24 @@
+"""Where a drone is and how it moves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass
+class Pose:
+    """Pose and twist of one drone, or of several; what is not known is None."""
+
+    position: NDArray[np.float64] | None = None
+    """Position (m, world), shape (..., 3)."""
+    orientation: NDArray[np.float64] | None = None
+    """Attitude, body to world, quaternion (x, y, z, w), shape (..., 4)."""
+    velocity: NDArray[np.float64] | None = None
+    """Velocity (m/s, world), shape (..., 3)."""
+    angular: NDArray[np.float64] | None = None
+    """Angular velocity (rad/s, body), shape (..., 3)."""
+    time: float | None = None
+    """When that was so (s), by the clock that everybody uses: simulated time in simulation."""
