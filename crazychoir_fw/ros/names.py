@@ -67,7 +67,7 @@ ODOM = Topic(
 )
 CF_ODOM = Topic("cf_odom", Odometry, 10, 10, "pose that a real drone estimates itself")
 MOCAP_POSE = Topic(
-    "/vicon/cf{d}/cf{d}", PoseStamped, 10, 10, "pose of motion capture (m, world); d: last hex of the URI"
+    "/vicon/cf{d}/cf{d}", PoseStamped, 10, 10, "pose of motion capture (m, world); d: last digit of the URI"
 )
 CMD_VEL = Topic("cmd_vel", Twist, 1, 1, "command of a controller, by its sender: thrust and rates, angles, or velocity")
 CMD_VEL_DES = Topic("cmd_vel_des", Twist, 1, 1, "velocity before a safety filter (m/s, world)")
