@@ -17,6 +17,7 @@ from geometry_msgs.msg import Twist, Vector3
 from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
 from rclpy.serialization import deserialize_message
+from std_msgs.msg import UInt8MultiArray
 
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.messages import Pose
@@ -136,3 +137,37 @@ def _after_text(data: bytes, place: int) -> int:
     place += -(place - _BODY) % 4
     (length,) = _LENGTH.unpack_from(data, place)
     return int(place + _LENGTH.size + length)
+
+
+def labeled_bytes(label: int, data: bytes) -> bytes:
+    """Return a ``std_msgs/UInt8MultiArray`` ready to be published: one dimension, whose label is a number in words."""
+    text = b"%d\0" % label
+    head = b"\x00\x01\x00\x00" + _LENGTH.pack(1) + _LENGTH.pack(len(text)) + text + bytes(-len(text) % 4)
+    size = _LENGTH.pack(len(data))
+    return head + size + size + _LENGTH.pack(0) + size + data
+
+
+def label_and_data(data: bytes) -> tuple[int, bytes]:
+    """Return label and data of a ``std_msgs/UInt8MultiArray``.
+
+    Raises:
+        RangeError: If its layout has not just one dimension, or its label is no number.
+    """
+    if data[:2] == _PLAIN_CDR:
+        try:
+            (dimensions,) = _LENGTH.unpack_from(data, _BODY)
+            (length,) = _LENGTH.unpack_from(data, _BODY + 4)
+            text = data[_BODY + 8 : _BODY + 7 + length]
+            place = _after_text(data, _BODY + 4)
+            place += -(place - _BODY) % 4
+            (size,) = _LENGTH.unpack_from(data, place + 12)
+            content = data[place + 16 : place + 16 + size]
+            if dimensions == 1 and len(content) == size and text.isdigit() and len(text) <= 18:
+                return int(text), content
+        except struct.error:
+            pass
+        raise RangeError(f"communicator: a message of {len(data)} bytes without label, allowed: one labeled dimension")
+    message: Any = deserialize_message(data, UInt8MultiArray)
+    if len(message.layout.dim) != 1 or not message.layout.dim[0].label.isdecimal():
+        raise RangeError("communicator: a message without label, allowed: one labeled dimension")
+    return int(message.layout.dim[0].label), bytes(message.data)
