@@ -2,13 +2,14 @@
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.errors import CrazychoirError, MissionError
+from crazychoir_fw.mission.fleet import drone_settings
 from crazychoir_fw.mission.plan import TICKS_PER_SECOND, Command, FlightPlan, plan_flight
 from crazychoir_fw.mission.radios import simulated_radios
 from crazychoir_fw.mission.schema import Mission
@@ -117,7 +118,7 @@ def build_world(mission: Mission, threads: int | None = None, visuals: bool = Tr
     """Return the world of a mission with its drones on the floor."""
     from crazychoir_fw.simulation import DroneConfig, World
 
-    drones = [DroneConfig(**asdict(drone)) for drone in mission.fleet]
+    drones = [DroneConfig(**drone_settings(drone)) for drone in mission.fleet]
     return World(drones, scene=mission.scene, seed=mission.seed, threads=threads, visuals=visuals)
 
 

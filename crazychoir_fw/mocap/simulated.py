@@ -1,0 +1,143 @@
+"""`SimulatedMocap`: true poses as a motion-capture system would see and tell them."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw._core import ffi, lib
+from crazychoir_fw.core import check
+from crazychoir_fw.errors import RangeError
+from crazychoir_fw.messages import Pose
+
+Array = NDArray[np.float64]
+
+_GRID = 1e-9  # [s], by which a sample may be early: times are sums of steps
+
+
+@dataclass(frozen=True, kw_only=True)
+class MocapConfig:
+    """How well the system sees. `MocapConfig.default()` has the numbers of the vehicle model."""
+
+    rate: float
+    """Frames per second (Hz)."""
+    latency: float
+    """Time from a frame to its arrival (s)."""
+    position_noise: float
+    """Standard deviation per axis (m)."""
+    attitude_noise: float
+    """Standard deviation per axis (rad)."""
+    dropout: float
+    """Probability that a drone is missing in a frame, in [0, 1]."""
+    outlier: float
+    """Probability that a wrong marker is taken, in [0, 1]."""
+    outlier_size: float
+    """Outliers are off by a quarter of it to all of it (m)."""
+
+    @classmethod
+    def default(cls) -> MocapConfig:
+        """Return what simulated vehicles have, where nobody asks for another."""
+        config = ffi.new("cf_vehicle_config_t *")
+        check(lib.cf_vehicle_default_config(config, lib.CF_PLATFORM_CF2), "vehicle")
+        mocap = config.mocap
+        return cls(
+            rate=float(mocap.rate),
+            latency=1e-3 * mocap.latency_ms,
+            position_noise=round(mocap.position_noise, 9),  # a float of 32 bits
+            attitude_noise=round(mocap.attitude_noise, 9),
+            dropout=round(mocap.mishap.dropout, 9),
+            outlier=round(mocap.mishap.outlier, 9),
+            outlier_size=round(mocap.mishap.outlier_size, 9),
+        )
+
+    def __post_init__(self) -> None:
+        for name in ("rate", "latency", "position_noise", "attitude_noise", "dropout", "outlier", "outlier_size"):
+            value = getattr(self, name)
+            high = 1.0 if name in ("dropout", "outlier") else math.inf
+            if not (math.isfinite(value) and 0.0 <= value <= high) or (name == "rate" and value == 0.0):
+                allowed = "above 0 Hz" if name == "rate" else "0 to 1" if high == 1.0 else "0 or more"
+                raise RangeError(f"{name} is {value}, allowed: {allowed}")
+
+
+class SimulatedMocap:
+    """Turns true poses into samples: at a rate, noisy, late, and now and then lost or wrong.
+
+    For one drone or for several; the dice of a drone depend on the seed and on its index alone, not on how many there
+    are nor on who is lost.
+    """
+
+    def __init__(self, config: MocapConfig | None = None, *, seed: int = 0) -> None:
+        """Choose the system; None has the numbers of the vehicle model."""
+        self.config = MocapConfig.default() if config is None else config
+        self.occluded: set[int] = set()
+        """Indices of the drones that the cameras do not see; 0 where there is one. May be changed at any time."""
+        self._seed = seed
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin anew, with the same dice."""
+        self._first: float | None = None
+        self._frames = 0
+        self._dice: list[np.random.Generator] = []
+        self._under_way: deque[Pose] = deque()
+
+    def occlude(self, indices: Iterable[int]) -> None:
+        """Hide drones from the cameras."""
+        self.occluded.update(indices)
+
+    def reveal(self, indices: Iterable[int]) -> None:
+        """Show them again."""
+        self.occluded.difference_update(indices)
+
+    def step(self, now: float, truth: Pose) -> list[Pose]:
+        """Say where the drones are, as often as it is known, and take what arrives.
+
+        Args:
+            now: Time (s), not before that of the last call. A frame is taken at the first call, and then at the first
+                one at or after each frame time.
+            truth: Position and orientation, shape (..., 3) and (..., 4).
+
+        Returns:
+            Samples that have arrived, the oldest first: noisy position and orientation with the time of their frame.
+            Lost ones are NaN.
+        """
+        if self._first is None:
+            self._first = now
+        due = self._first + self._frames / self.config.rate
+        if now >= due - _GRID:
+            self._under_way.append(self._frame(now, truth))
+            # one frame, however long nobody called
+            self._frames = math.floor((now - self._first + _GRID) * self.config.rate) + 1
+        arrived = []
+        while self._under_way and now >= self._under_way[0].time + self.config.latency - _GRID:
+            arrived.append(self._under_way.popleft())
+        return arrived
+
+    def _frame(self, now: float, truth: Pose) -> Pose:
+        position, orientation = np.array(truth.position, float), np.array(truth.orientation, float)
+        rows, attitudes = position.reshape(-1, 3), orientation.reshape(-1, 4)
+        while len(self._dice) < len(rows):
+            self._dice.append(np.random.default_rng([self._seed, len(self._dice)]))
+        config = self.config
+        for i, dice in enumerate(self._dice[: len(rows)]):
+            # all are drawn, so that a loss does not change the noise after it
+            normal, wrong, chances = dice.standard_normal(6), dice.standard_normal(3), dice.random(3)
+            rows[i] += config.position_noise * normal[:3]
+            attitudes[i] = _turned_slightly(attitudes[i], config.attitude_noise * normal[3:])
+            if chances[1] < config.outlier:
+                rows[i] += config.outlier_size * (0.25 + 0.75 * chances[2]) * wrong / np.linalg.norm(wrong)
+            if i in self.occluded or chances[0] < config.dropout:
+                rows[i], attitudes[i] = np.nan, np.nan
+        return Pose(position=rows.reshape(position.shape), orientation=attitudes.reshape(orientation.shape), time=now)
+
+
+def _turned_slightly(q: Array, turn: Array) -> Array:
+    """Return a quaternion (xyzw) behind a small rotation (rad, body)."""
+    v, w, half = q[:3], q[3], 0.5 * turn
+    turned = np.array([*(v + w * half + np.cross(v, half)), w - v @ half])
+    return turned / np.linalg.norm(turned)
