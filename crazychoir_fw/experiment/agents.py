@@ -14,6 +14,7 @@ from crazychoir_fw import control, guidance, planning
 from crazychoir_fw.errors import CrazychoirError, MissionError, RangeError, UnknownNameError
 from crazychoir_fw.experiment.agent import Agent
 from crazychoir_fw.experiment.control_group import ControlGroup
+from crazychoir_fw.guidance.gains import GAINS, BearingGains
 from crazychoir_fw.guidance.graph import Graph
 from crazychoir_fw.user_code import describe, load_module
 
@@ -69,10 +70,11 @@ def leads(mission: LayeredMission, i: int) -> bool:
 
 def follows_trajectory(mission: LayeredMission, i: int) -> bool:
     """Tell whether a drone follows the references of a trajectory handler, and not those of its guidance."""
-    cls = guidance_class(mission)
-    if getattr(cls, "kind", None) is None:
-        return True
-    return leads(mission, i)
+    if mission.layers.planning is None:
+        return mission.layers.control is None
+    if issubclass(guidance_class(mission), guidance.CFDistributedFeedback):
+        return leads(mission, i)
+    return True
 
 
 def takeoff_time_of(mission: LayeredMission) -> float:
@@ -206,7 +208,7 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any) -> Any:
 
 def _formation_gains(given: Mapping[str, Any]) -> Any:
     """Return a set of formation gains that differs from another one."""
-    return _gains("layers.guidance.gains", given, guidance.FORMATION_GAINS, guidance.FormationGains, "webots")
+    return _gains("layers.guidance.gains", given, GAINS, BearingGains, "webots")
 
 
 def _gains(key: str, given: Mapping[str, Any], sets: Mapping[str, Any], kind: type, default: str) -> Any:

@@ -27,9 +27,11 @@ from crazychoir_fw.experiment.criteria import Formation, Judge, Window
 from crazychoir_fw.experiment.experiment import Experiment
 from crazychoir_fw.experiment.odometry import through_mocap
 from crazychoir_fw.messages import TrajectoryPoint
+from crazychoir_fw.mission.fleet import drone_settings
 from crazychoir_fw.mission.runner import Film, FlightResult, Observer, Progress, build_world, turn_on_radios
 from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.mission.summary import collision_failures
+from crazychoir_fw.report.error_curve import ErrorCurve
 
 if TYPE_CHECKING:
     from crazychoir_fw.experiment.integrator_backend import IntegratorBackend
@@ -39,6 +41,9 @@ if TYPE_CHECKING:
 
 READY_TIMEOUT = 10.0
 """Longest time until all drones are ready to fly (s, simulated)."""
+
+LONGEST_FILM_S = 40.0
+"""A film of a longer flight is played faster (s)."""
 
 LATE_S = 6.0
 """So much longer than its button a landing may take (s)."""
@@ -53,6 +58,31 @@ class LayeredResult(FlightResult):
 
     judge: Judge
     """Figures of the flight."""
+    no_film: str | None = None
+    """Why there is nothing to be filmed."""
+
+    @property
+    def curve(self) -> ErrorCurve | None:
+        """Errors of the bearings over time, for the picture."""
+        errors = self.judge.bearing_errors()
+        if errors is None or np.isnan(errors).all():
+            return None
+        flies = ~np.isnan(errors).all(axis=1)
+        mean, largest = np.full(len(errors), np.nan), np.full(len(errors), np.nan)
+        mean[flies], largest[flies] = np.nanmean(errors[flies], axis=1), np.nanmax(errors[flies], axis=1)
+        limit = self.mission.criteria.bearing_error_deg  # type: ignore[attr-defined]
+        return ErrorCurve("bearing error (deg)", mean, largest, limit)
+
+    @property
+    def film_model(self) -> Any:
+        """The model that the film is made with: drones of an integrator are drawn where they were."""
+        if self.world is not None:
+            return self.world.model
+        from crazychoir_fw.simulation import DroneConfig
+        from crazychoir_fw.simulation.builder import build_model
+
+        drones = [DroneConfig(**drone_settings(drone)) for drone in self.mission.fleet]
+        return build_model(drones, self.mission.scene, self.mission.seed, True)
 
 
 def fly_layers(
@@ -284,11 +314,15 @@ class _Flight:
                 (expected if name in mission.may_fail else failures).append(sentence)
         failures += [verdict.sentence for verdict in verdicts if not verdict.passed]
         summary = self._summary(log, judge, verdicts, failures, expected, seconds)
-        film = Film(self._fps)
-        if self._fps and hasattr(self._backend, "film"):
+        film, no_film = Film(self._fps), None
+        if not hasattr(self._backend, "film"):
+            no_film = f"nobody films the backend {mission.backend}"
+        elif self._fps:
             qpos, times = self._backend.film
-            film = Film(self._fps, list(times), list(qpos))
-        return LayeredResult(mission, self._world, log, film, summary, judge)  # type: ignore[arg-type]
+            is_new = np.diff(times, prepend=-np.inf) > 0.0
+            flown = float(times[-1] - times[0])
+            film = Film(self._fps, list(times[is_new]), list(qpos[is_new]), max(1.0, np.ceil(flown / LONGEST_FILM_S)))
+        return LayeredResult(mission, self._world, log, film, summary, judge, no_film)  # type: ignore[arg-type]
 
     def _summary(
         self,

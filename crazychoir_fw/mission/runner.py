@@ -51,6 +51,8 @@ class Film:
     fps: int
     times: list[float] = field(default_factory=list)  # [s], world time
     qpos: list[NDArray[np.float64]] = field(default_factory=list)  # each (nq,)
+    speed: float = 1.0
+    """Seconds of flight per second of film."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,11 @@ class FlightResult:
     log: "FlightLog"
     film: Film
     summary: dict[str, Any]
+
+    @property
+    def film_model(self) -> Any:
+        """The model that the film is made with."""
+        return self.world.model
 
     @property
     def success(self) -> bool:
