@@ -77,7 +77,7 @@ def plot_flight(log: FlightLog, path: Path, title: str, curve: ErrorCurve | None
 
 
 def _stride(log: FlightLog) -> int:
-    """Return every how manieth sample is drawn."""
+    """Return how many samples apart those are that are drawn."""
     return -(-len(log.time) // _MOST_SAMPLES) or 1
 
 
