@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from crazychoir_fw.errors import MissionError
 from crazychoir_fw.mission.phases import GoTo, Hover, Land, Maneuver, Phase, Route, Takeoff, Trajectory
 from crazychoir_fw.mission.schema import Mission
-from crazychoir_fw.mission.trajectory import MEMORY_PIECES, end_points, total_duration
 from crazychoir_fw.mission.values import did_you_mean
+from crazychoir_fw.trajectory_files import MEMORY_PIECES, end_points, total_duration
 
 TICKS_PER_SECOND = 1000
 SETTLE_TICKS = 2500

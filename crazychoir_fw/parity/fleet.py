@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.errors import CrazychoirError, UnknownNameError
+from crazychoir_fw.onboard_trajectories import CompressedSegment, CompressedStart
 from crazychoir_fw.simulation import DroneConfig, World
 from crazychoir_fw.simulation.drone import Drone
-from crazychoir_fw.simulation.trajectories import CompressedSegment, CompressedStart
 
 PERIOD = 10
 """Time between two set-points of the pilot (ms)."""

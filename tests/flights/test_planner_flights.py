@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from test_acceptance import hovering, record, reference_world
 
-from crazychoir_fw.mission.trajectory import read_pieces
-from crazychoir_fw.simulation.trajectories import compress, pack_compressed
+from crazychoir_fw.onboard_trajectories import compress, pack_compressed
+from crazychoir_fw.trajectory_files import read_pieces
 
 FIGURE8 = Path(__file__).parents[2] / "examples" / "figure8.csv"
 

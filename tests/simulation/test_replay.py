@@ -9,10 +9,10 @@ from worlds import make_world
 
 from crazychoir_fw.errors import CrazychoirError, StateError
 from crazychoir_fw.journal import Journal
+from crazychoir_fw.onboard_trajectories import CompressedSegment, CompressedStart
 from crazychoir_fw.report.flight_log import FlightLog
 from crazychoir_fw.simulation import DroneConfig, Episodes, FlightRecorder, World, replay
 from crazychoir_fw.simulation.replay import ReplayError, compare
-from crazychoir_fw.simulation.trajectories import CompressedSegment, CompressedStart
 
 EMPTY_SCENE = '<mujoco><worldbody><geom type="plane" size="5 5 {}"/></worldbody></mujoco>'
 

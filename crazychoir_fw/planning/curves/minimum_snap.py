@@ -98,6 +98,27 @@ def piece_costs(durations: Array) -> Array:
     return scale[:, :, None] * _COST * scale[:, None, :]
 
 
+def snap_gradient(curve: Polynomial) -> tuple[float, Array]:
+    """Return the cost of a curve of least snap, and how it changes with each duration, shape (n,).
+
+    Free boundary values need not be differentiated: at the optimum the cost does not change with them.
+    """
+    T = curve.durations
+    begins, ends = (np.stack([_at_ends(curve, order)[side] for order in range(4)], axis=1) for side in (0, 1))
+    x = np.concatenate([begins, ends], axis=1)
+    costs = piece_costs(T)
+    slopes = costs * (_ORDERS[:, None] + _ORDERS - 7) / T[:, None, None]
+    cost = np.einsum("nia,nij,nja->", x, costs, x)
+    return float(cost), np.einsum("nia,nij,nja->n", x, slopes, x)
+
+
+def _at_ends(curve: Polynomial, order: int) -> tuple[Array, Array]:
+    """Return a derivative at begin and end of each piece, shapes (n, axes)."""
+    derived = curve.derived(order)
+    powers = curve.durations[:, None] ** np.arange(derived.shape[2])
+    return derived[:, :, 0], np.einsum("nak,nk->na", derived, powers)
+
+
 def _solve(durations: Array, values: Array, is_free: NDArray[np.bool_]) -> None:
     """Fill the free ones of *values* such that the cost is least: elimination along the chain of blocks."""
     m, _, axes = values.shape

@@ -46,7 +46,7 @@ class Polynomial:
         pieces, axes, size = coefficients.shape
         stacked = np.zeros((pieces, _FLAT_ORDERS, axes, size))
         for order in range(min(_FLAT_ORDERS, size)):
-            stacked[:, order, :, : size - order] = self._derived(order)
+            stacked[:, order, :, : size - order] = self.derived(order)
         self._stacked = list(stacked.reshape(pieces, _FLAT_ORDERS * axes, size))
         self._begins = self.knots[:-1].tolist()
         self._powers = range(size - 1)
@@ -76,7 +76,7 @@ class Polynomial:
         t = np.clip(np.asarray(times, dtype=float), 0.0, self.duration)
         piece = np.clip(np.searchsorted(self.knots, t, side="right") - 1, 0, len(self) - 1)
         tau = (t - self.knots[piece])[..., None]
-        coefficients = self._derived(order)[piece]
+        coefficients = self.derived(order)[piece]
         value = np.zeros(coefficients.shape[:-1])
         for k in reversed(range(coefficients.shape[-1])):
             value = value * tau + coefficients[..., k]
@@ -127,14 +127,14 @@ class Polynomial:
 
     def cost(self, order: int = 4) -> float:
         """Return the integral of the squared derivative of that order over time, summed over axes."""
-        derived = self._derived(order)
+        derived = self.derived(order)
         k = np.arange(derived.shape[2])
         powers = k[:, None] + k + 1
         grams = self.durations[:, None, None] ** powers / powers
         return float(np.einsum("pai,pij,paj->", derived, grams, derived))
 
-    def _derived(self, order: int) -> Array:
-        """Return the coefficients of a derivative, shape (n, axes, k - order), or zeros."""
+    def derived(self, order: int) -> Array:
+        """Return the coefficients of a derivative, shape (n, axes, k - order); one zero where nothing is left."""
         size = self.coefficients.shape[2]
         if order >= size:
             return np.zeros((*self.coefficients.shape[:2], 1))

@@ -26,3 +26,7 @@ class State:
     """Acceleration (m/s^2), shape (axes,)."""
     jerk: Array = field(default_factory=_zeros)
     """Jerk (m/s^3), shape (axes,)."""
+
+    def slowed(self, factor: float) -> State:
+        """Return the same state on a path that is flown *factor* times as slowly."""
+        return State(self.position, self.velocity / factor, self.acceleration / factor**2, self.jerk / factor**3)

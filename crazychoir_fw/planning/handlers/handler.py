@@ -14,6 +14,7 @@ from crazychoir_fw.errors import RangeError, StateError
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.planning.curves import Polynomial, State
 from crazychoir_fw.planning.headings import FixedHeading, Heading, PathHeading
+from crazychoir_fw.planning.limits import LimitReport, Limits, fit_duration
 from crazychoir_fw.planning.trajectory import Trajectory
 
 Array = NDArray[np.float64]
@@ -38,9 +39,11 @@ class TrajectoryHandler(ABC):
     Attributes:
         kind: What references carry: "position", "acceleration" or "fullstate".
         trajectory: What is being followed or held, None before the first message.
+        report: What the last curve that was planned asks for of the limits, None where there are none.
     """
 
     kind: ClassVar[str] = "fullstate"
+    _is_timed = True  # otherwise times of points mean nothing
 
     def __init__(
         self,
@@ -50,6 +53,7 @@ class TrajectoryHandler(ABC):
         yaw: float | str = "hold",
         relative: bool = False,
         near: float = NEAR,
+        limits: Limits | None = None,
         legacy: bool = False,
     ) -> None:
         """Make a handler without a trajectory.
@@ -60,6 +64,7 @@ class TrajectoryHandler(ABC):
             yaw: "hold" keeps the present heading, "path" turns the nose where the drone flies, a number is it (rad).
             relative: Points are relative to where the curve begins.
             near: How far a drone may be from its reference for a new curve to go on from there (m).
+            limits: Fly more slowly than the points say, as slowly as it takes to keep within; None flies as they say.
             legacy: Reproduce the original: paths mirrored through the start at its height, go-tos of splines from rest
                 and always from the pose, only the last point of a message for degree 7, yaw 0.
         """
@@ -72,7 +77,9 @@ class TrajectoryHandler(ABC):
         self.yaw = yaw
         self.relative = relative
         self.near = near
+        self.limits = limits
         self.legacy = legacy
+        self.report: LimitReport | None = None
         self.trajectory: Trajectory | None = None
         self._begin = 0.0
         self._now = -np.inf
@@ -105,7 +112,7 @@ class TrajectoryHandler(ABC):
         self._check_clock(now)
         start, yaw = self._start(pose, now)
         times, states = self._states(points, start)
-        curve = self.plan(times, states)
+        curve, self.report = self._within_limits(times, states)
         self.trajectory = Trajectory(curve, self._heading(curve, yaw))
         self._begin = now
 
@@ -132,6 +139,18 @@ class TrajectoryHandler(ABC):
         """Forget the trajectory."""
         self.trajectory = None
         self._now = -np.inf
+
+    def _within_limits(self, times: Array, states: Sequence[State]) -> tuple[Polynomial, LimitReport | None]:
+        """Return the curve, flown as slowly as limits demand."""
+        if self.limits is None:
+            return self.plan(times, states), None
+
+        def slower(factor: float) -> Polynomial:
+            # the begin is a fact; what points ask for is slowed down like the rest
+            return self.plan(times * factor, [states[0], *(state.slowed(factor) for state in states[1:])])
+
+        curve, _, report = fit_duration(slower, self.limits)
+        return curve, report
 
     def _output(self, reference: Reference) -> Reference:
         """Return the parts of a full reference that this kind carries."""
@@ -165,7 +184,7 @@ class TrajectoryHandler(ABC):
         times, states = [0.0], [start]
         for number, point in enumerate(points):
             what = f"{self}: point {number}"
-            time = float(point.time_s)
+            time = float(point.time_s) if self._is_timed else number + 1.0
             if not (np.isfinite(time) and (time > times[-1] or (time == 0.0 and number == 0 and len(points) > 1))):
                 raise RangeError(f"{what} is at {time:g} s, allowed: after {times[-1]:g} s")
             if time == 0.0:

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.core import check
 from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.onboard_trajectories import CompressedSegment, CompressedStart, Poly4D, pack_compressed
 from crazychoir_fw.simulation.clients.uplink import Uplink
-from crazychoir_fw.simulation.trajectories import CompressedSegment, CompressedStart, Poly4D, pack_compressed
 
 _PIECE_FLOATS = 33  # 8 coefficients of x, y, z and yaw, then the duration
 

@@ -12,8 +12,8 @@ from numpy.polynomial import Polynomial
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.errors import RangeError
-from crazychoir_fw.mission.trajectory import end_points, read_pieces
-from crazychoir_fw.simulation.trajectories import CompressedSegment, CompressedStart, Poly4D, compress, pack_compressed
+from crazychoir_fw.onboard_trajectories import CompressedSegment, CompressedStart, Poly4D, compress, pack_compressed
+from crazychoir_fw.trajectory_files import end_points, read_pieces
 
 coefficients = st.lists(st.floats(-1e6, 1e6, width=32), min_size=8, max_size=8)
 meters = st.floats(-32.7, 32.7)
@@ -148,7 +148,7 @@ def test_each_axis_takes_its_shortest_form():
 
 
 def test_figure8_shrinks_to_a_fourth():
-    path = Path(__file__).parents[2] / "examples" / "figure8.csv"
+    path = Path(__file__).parents[1] / "examples" / "figure8.csv"
     pieces = read_pieces(path)
     start, segments = compress(pieces)
     assert len(pack_compressed(start, segments)) < pieces.nbytes / 4

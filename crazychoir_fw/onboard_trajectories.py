@@ -152,6 +152,28 @@ def compress(pieces: ArrayLike, tolerance: float = 0.001) -> tuple[CompressedSta
     return start, segments
 
 
+def decompress(start: CompressedStart, segments: Iterable[CompressedSegment]) -> NDArray[np.float64]:
+    """Return the polynomial pieces that a drone makes of a compressed trajectory, shape (n, 33).
+
+    Numbers are truncated as they are when they are packed.
+    """
+    ends = [_truncated([value], 1.0 / step, start)[0] * step for value, step in zip(_start(start), _STEPS, strict=True)]
+    rows = []
+    for segment in segments:
+        duration = _truncated([segment.duration], 1000.0, segment)[0] / 1000.0
+        row = np.zeros((4, _COEFFICIENTS))
+        for axis, (stored, step) in enumerate(zip((segment.x, segment.y, segment.z, segment.yaw), _STEPS, strict=True)):
+            points = [ends[axis], *(number * step for number in _truncated(stored, 1.0 / step, segment))]
+            row[axis] = np.linalg.solve(_BEZIER, _elevation(len(points) - 1) @ points)
+            ends[axis] = points[-1]
+        rows.append([*(row / duration ** np.arange(_COEFFICIENTS)).ravel(), duration])
+    return np.array(rows)
+
+
+def _start(start: CompressedStart) -> tuple[float, float, float, float]:
+    return start.x, start.y, start.z, start.yaw
+
+
 # control points of degree 7 from coefficients over [0, 1]
 _BEZIER = np.array([[math.comb(j, k) / math.comb(7, k) for k in range(8)] for j in range(8)])
 _STEPS = (0.001, 0.001, 0.001, math.pi / 1800)
