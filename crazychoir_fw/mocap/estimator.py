@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.attitude import quaternion_xyzw, rotation_of_quaternion, rpy_of_rotation, wrapped
+from crazychoir_fw.attitude import rotation_of_quaternion, rpy_of_rotation, wrapped
 from crazychoir_fw.errors import RangeError, UnknownNameError
 from crazychoir_fw.messages import Pose
 from crazychoir_fw.mocap.derivative import LEGACY_STEP, TIME_CONSTANT, FilteredDerivative
@@ -122,7 +122,7 @@ class Estimator:
 
     def _begin(self, count: int) -> None:
         self._position = np.full((count, 3), 0.0 if self.legacy else np.nan)
-        self._orientation = np.tile((0.0, 0.0, 0.0, 1.0), (count, 1)) if self.legacy else np.full((count, 4), np.nan)
+        self._orientation = np.tile(_IDENTITY, (count, 1)) if self.legacy else np.full((count, 4), np.nan)
         self._angles = np.zeros((count, 3))
         self._times = np.full(count, -np.inf)
         self._velocity.begin((count, 3))
@@ -227,16 +227,16 @@ class Estimator:
             setattr(self._pose, name, getattr(estimate, name))
 
 
-_IDENTITY = quaternion_xyzw(np.zeros(3))
+_IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
 
 
 def _turn(before: Array, after: Array) -> Array:
     """Return the rotation vectors (rad, body) from attitudes to others, shape (n, 3), the short way round."""
-    v0, w0 = -before[:, :3], before[:, 3]
-    v1, w1 = after[:, :3], after[:, 3]
-    v = w0[:, None] * v1 + w1[:, None] * v0 + np.cross(v0, v1)
-    w = w0 * w1 - np.sum(v0 * v1, axis=-1)
-    v = np.where(w[:, None] < 0.0, -v, v)
-    length = np.sqrt(np.sum(v * v, axis=-1))
+    a, b, c, w0 = before.T
+    x, y, z, w1 = after.T
+    v = np.array([w0 * x - w1 * a - b * z + c * y, w0 * y - w1 * b - c * x + a * z, w0 * z - w1 * c - a * y + b * x])
+    w = w0 * w1 + a * x + b * y + c * z
+    length = np.sqrt(np.sum(v * v, axis=0))
     angle = 2.0 * np.arctan2(length, np.abs(w))
-    return v * np.where(length > 1e-12, angle / np.where(length > 1e-12, length, 1.0), 2.0)[:, None]
+    scale = np.where(length > 1e-12, angle / np.maximum(length, 1e-12), 2.0)
+    return (v * np.copysign(scale, w)).T

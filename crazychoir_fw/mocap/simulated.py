@@ -17,6 +17,9 @@ from crazychoir_fw.messages import Pose
 
 Array = NDArray[np.float64]
 
+_BLOCK = 64
+_NORMALS, _CHANCES = 9, 3  # per frame and drone
+
 _GRID = 1e-9  # [s], by which a sample may be early: times are sums of steps
 
 
@@ -84,6 +87,8 @@ class SimulatedMocap:
         self._first: float | None = None
         self._frames = 0
         self._dice: list[np.random.Generator] = []
+        self._drawn = np.zeros((0, _BLOCK, _NORMALS + _CHANCES))
+        self._next = 0
         self._under_way: deque[Pose] = deque()
 
     def occlude(self, indices: Iterable[int]) -> None:
@@ -105,6 +110,9 @@ class SimulatedMocap:
         Returns:
             Samples that have arrived, the oldest first: noisy position and orientation with the time of their frame.
             Lost ones are NaN.
+
+        Raises:
+            RangeError: If the number of drones changes.
         """
         if self._first is None:
             self._first = now
@@ -121,23 +129,41 @@ class SimulatedMocap:
     def _frame(self, now: float, truth: Pose) -> Pose:
         position, orientation = np.array(truth.position, float), np.array(truth.orientation, float)
         rows, attitudes = position.reshape(-1, 3), orientation.reshape(-1, 4)
-        while len(self._dice) < len(rows):
-            self._dice.append(np.random.default_rng([self._seed, len(self._dice)]))
-        config = self.config
-        for i, dice in enumerate(self._dice[: len(rows)]):
-            # all are drawn, so that a loss does not change the noise after it
-            normal, wrong, chances = dice.standard_normal(6), dice.standard_normal(3), dice.random(3)
-            rows[i] += config.position_noise * normal[:3]
-            attitudes[i] = _turned_slightly(attitudes[i], config.attitude_noise * normal[3:])
-            if chances[1] < config.outlier:
-                rows[i] += config.outlier_size * (0.25 + 0.75 * chances[2]) * wrong / np.linalg.norm(wrong)
-            if i in self.occluded or chances[0] < config.dropout:
-                rows[i], attitudes[i] = np.nan, np.nan
-        return Pose(position=rows.reshape(position.shape), orientation=attitudes.reshape(orientation.shape), time=now)
+        config, drawn = self.config, self._draw(len(rows))
+        noise, turns, wrong, chances = drawn[:, 0:3], drawn[:, 3:6], drawn[:, 6:9], drawn[:, 9:12]
+        rows += config.position_noise * noise
+        attitudes[:] = _turned_slightly(attitudes, config.attitude_noise * turns)
+        if config.outlier > 0.0:
+            far = config.outlier_size * (0.25 + 0.75 * chances[:, 2]) / np.linalg.norm(wrong, axis=-1)
+            rows += np.where((chances[:, 1] < config.outlier)[:, None], far[:, None] * wrong, 0.0)
+        lost = chances[:, 0] < config.dropout
+        lost[[i for i in self.occluded if i < len(rows)]] = True
+        rows[lost], attitudes[lost] = np.nan, np.nan
+        return Pose(position=position, orientation=orientation, time=now)
+
+    def _draw(self, count: int) -> Array:
+        """Return the dice of a frame: all of them, so that a loss does not change the noise after it."""
+        if not self._dice:
+            self._dice = [np.random.default_rng([self._seed, i]) for i in range(count)]
+        if len(self._dice) != count:
+            raise RangeError(f"number of drones is {count}, allowed: {len(self._dice)}, as in the first frame")
+        if self._next == 0:
+            self._drawn = np.stack([_block(dice) for dice in self._dice])
+        row = self._drawn[:, self._next]
+        self._next = (self._next + 1) % _BLOCK
+        return row
+
+
+def _block(dice: np.random.Generator) -> Array:
+    # many frames at once: calls cost more than numbers
+    return np.concatenate([dice.standard_normal((_BLOCK, _NORMALS)), dice.random((_BLOCK, _CHANCES))], axis=-1)
 
 
 def _turned_slightly(q: Array, turn: Array) -> Array:
-    """Return a quaternion (xyzw) behind a small rotation (rad, body)."""
-    v, w, half = q[:3], q[3], 0.5 * turn
-    turned = np.array([*(v + w * half + np.cross(v, half)), w - v @ half])
-    return turned / np.linalg.norm(turned)
+    """Return quaternions (xyzw), shape (n, 4), behind small rotations (rad, body), shape (n, 3)."""
+    x, y, z, w = q.T
+    a, b, c = 0.5 * turn.T
+    turned = np.array(
+        [x + w * a + y * c - z * b, y + w * b + z * a - x * c, z + w * c + x * b - y * a, w - x * a - y * b - z * c]
+    )
+    return (turned / np.sqrt(np.sum(turned * turned, axis=0))).T
