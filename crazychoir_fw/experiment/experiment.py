@@ -214,8 +214,9 @@ class Experiment:
         clock = wall.perf_counter
         begin = clock()
         poses, now = self._poses(), self.time
+        # also those on the ground: neighbors hear them
+        self._decide([agent for agent in self.agents if agent.failure is None and self._known[agent.index]], poses, now)
         up = [agent for agent in self.agents if agent.is_up and self._known[agent.index]]
-        self._decide(up, poses, now)
         decided = clock()
         self._follow(up, now)
         planned = clock()
@@ -252,9 +253,9 @@ class Experiment:
             self._seen = poses
         return self._seen
 
-    def _decide(self, up: Sequence[Agent], poses: Pose, now: float) -> None:
+    def _decide(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
         """Let guidance speak, then hear, then decide."""
-        for agent in up:
+        for agent in agents:
             guidance = agent.guidance
             try:
                 guidance.set_pose(one_of(poses, agent.index))
@@ -263,7 +264,7 @@ class Experiment:
                     agent.in_round = True
             except Exception as error:  # a user's code may raise anything, and stops its own drone only
                 self._fail_by(agent, guidance, error)
-        for agent in up:
+        for agent in agents:
             guidance = agent.guidance
             if agent.phase is Phase.FAILED:
                 continue
@@ -281,6 +282,11 @@ class Experiment:
 
     def _take(self, agent: Agent, outputs: Any, poses: Pose, now: float) -> None:
         """Take what the guidance of a drone asks for."""
+        if not agent.is_up:
+            return
+        if outputs.idle and agent.phase is Phase.LANDING:
+            self._touch_down([agent])
+            return
         if outputs.trajectory is not None:
             self._plan(agent, list(outputs.trajectory), one_of(poses, agent.index), now)
         reference = outputs.reference
@@ -339,16 +345,20 @@ class Experiment:
             and abs(poses.velocity[agent.index, 2]) < _LANDING_SPEED
         ]
         if landed:
-            self.backend.stop([agent.index for agent in landed])
-            for agent in landed:
-                agent.phase = Phase.LANDED
-                agent.reference = None
-                self._commands[agent.index] = 0.0
-                self._note("landed", agent)
+            self._touch_down(landed)
         if self._rounds % _ROUNDS_PER_LOOK == 0:
             for i, sentence in self.backend.failures().items():
                 if self.agents[i].is_up:
                     self._fail(self.agents[i], sentence)
+
+    def _touch_down(self, agents: Sequence[Agent]) -> None:
+        """Turn motors off after a landing."""
+        self.backend.stop([agent.index for agent in agents])
+        for agent in agents:
+            agent.phase = Phase.LANDED
+            agent.reference = None
+            self._commands[agent.index] = 0.0
+            self._note("landed", agent)
 
     # ---------------------------------------------------------------- what goes wrong
 

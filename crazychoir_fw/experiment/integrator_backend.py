@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -112,6 +112,8 @@ class IntegratorBackend:
         self._commands = _Commands(len(names), weight)
         self.integrator.fly(self._commands)
         self._recorder = PlainRecorder(names)
+        self.read_poses: Callable[[], Pose] = self._truth
+        """Returns the poses that the layers are told."""
 
     @property
     def time(self) -> float:
@@ -120,6 +122,9 @@ class IntegratorBackend:
 
     def poses(self) -> Pose:
         """See `Backend`."""
+        return self.read_poses()
+
+    def _truth(self) -> Pose:
         seen = self.integrator.odometry
         return Pose(seen.position, seen.quat_xyzw, seen.velocity, seen.rates, seen.time)
 
@@ -186,8 +191,7 @@ class IntegratorBackend:
 
     def record(self, extra: dict[str, Array]) -> None:
         """See `Backend`."""
-        poses = self.poses()
-        self._recorder.sample(self.time, poses, poses, extra)
+        self._recorder.sample(self.time, self.poses(), self._truth(), extra)
 
     def log(self, metadata: dict[str, Any]) -> FlightLog:
         """See `Backend`."""

@@ -49,8 +49,10 @@ class SimBackend:
         self.world = world
         self.names = [drone.id for drone in world.drones]
         self.masses = np.array([drone.mass for drone in world.drones])
-        self._odometry = odometry
-        self._poses = truth(world) if odometry == "truth" else estimates(world)
+        self.read_poses: Callable[[], Pose] = truth(world) if odometry == "truth" else estimates(world)
+        """Returns the poses that the layers are told."""
+        self.radio: Any = None
+        """The simulated radios, if requests go through some."""
         self._true = truth(world)
         facts = [lib.cf_platform_facts(drone.struct.config.platform) for drone in world.drones]
         self._max_thrust = np.array([4.0 * float(fact.thrust.thrust_max) for fact in facts])
@@ -65,7 +67,7 @@ class SimBackend:
 
     def poses(self) -> Pose:
         """See `Backend`."""
-        return self._poses()
+        return self.read_poses()
 
     def pose_of(self, index: int) -> Pose:
         """See `Backend`."""

@@ -76,6 +76,22 @@ def gain_set() -> BeforeValidator:
     return BeforeValidator(check)
 
 
+def law_gains() -> BeforeValidator:
+    """The name of a set of gains of all laws, or one for each kind of law."""
+    must = "the name of a set of gains, or a mapping of position, attitude, velocity to one each"
+    of_one = gain_set().func
+
+    def check(value: object) -> str | dict[str, Any]:
+        if isinstance(value, Mapping) and value:
+            if set(value) <= {"position", "attitude", "velocity"}:
+                return {key: of_one(item) for key, item in value.items()}  # type: ignore[call-arg]
+        elif isinstance(value, str):
+            return of_one(value)  # type: ignore[call-arg]
+        raise refusal(must)
+
+    return BeforeValidator(check)
+
+
 def plain_options() -> BeforeValidator:
     """Keyword arguments for a class of the user's."""
     must = "a mapping from words to plain values, such as {radius: 0.5}"
@@ -214,8 +230,8 @@ class ControlLayer(Section):
     sender: Annotated[str, choice(*SENDERS)] | None = None
     """`FPQRSender`, `FRPYSender`, `VelSender`; None is that of the class."""
 
-    gains: Gains = "webots"
-    """Set of gains of all laws."""
+    gains: Annotated[str | Mapping[str, Any], law_gains()] = "webots"
+    """Set of gains of all laws, or {position: ..., attitude: ..., velocity: ...}."""
 
     mass: Annotated[float, number(0.005, 1.0, "kg")] | None = None
     """Mass that the laws believe in (kg); None is that of the vehicle."""

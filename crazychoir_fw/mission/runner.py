@@ -51,6 +51,8 @@ class Film:
     fps: int
     times: list[float] = field(default_factory=list)  # [s], world time
     qpos: list[NDArray[np.float64]] = field(default_factory=list)  # each (nq,)
+    speed: float = 1.0
+    """Seconds of flight per second of film."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +64,11 @@ class FlightResult:
     log: "FlightLog"
     film: Film
     summary: dict[str, Any]
+
+    @property
+    def film_model(self) -> Any:
+        """The model that the film is made with."""
+        return self.world.model
 
     @property
     def success(self) -> bool:
@@ -106,7 +113,7 @@ def fly(
     plan = plan_flight(mission)
     world = build_world(mission, threads, visuals)
     _check_faults(mission, world)
-    radio = _turn_on_radios(mission, world)
+    radio = turn_on_radios(mission, world)
     recorder = FlightRecorder(world, rate_hz=LOG_RATE)
     result = Flight(mission, plan, world, recorder, Film(frames_per_second), observe).run()
     if radio is not None:
@@ -122,7 +129,7 @@ def build_world(mission: Mission, threads: int | None = None, visuals: bool = Tr
     return World(drones, scene=mission.scene, seed=mission.seed, threads=threads, visuals=visuals)
 
 
-def _turn_on_radios(mission: Mission, world: "World") -> "FlightRadio | None":
+def turn_on_radios(mission: Mission, world: "World") -> "FlightRadio | None":
     """Let the requests of the flight go by radio, if the mission has radios."""
     radios = simulated_radios(mission)
     if radios is None:
