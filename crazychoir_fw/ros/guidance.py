@@ -9,7 +9,6 @@ Who is silent is told on ``lost_neighbors`` (`std_msgs/String`, "lost agent_3", 
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -29,6 +28,7 @@ from crazychoir_fw.ros.conversions import points_to_joint_trajectory, reference_
 from crazychoir_fw.ros.names import BUTTONS, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
+from crazychoir_fw.ros.stalling import StallingClock
 from crazychoir_fw.ros.wire import vector3_bytes
 
 _LOOK_EVERY = 0.05  # [s], wall: at rounds that wait
@@ -86,7 +86,7 @@ class GuidanceNode(LayerNode):
         """The plain guidance."""
         self._has_rounds = hasattr(self.guidance, "begin_round")
         self._in_round = False
-        self._round_began = 0.0  # [s], steady clock
+        self._time = StallingClock(self.now, self.patience)
         self._lost: frozenset[int] = frozenset()
         self._idle: bool | None = None
         self._has_pose = False
@@ -118,7 +118,7 @@ class GuidanceNode(LayerNode):
         """Press a button: ``takeoff``, ``land``, ``stop``, ``start``."""
         method = getattr(self.guidance, button, None)
         if method is not None:
-            method(self.now())
+            method(self._time.now())
 
     @property
     def current_pose(self) -> Pose:
@@ -128,26 +128,28 @@ class GuidanceNode(LayerNode):
     # ---------------------------------------------------------------- rounds
 
     def _tick(self, now: float) -> None:
+        del now
         if not self._has_pose:
             return
         if not self._has_rounds:
-            self._send(self.guidance.step(now))
+            self._send(self.guidance.step(self._time.now()))
         elif self._in_round:
             self._try_to_finish()
         else:
-            self.guidance.begin_round(now)
-            self._in_round, self._round_began = True, time.monotonic()
+            self.guidance.begin_round(self._time.begin())
+            self._in_round = True
             self._try_to_finish()
 
     def _try_to_finish(self) -> None:
         if self._in_round:
-            now = self.now()
+            now = self._time.now()
             if self.guidance.is_complete(now):
                 self._finish(now)
 
     def _look(self) -> None:
-        if self._in_round and time.monotonic() - self._round_began > self.patience:
-            self._finish(self.now())
+        if self._in_round:
+            self._time.look()
+            self._try_to_finish()
 
     def _finish(self, now: float) -> None:
         self._in_round = False
@@ -189,9 +191,9 @@ class GuidanceNode(LayerNode):
 
     # ---------------------------------------------------------------- for those who build
 
-    def declare_start(self) -> list[float]:
+    def declare_start(self) -> list[float] | None:
         """Declare ``init_pos`` and return it."""
-        return self.declare("init_pos", [0.0, 0.0, 0.0], "start position (m, world)", list[float], length=3)
+        return self.declare("init_pos", None, "start position (m, world); by default the first pose", list[float], length=3)
 
     def declare_communicator(self, kind: type = TimeVaryingCommunicator, **options: Any) -> Any:
         """Declare ``N``, ``in_neigh`` and ``out_neigh``, and return a communicator over topics."""
@@ -246,7 +248,7 @@ class CFGuidance(GuidanceNode):
 
         def build(node: GuidanceNode) -> Any:
             return self._plain(
-                node.agent_id,
+                agent_id=node.agent_id,
                 init_pos=node.declare_start(),
                 takeoff_time=takeoff_time,
                 height=height,
@@ -298,7 +300,7 @@ class GoToGuidance(GuidanceNode):
                 raise RangeError(f"{node.get_fully_qualified_name()}: goals has {len(flat)} numbers, allowed: 4 per goal")
             goals = [tuple(flat[k : k + 4]) for k in range(0, len(flat), 4)]
             return plain.GoToGuidance(
-                node.agent_id,
+                agent_id=node.agent_id,
                 init_pos=node.declare_start(),
                 takeoff_time=takeoff_time,
                 goals=goals,
