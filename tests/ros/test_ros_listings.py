@@ -6,11 +6,11 @@ import sys
 import pytest
 
 SPIN = """
-import threading
 import rclpy
 from rclpy.executors import ExternalShutdownException
 {listing}
-threading.Timer(1.0, rclpy.shutdown).start()
+# within the executor: elsewhere it could come between a publisher and its message
+node.create_timer(1.0, rclpy.shutdown)
 try:
     rclpy.spin(node)
 except ExternalShutdownException:
