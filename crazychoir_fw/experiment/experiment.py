@@ -14,6 +14,7 @@ from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.experiment.agent import Agent, Phase
 from crazychoir_fw.experiment.backend import Backend, one_of
 from crazychoir_fw.experiment.control_group import ControlGroup
+from crazychoir_fw.guidance import BearingFormation, GuidanceGroup
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.user_code import describe
 
@@ -105,6 +106,10 @@ class Experiment:
         self._commands = np.zeros((len(agents), 4))
         self._seen: Pose | None = None  # of each drone, without gaps
         self._known = np.zeros(len(agents), bool)
+        self._together: GuidanceGroup | None = None
+        """Guidance of ours decides for all drones at once; what a user brings speaks for itself alone."""
+        if agents and all(isinstance(agent.guidance, BearingFormation) for agent in agents):
+            self._together = GuidanceGroup([agent.guidance for agent in agents])
 
     # ---------------------------------------------------------------- buttons
 
@@ -255,13 +260,23 @@ class Experiment:
 
     def _decide(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
         """Let guidance speak, then hear, then decide."""
+        if self._together is not None and len(agents) == len(self.agents):
+            try:
+                for agent in agents:
+                    agent.guidance.set_pose(one_of(poses, agent.index))
+                decisions = self._together.step(now)
+                for agent, outputs in zip(agents, decisions, strict=True):
+                    self._take(agent, outputs, poses, now)
+            except Exception:
+                self._together = None  # who it was turns out when each decides for itself
+            return
         for agent in agents:
             guidance = agent.guidance
             try:
                 guidance.set_pose(one_of(poses, agent.index))
-                if not agent.in_round and hasattr(guidance, "begin_round"):
+                if hasattr(guidance, "begin_round"):
                     guidance.begin_round(now)
-                    agent.in_round = True
+                    agent.in_round = guidance.round_open
             except Exception as error:  # a user's code may raise anything, and stops its own drone only
                 self._fail_by(agent, guidance, error)
         for agent in agents:
@@ -269,13 +284,8 @@ class Experiment:
             if agent.phase is Phase.FAILED:
                 continue
             try:
-                if not agent.in_round:
-                    outputs = guidance.step(now)
-                elif guidance.is_complete(now):
-                    agent.in_round = False
-                    outputs = guidance.finish_round(now)
-                else:
-                    continue
+                # all have sent: rounds that are complete end at once, the others wait for their deadline
+                outputs = guidance.finish_round(now) if agent.in_round and guidance.is_complete(now) else guidance.step(now)
                 self._take(agent, outputs, poses, now)
             except Exception as error:
                 self._fail_by(agent, guidance, error)
