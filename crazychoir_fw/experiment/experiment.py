@@ -109,7 +109,7 @@ class Experiment:
         self._together: GuidanceGroup | None = None
         """Guidance of ours decides for all drones at once; what a user brings speaks for itself alone."""
         if agents and all(isinstance(agent.guidance, BearingFormation) for agent in agents):
-            self._together = GuidanceGroup([agent.guidance for agent in agents])
+            self._together = GuidanceGroup([agent.guidance for agent in agents], sends=False)
 
     # ---------------------------------------------------------------- buttons
 
@@ -285,7 +285,9 @@ class Experiment:
                 continue
             try:
                 # all have sent: rounds that are complete end at once, the others wait for their deadline
-                outputs = guidance.finish_round(now) if agent.in_round and guidance.is_complete(now) else guidance.step(now)
+                is_over = agent.in_round and guidance.is_complete(now)
+                outputs = guidance.finish_round(now) if is_over else guidance.step(now)
+                _check_reference(outputs.reference)
                 self._take(agent, outputs, poses, now)
             except Exception as error:
                 self._fail_by(agent, guidance, error)
@@ -299,12 +301,8 @@ class Experiment:
             return
         if outputs.trajectory is not None:
             self._plan(agent, list(outputs.trajectory), one_of(poses, agent.index), now)
-        reference = outputs.reference
-        if reference is not None and agent.planner is None:
-            wanted = reference.position if reference.acceleration is None else reference.acceleration
-            if wanted is not None and not np.isfinite(wanted).all():
-                raise RangeError(f"asks for {np.asarray(wanted)}, allowed: finite numbers")
-            agent.reference = reference
+        if agent.planner is None and outputs.reference is not None:
+            agent.reference = outputs.reference
         lost = getattr(agent.guidance, "lost", None)
         if lost is not None and lost != agent.lost:
             self._note_neighbors(agent, frozenset(lost))
@@ -442,6 +440,20 @@ _PHASES = {phase: number for number, phase in enumerate(Phase)}
 
 def _parts(poses: Pose) -> tuple[Array, Array, Array, Array]:
     return poses.position, poses.orientation, poses.velocity, poses.angular  # type: ignore[return-value]
+
+
+def _check_reference(reference: Reference | None) -> None:
+    """Refuse numbers that are none before they reach a controller that others share.
+
+    Raises:
+        RangeError: If there are some.
+    """
+    if reference is None:
+        return
+    for name in ("position", "velocity", "acceleration", "jerk"):
+        value = getattr(reference, name)
+        if value is not None and not (np.shape(value) == (3,) and np.isfinite(value).all()):
+            raise RangeError(f"asks for the {name} {np.asarray(value)}, allowed: three finite numbers")
 
 
 def _button(guidance: Any, name: str) -> Callable[[float], None]:
