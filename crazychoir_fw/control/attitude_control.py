@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.control.components import join, larger, rotation_rows, split, sqrt
+from crazychoir_fw.control.components import join, larger, rotation, split, sqrt
 from crazychoir_fw.control.gains import ATTITUDE_GAINS, AttitudeGains, chosen_gains
 from crazychoir_fw.control.strategies import AttitudeCtrlStrategy
 from crazychoir_fw.messages import Pose, Reference
@@ -54,9 +54,7 @@ class GeometryAttitudeCtrl(AttitudeCtrlStrategy):
     def control(self, current_pose: Pose, desired_attitude: Array, desired_reference: Reference) -> Array:
         """See `AttitudeCtrlStrategy`."""
         del desired_reference
-        entries = rotation_rows(np.asarray(current_pose.orientation))
-        shape = np.shape(entries[0])
-        R = join(entries, shape).reshape(*shape, 3, 3)
+        R = rotation(np.asarray(current_pose.orientation))
         turn = np.swapaxes(desired_attitude, -1, -2) @ R
         flat = turn.reshape(*turn.shape[:-2], 9)
         _, m01, m02, m10, _, m12, m20, m21, _ = split(flat)
@@ -66,12 +64,12 @@ class GeometryAttitudeCtrl(AttitudeCtrlStrategy):
         if self.desired_rates is not None:
             seen = (np.swapaxes(turn, -1, -2) @ self.desired_rates[..., None])[..., 0]
             rates = rates + self._ahead * seen
-        return _legacy(entries, rates) if self.legacy else rates
+        return _legacy(R, rates) if self.legacy else rates
 
 
-def _legacy(entries: tuple, rates: Array) -> Array:
+def _legacy(R: Array, rates: Array) -> Array:
     """Return what the original made of body rates: entry (2, 3) is the sine of the pitch in place of the roll."""
-    _, _, _, _, _, _, minus_sin_pitch, r21, r22 = entries
+    minus_sin_pitch, r21, r22 = split(R[..., 2, :])
     cos_pitch = larger(sqrt(r21 * r21 + r22 * r22), _LEAST_COSINE)
     sin_roll, cos_roll = r21 / cos_pitch, r22 / cos_pitch
     p, q, r = split(rates)

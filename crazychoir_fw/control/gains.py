@@ -43,20 +43,24 @@ class PositionGains:
     k_i: Three = (0.0, 0.0, 0.0)
     """Force per integral of the position error (N/(m s))."""
     per_kilogram: bool = False
-    """Whether the three are per kilogram of the vehicle, so that they fit every mass (1/s^2, 1/s, 1/s^3)."""
+    """Whether the gains are per kilogram of the vehicle, so that they fit every mass (1/s^2, 1/s, 1/s^3)."""
     error_limit: float = math.inf
     """Largest position error that counts (m), per axis: far from its goal a drone flies at k_p / k_v times this."""
     integral_limit: float = 1.0
     """Largest integral of the position error (m s), per axis: it cannot wind up."""
+    integral_zone: float = math.inf
+    """Position errors beyond it (m), per axis, are no matter of the integral: those of a flight to a far goal."""
+    drag: Three = (0.0, 0.0, 0.0)
+    """Force per velocity of the reference (N s/m, or 1/s per kilogram), against the drag of the air."""
     max_tilt: float = math.inf
     """Largest tilt that is asked for (rad); above a right angle there is no limit."""
     least_lift: float = 0.1
     """Least upward force, as a part of the weight, in [0.001, 1]: thrust never points down or sideways."""
 
     def __post_init__(self) -> None:
-        for name in ("k_p", "k_v", "k_i"):
+        for name in ("k_p", "k_v", "k_i", "drag"):
             _check_three(self, name)
-        for name in ("error_limit", "integral_limit", "max_tilt"):
+        for name in ("error_limit", "integral_limit", "integral_zone", "max_tilt"):
             _check(self, name, getattr(self, name) > 0.0, "above 0")
         _check(self, "least_lift", 0.001 <= self.least_lift <= 1.0, "0.001 to 1")
 
@@ -99,13 +103,14 @@ POSITION_GAINS: Mapping[str, PositionGains] = {
     "webots": PositionGains(k_p=(0.400, 0.400, 1.250), k_v=(0.200, 0.200, 0.400)),
     "vicon": PositionGains(k_p=(0.720, 0.720, 1.500), k_v=(0.120, 0.120, 0.400)),
     "mujoco": PositionGains(
-        k_p=(6.0, 6.0, 9.0),
-        k_v=(4.0, 4.0, 6.0),
-        k_i=(0.5, 0.5, 1.0),
+        k_p=(12.0, 12.0, 14.0),
+        k_v=(5.0, 5.0, 6.5),
+        k_i=(0.5, 0.5, 0.5),
         per_kilogram=True,
         error_limit=1.0,
-        integral_limit=1.0,
-        max_tilt=math.radians(45.0),
+        integral_zone=0.2,
+        drag=(0.46, 0.46, 0.46),
+        max_tilt=math.radians(40.0),
         least_lift=0.3,
     ),
 }
@@ -114,7 +119,7 @@ POSITION_GAINS: Mapping[str, PositionGains] = {
 ATTITUDE_GAINS: Mapping[str, AttitudeGains] = {
     "webots": AttitudeGains(k_r=(16.0, 16.0, 0.2), k_w=(0.56, 0.56, 0.07)),
     "vicon": AttitudeGains(k_r=(12.0, 12.0, 8.0), k_w=(0.10, 0.10, 0.08)),
-    "mujoco": AttitudeGains(k_r=(10.0, 10.0, 3.0), k_w=(0.0, 0.0, 0.0)),
+    "mujoco": AttitudeGains(k_r=(8.0, 8.0, 2.0), k_w=(0.0, 0.0, 0.0)),
 }
 """Gain sets of `GeometryAttitudeCtrl`."""
 

@@ -146,10 +146,9 @@ class FlatnessPositionCtrl(FlatnessCtrl):
         """See `FlatnessCtrl`."""
         super().__init__(update_frequency, vicon, gains=gains, mass=mass, gravity=gravity)
         scale = self._mass if self.gains.per_kilogram else 1.0
-        self._k_p, self._k_v, self._k_i = (
-            scale * np.array(k) for k in (self.gains.k_p, self.gains.k_v, self.gains.k_i)
-        )
-        self._has_integral = any(self.gains.k_i)
+        g = self.gains
+        self._k_p, self._k_v, self._k_i, self._drag = (scale * np.array(k) for k in (g.k_p, g.k_v, g.k_i, g.drag))
+        self._has_integral, self._has_drag = any(g.k_i), any(g.drag)
 
     def force(self, current_pose: Pose, desired_reference: Reference) -> Array:
         """See `FlatnessCtrl`."""
@@ -158,17 +157,28 @@ class FlatnessPositionCtrl(FlatnessCtrl):
             force = force + self._mass * np.asarray(desired_reference.acceleration)
         if desired_reference.position is not None:
             error = current_pose.position - np.asarray(desired_reference.position)
-            if self.gains.error_limit < math.inf:
-                error = np.clip(error, -self.gains.error_limit, self.gains.error_limit)
-            force = force - self._k_p * error
             if self._has_integral:
-                limit = self.gains.integral_limit
-                self._integral = np.clip(self._integral + error / self.update_frequency, -limit, limit)
-                force = force - self._k_i * self._integral
+                force = force - self._k_i * self._integrated(error)
+            limit = self.gains.error_limit
+            if limit < math.inf:
+                error = np.minimum(np.maximum(error, -limit), limit)
+            force = force - self._k_p * error
         velocity = current_pose.velocity
         if desired_reference.velocity is not None:
-            velocity = velocity - np.asarray(desired_reference.velocity)
+            wanted = np.asarray(desired_reference.velocity)
+            velocity = velocity - wanted
+            if self._has_drag:
+                force = force + self._drag * wanted
         return force - self._k_v * velocity
+
+    def _integrated(self, error: Array) -> Array:
+        """Return the integral of the position error (m s) after another period."""
+        zone, limit = self.gains.integral_zone, self.gains.integral_limit
+        if zone < math.inf:
+            error = np.where(np.abs(error) < zone, error, 0.0)
+        integral = self._integral + error / self.update_frequency
+        self._integral = np.minimum(np.maximum(integral, -limit), limit)
+        return self._integral
 
     def reset(self) -> None:
         """Forget the integral."""

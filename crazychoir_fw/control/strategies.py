@@ -31,7 +31,7 @@ class PositionCtrlStrategy(ABC):
     def control(self, current_pose: Pose, desired_reference: Reference) -> tuple[Array, Array]:
         """Return thrust (N), shape (...), and attitude, matrices from body to world, shape (..., 3, 3)."""
 
-    def reset(self) -> None:  # noqa: B027: few laws learn anything
+    def reset(self) -> None:  # noqa: B027 few laws learn anything
         """Forget what was learned in flight; called when nothing is followed any more."""
 
 
@@ -50,7 +50,7 @@ class AttitudeCtrlStrategy(ABC):
     def control(self, current_pose: Pose, desired_attitude: Array, desired_reference: Reference) -> Array:
         """Return body rates p, q, r (rad/s), shape (..., 3)."""
 
-    def reset(self) -> None:  # noqa: B027: few laws learn anything
+    def reset(self) -> None:  # noqa: B027 few laws learn anything
         """Forget what was learned in flight; called when nothing is followed any more."""
 
 

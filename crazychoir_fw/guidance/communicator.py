@@ -1,8 +1,8 @@
 """Exchange between an agent and its neighbors, in lock-step rounds or asynchronously (features dossier section 17.2).
 
 A round has a label. A message with label k belongs to round k and to no other: one that comes early waits, one that
-comes late is dropped, and neither takes a turn. A round ends when every neighbor's message is there, or at its deadline,
-so that a neighbor that is gone holds nobody up. Who finds that others went on meanwhile takes over their label.
+comes late is dropped, and neither takes a turn. A round ends when every neighbor's message is there, or at its
+deadline: a neighbor that is gone holds nobody up. Who finds that others went on meanwhile takes over their label.
 """
 
 from __future__ import annotations

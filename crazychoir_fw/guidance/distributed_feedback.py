@@ -29,8 +29,8 @@ class CFDistributedFeedback(CFGuidance):
     """Exchanges poses with the neighbors and follows the input that a subclass computes of them.
 
     A round: `begin_round` sends, `is_complete` says whether all neighbors are there or the deadline is over, and
-    `finish_round` receives. Of a neighbor whose message is missing, the one before counts until it has been silent for a
-    while; then it is lost: reported, left out, not waited for, until it is heard again.
+    `finish_round` receives. Of a neighbor whose message is missing, the one before counts until it has been silent for
+    a while; then it is lost: reported, left out, not waited for, until it is heard again.
     """
 
     def __init__(
@@ -126,9 +126,9 @@ class CFDistributedFeedback(CFGuidance):
         return True
 
     def is_complete(self, now: float) -> bool:
-        """Return whether the round can be finished: all are there, or the deadline is over."""
+        """Return whether `finish_round` need not wait: all are there, the deadline is over, or no round is open."""
         if not self.round_open:
-            return False
+            return True
         if not self.communicator.synchronous_mode or self.communicator.has_round(self._awaited):
             return True
         self._look(now)
@@ -141,6 +141,10 @@ class CFDistributedFeedback(CFGuidance):
         reference = None
         if phase is not Phase.IDLE and phase is not Phase.STOPPED and neigh_data is not None:
             reference = self.respond(neigh_data, now)
+        return self.decided(now, reference)
+
+    def decided(self, now: float, reference: Reference | None) -> Outputs:
+        """Return what to ask for, and keep it until the next round."""
         self._last_outputs = self.outputs(now, reference)
         return self._last_outputs
 
@@ -148,10 +152,7 @@ class CFDistributedFeedback(CFGuidance):
         """End the round and return what counts of the neighbors; None if none is open."""
         if not self.round_open:
             return None
-        self.round_open = False
-        communicator = self.communicator
-        data = communicator.collect(self._neighbors)
-        self._look(now)
+        communicator, data = self.communicator, self.end_round(now)
         usable = {}
         for neighbor in self._neighbors:
             # who is not there, but not lost either, is taken to be where it was
@@ -159,6 +160,19 @@ class CFDistributedFeedback(CFGuidance):
             if neighbor not in self._lost and is_usable(pose):
                 usable[neighbor] = pose
         return usable
+
+    def end_round(self, now: float) -> dict[int, Any]:
+        """End the round and return the messages that are there."""
+        self.round_open = False
+        data = self.communicator.collect(self._neighbors)
+        if now >= self._next_look or self._lost or self._behind:
+            self._look(now)
+        return data
+
+    @property
+    def is_troubled(self) -> bool:
+        """Whether a neighbor is lost or behind."""
+        return bool(self._lost or self._behind)
 
     def respond(self, neigh_data: dict[int, Pose], now: float) -> Reference | None:
         """Return the reference of any phase of flight."""
@@ -171,7 +185,7 @@ class CFDistributedFeedback(CFGuidance):
         While a round is open, what was asked for last is asked for again.
         """
         self.begin_round(now)
-        if self.is_complete(now):
+        if self.round_open and self.is_complete(now):
             return self.finish_round(now)
         if self._phase is Phase.IDLE or self._phase is Phase.STOPPED or self._trajectory is not None:
             return self.outputs(now, None)

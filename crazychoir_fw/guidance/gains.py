@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class BearingGains:
+class FormationGains:
     """Gains per axis, x, y, z; one number stands for all three."""
 
     k_p: ArrayLike = 0.2
@@ -49,10 +49,10 @@ class BearingGains:
 
 _TAKEOFF_MUJOCO = {"takeoff_k_p": (3.0, 3.0, 4.0), "takeoff_k_d": (3.2, 3.2, 4.0), "takeoff_k_i": (0.3, 0.3, 0.8)}
 
-GAINS: dict[str, BearingGains] = {
-    "webots": BearingGains(),
-    "huge": BearingGains(k_p=0.07, k_v=0.35),
-    "vicon": BearingGains(
+FORMATION_GAINS: dict[str, FormationGains] = {
+    "webots": FormationGains(),
+    "huge": FormationGains(k_p=0.07, k_v=0.35),
+    "vicon": FormationGains(
         k_p=(3.0, 3.0, 10.0),
         k_v=3.0,
         k_i=(0.0, 0.0, 1.0),
@@ -60,7 +60,7 @@ GAINS: dict[str, BearingGains] = {
         takeoff_k_d=(3.6, 3.6, 12.0),
         takeoff_k_i=(0.0, 0.0, 1.0),
     ),
-    "mujoco": BearingGains(
+    "mujoco": FormationGains(
         k_p=(0.5, 0.5, 2.0),
         k_v=(3.0, 3.0, 3.0),
         k_i=(0.0, 0.0, 0.2),
@@ -72,14 +72,14 @@ GAINS: dict[str, BearingGains] = {
 """``webots``, ``huge`` and ``vicon`` are the original's; ``mujoco`` is tuned for the simulated vehicle."""
 
 
-def gains_named(gains: str | BearingGains) -> BearingGains:
+def gains_named(gains: str | FormationGains) -> FormationGains:
     """Return gains by name, or as they are.
 
     Raises:
         UnknownNameError: If there is no such set.
     """
-    if isinstance(gains, BearingGains):
+    if isinstance(gains, FormationGains):
         return gains
-    if gains not in GAINS:
-        raise UnknownNameError(f"gains is {gains!r}, allowed: {', '.join(GAINS)} or BearingGains(...)")
-    return GAINS[gains]
+    if gains not in FORMATION_GAINS:
+        raise UnknownNameError(f"gains is {gains!r}, allowed: {', '.join(FORMATION_GAINS)} or FormationGains(...)")
+    return FORMATION_GAINS[gains]

@@ -8,15 +8,17 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import ClockChange, JumpThreshold, TimeJump
 from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.errors import CrazychoirError, RangeError
 from crazychoir_fw.ros.names import BUTTONS, NAMESPACE_PATTERN, Topic
 from crazychoir_fw.ros.periodic import Periodic
 
@@ -203,21 +205,39 @@ class LayerNode(Node):
         """Return a publisher for a line of the table, under another name if one is given."""
         return self.create_publisher(topic.type, name or topic.name, topic.publish_qos)
 
-    def listen(self, topic: Topic, callback: Callable[[Any], None], name: str | None = None) -> Subscription:
-        """Subscribe to a line of the table, under another name if one is given.
+    def listen(
+        self,
+        topic: Topic,
+        callback: Callable[[Any], None],
+        name: str | None = None,
+        *,
+        profile: QoSProfile | None = None,
+        callback_group: CallbackGroup | None = None,
+        raw: bool = False,
+    ) -> Subscription:
+        """Subscribe to a line of the table.
 
-        A message that the callback refuses with a `RangeError` is told to the log, at most once per second, and
-        left out: what others send must not end this node.
+        A message that the callback refuses with an error of this package is told to the log, at most once per second,
+        and left out: what others send must not end this node.
+
+        Args:
+            topic: The line.
+            callback: Takes each message.
+            name: Name, if not that of the table.
+            profile: Quality of service, if not that of the table.
+            callback_group: Callback group of rclpy.
+            raw: The callback takes bytes.
         """
         name = name or topic.name
 
         def guarded(message: Any) -> None:
             try:
                 callback(message)
-            except RangeError as error:
+            except CrazychoirError as error:
                 self.get_logger().warning(f"{name}: {error}", throttle_duration_sec=_WARN_EVERY)
 
-        return self.create_subscription(topic.type, name, guarded, topic.subscribe_qos)
+        profile = topic.subscribe_qos if profile is None else profile
+        return self.create_subscription(topic.type, name, guarded, profile, callback_group=callback_group, raw=raw)
 
     def on_buttons(self, **callbacks: Callable[[float], None]) -> None:
         """Listen to swarm-wide buttons.
