@@ -9,6 +9,7 @@ Who is silent is told on ``lost_neighbors`` (`std_msgs/String`, "lost agent_3", 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -16,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
-from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import Bool, Empty, String
 
 from crazychoir_fw import guidance as plain
@@ -25,14 +25,14 @@ from crazychoir_fw.guidance import Outputs, TimeVaryingCommunicator
 from crazychoir_fw.messages import Pose
 from crazychoir_fw.ros.communicator import RosTransport
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory, reference_to_message
-from crazychoir_fw.ros.names import BUTTONS, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.names import BUTTONS, LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.stalling import StallingClock
 from crazychoir_fw.ros.wire import vector3_bytes
 
+_CLOSE = 1.5  # periods between poses, for which each pose makes a step
 _LOOK_EVERY = 0.05  # [s], wall: at rounds that wait
-_LATEST = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 
 Build = Callable[["GuidanceNode"], Any]
 """Makes the plain guidance of a node, once its parameters and topics are there."""
@@ -86,7 +86,8 @@ class GuidanceNode(LayerNode):
         """The plain guidance."""
         self._has_rounds = hasattr(self.guidance, "begin_round")
         self._in_round = False
-        self._time = StallingClock(self.now, self.patience)
+        self._pose_time, self._pose_step = -math.inf, math.inf
+        self._time = StallingClock(self._latest_time, self.patience)
         self._lost: frozenset[int] = frozenset()
         self._idle: bool | None = None
         self._has_pose = False
@@ -94,7 +95,7 @@ class GuidanceNode(LayerNode):
         self._kind = kind
         self._reference = self.announce(REFERENCES[kind], input_topic)
         self._trajectory = self.announce(TRAJ_PARAMS)
-        self._idle_publisher = self.create_publisher(Bool, "idle", _LATEST)
+        self._idle_publisher = self.create_publisher(Bool, "idle", LATEST)
         self._empty = Empty()
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
         for name, topic in BUTTONS.items():
@@ -113,6 +114,24 @@ class GuidanceNode(LayerNode):
     def _take_pose(self, pose: Pose) -> None:
         self._has_pose = pose.position is not None
         self.guidance.set_pose(pose)
+        if pose.time is None or pose.time == self._pose_time:
+            return
+        self._pose_step, self._pose_time = pose.time - self._pose_time, pose.time
+        if self.is_simulated_time and self._is_led_by_poses(pose.time):
+            self._work()
+
+    def _is_led_by_poses(self, now: float) -> bool:
+        """Whether simulated poses come so often, up to now, that each of them makes a step.
+
+        Then results do not depend on which of pose and clock comes first.
+        """
+        limit = _CLOSE / self.update_frequency
+        return 0.0 < self._pose_step <= limit and now - self._pose_time <= limit
+
+    def _latest_time(self) -> float:
+        """Return the time (s): that of the newest pose where simulated poses are ahead of the clock."""
+        now = self.now()
+        return max(now, self._pose_time) if self._is_led_by_poses(now) and self.is_simulated_time else now
 
     def press(self, button: str) -> None:
         """Press a button: ``takeoff``, ``land``, ``stop``, ``start``."""
@@ -128,7 +147,10 @@ class GuidanceNode(LayerNode):
     # ---------------------------------------------------------------- rounds
 
     def _tick(self, now: float) -> None:
-        del now
+        if not (self.is_simulated_time and self._is_led_by_poses(now)):
+            self._work()
+
+    def _work(self) -> None:
         if not self._has_pose:
             return
         if not self._has_rounds:
@@ -208,9 +230,14 @@ class GuidanceNode(LayerNode):
         self, size: int, heard: list[int], hearers: list[int], kind: type = TimeVaryingCommunicator, **options: Any
     ) -> Any:
         """Return a communicator over topics of this node."""
-        self.transport = RosTransport(self, reliable=kind.reliable)
+        self.make_transport(kind.reliable)
         topic = self.namespace_pattern.replace("{i}", "{agent}") + "/communicator"
         return kind(self.agent_id, size, heard, hearers, transport=self.transport, topic=topic, **options)
+
+    def make_transport(self, reliable: bool = True) -> RosTransport:
+        """Return topics of this node as a transport."""
+        self.transport = RosTransport(self, reliable=reliable)
+        return self.transport
 
     @property
     def is_connected(self) -> bool:
