@@ -47,3 +47,7 @@ class CompileError(BuildError):
 
 class LinkError(BuildError):
     """Objects do not fit together; the text names the symbols and who needs them."""
+
+
+class MessageError(CrazychoirError, ValueError):
+    """Data is none that agents may send each other; the text says what is wrong with it."""

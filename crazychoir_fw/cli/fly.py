@@ -10,7 +10,7 @@ import typer
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console
-from crazychoir_fw.cli.tables import flight_table, verdict
+from crazychoir_fw.cli.tables import flight_tables, verdict
 from crazychoir_fw.cli.view import VIEW_HELP, require_way
 
 if TYPE_CHECKING:
@@ -38,6 +38,10 @@ class Request:
     overrides: dict[str, Any]
     """`seed`, `provider` and `app`, stronger than the mission file."""
     mcap: bool = False
+    uri_base: str | None = None
+    """URI of the first drone, if the others follow it."""
+    ros: Any = None
+    """`crazychoir_fw.ros.manager.RosOptions` if the layers are ROS 2 nodes in processes of their own."""
 
 
 def fly(
@@ -65,11 +69,43 @@ def fly(
         bool, typer.Option("--mcap", help="Write log.mcap too, for Foxglove, PlotJuggler and rosbag.")
     ] = False,
     watch: Annotated[bool, typer.Option("--watch", help="Fly again whenever the app or the mission is saved.")] = False,
+    backend: Annotated[
+        str | None,
+        typer.Option(help="Where a mission with layers is flown, instead of its own.", metavar="sim|integrator|hardware"),
+    ] = None,
+    uri_base: Annotated[
+        str | None,
+        typer.Option(
+            help="URI of the first drone for --backend hardware; the others have the next ports or addresses.",
+            metavar="URI",
+        ),
+    ] = None,
+    ros: Annotated[bool, typer.Option("--ros", help="Fly the layers as ROS 2 nodes in processes of their own.")] = False,
+    processes: Annotated[
+        str, typer.Option(help="With --ros, one process per drone and layer, per drone, or for all layers.", metavar="per-node|per-drone|one")
+    ] = "per-node",
+    domain: Annotated[
+        int | None, typer.Option(help="With --ros, the ROS domain; otherwise a free one.", min=0, max=232)
+    ] = None,
+    pace: Annotated[
+        float | None,
+        typer.Option(help="With --ros, simulated seconds per second; otherwise in lockstep, as fast as all can answer."),
+    ] = None,
+    restart: Annotated[
+        bool, typer.Option("--restart", help="With --ros, start processes again that have ended.")
+    ] = False,
 ) -> None:
-    """Fly a mission in simulation and report on every drone."""
-    overrides = {"seed": seed, "provider": provider, "app": app or None}
+    """Fly a mission and report on every drone."""
+    overrides = {"seed": seed, "provider": provider, "app": app or None, "backend": backend}
     require_way(view)
-    request = Request(mission, not watch if video is None else video, camera, view, out, threads, overrides, mcap)
+    wants_video = not watch if video is None else video
+    request = Request(mission, wants_video, camera, view, out, threads, overrides, mcap, uri_base)
+    if ros:
+        from crazychoir_fw.cli.fly_ros import fly_as_nodes
+
+        if code := fly_as_nodes(request, processes, domain, pace, restart):
+            raise typer.Exit(code)
+        return
     if watch:
         from crazychoir_fw.cli.again import fly_again_on_save
 
@@ -87,11 +123,10 @@ def attempt(request: Request, loaded: "Callable[[Mission], None] | None" = None)
         loaded: Called with the mission, once its file is known to be good.
     """
     from crazychoir_fw.errors import CrazychoirError
-    from crazychoir_fw.mission import load_mission
 
     folder = request.out
     try:
-        mission = load_mission(request.mission, **request.overrides)
+        mission = load(request)
         if loaded is not None:
             loaded(mission)
         folder = _make_folder(folder if folder is not None else Path("out") / mission.name)
@@ -113,7 +148,8 @@ def attempt(request: Request, loaded: "Callable[[Mission], None] | None" = None)
         complain(f"{error.filename or folder} cannot be written: {error.strerror}")
         return BAD_INPUT
 
-    console.print(flight_table(result.summary))
+    for table in flight_tables(result.summary):
+        console.print(table)
     if "link" in result.summary:
         from crazychoir_fw.crtp.link_model.tables import link_tables
 
@@ -124,6 +160,20 @@ def attempt(request: Request, loaded: "Callable[[Mission], None] | None" = None)
     for failure in result.failures:
         complain(failure)
     return SUCCESS if result.success else FLIGHT_FAILED
+
+
+def load(request: Request) -> "Mission":
+    """Read the mission; with --uri-base its drones get their URIs by number."""
+    from crazychoir_fw.mission import load_mission
+
+    if request.uri_base is None:
+        return load_mission(request.mission, **request.overrides)
+    from crazychoir_fw.cli.numbered_uris import numbered_uris
+
+    # how many drones there are is known before where they are
+    simulated = load_mission(request.mission, **{**request.overrides, "backend": "sim"})
+    uris = numbered_uris(request.uri_base, len(simulated.fleet))
+    return load_mission(request.mission, **request.overrides, uris=uris)
 
 
 def _make_folder(folder: Path) -> Path:
@@ -143,7 +193,9 @@ def _no_video_because(wanted: bool) -> str | None:
 
 def _fly(mission: "Mission", request: Request, fps: int) -> "FlightResult":
     """Fly, with a progress bar and perhaps a window or a page."""
+    from crazychoir_fw.errors import StateError
     from crazychoir_fw.mission.runner import fly as fly_mission
+    from crazychoir_fw.mission.schema import LayeredMission
 
     view: AbstractContextManager[Observer | None] = nullcontext(None)
     if request.view is not None:
@@ -160,15 +212,25 @@ def _fly(mission: "Mission", request: Request, fps: int) -> "FlightResult":
     with view as show, Progress(*columns, console=console) as bar:
         task = bar.add_task(f"{mission.name}, {len(mission.fleet)} drones", total=None, pace="getting ready")
 
-        def observe(world: "World", progress: "FlightProgress") -> None:
-            if fps > 0 and progress.sim_seconds == 0.0:
+        def observe(world: "World | None", progress: "FlightProgress") -> None:
+            if fps > 0 and progress.sim_seconds == 0.0 and world is not None:
                 _check_camera(world, request.camera)
             pace = f"{progress.sim_seconds:.1f} s, {progress.real_time_factor:.1f} x real time"
             bar.update(task, completed=progress.sim_seconds, total=progress.total_seconds, pace=pace)
-            if show is not None:
+            if show is not None and world is not None:
                 show(world, progress)
 
         visuals = request.view is not None or fps > 0
+        if isinstance(mission, LayeredMission):
+            if request.view is not None and mission.backend != "sim":
+                raise StateError(f"--view shows simulated drones, but the backend is {mission.backend}")
+            if request.ros is not None:
+                from crazychoir_fw.ros.manager import fly_hosted
+
+                return fly_hosted(mission, request.ros, request.threads, visuals, fps, observe)
+            from crazychoir_fw.mission.layered_flight import fly_layers
+
+            return fly_layers(mission, request.threads, visuals, fps, observe)
         return fly_mission(mission, threads=request.threads, visuals=visuals, frames_per_second=fps, observe=observe)
 
 
@@ -185,25 +247,31 @@ def _check_camera(world: "World", camera: str) -> None:
 
 def _write(result: "FlightResult", folder: Path, no_video_because: str | None, camera: str) -> None:
     """Write the summary, the log, the picture and the video of a flight."""
+    from crazychoir_fw.mission.layered_flight import LayeredResult
     from crazychoir_fw.mission.summary import write_summary
     from crazychoir_fw.report.plot import plot_flight
 
     title = result.mission.description or result.mission.name
     write_summary(folder / "summary.json", result.summary)
     result.log.save(folder / "log.npz")
-    plot_flight(result.log, folder / "flight.png", title)
-    if no_video_because is not None or not result.film.times:
-        console.print(f"No video: {no_video_because or 'the flight did not begin'}", style="yellow", markup=False)
+    is_layered = isinstance(result, LayeredResult)
+    plot_flight(result.log, folder / "flight.png", title, result.curve if is_layered else None)
+    reason = no_video_because or (result.no_film if is_layered else None)
+    if reason is not None or not result.film.times:
+        console.print(f"No video: {reason or 'the flight did not begin'}", style="yellow", markup=False)
         return
 
     from crazychoir_fw.report.video import film_flight
 
-    with console.status("Rendering flight.mp4"):
+    speed = result.film.speed
+    hint = f" ({speed:g} x speed)" if speed != 1.0 else ""
+    with console.status(f"Rendering flight.mp4{hint}"):
         film_flight(
-            result.world.model,
+            result.film_model,
             result.film.qpos,
             result.film.times,
             folder / "flight.mp4",
             camera=camera,
             fps=result.film.fps,
+            speed=speed,
         )

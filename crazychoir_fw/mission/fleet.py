@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from types import MappingProxyType
 from typing import Annotated, Any
 
@@ -120,6 +120,9 @@ class DroneEntry(Settings):
     yaw_deg: Annotated[float, number(-360.0, 360.0, "deg")] = 0.0
     """Heading at start."""
 
+    uri: Annotated[str, word(r"\w+://[^\s]{1,120}", "a URI such as radio://0/80/2M/E7E7E7E701")] | None = None
+    """Where the backend `hardware` reaches it."""
+
 
 class Layout(Settings):
     """`drones` as a formation: for swarms that nobody wants to list."""
@@ -195,6 +198,14 @@ class Drone:
     parameters: Mapping[str, float] = field(default_factory=dict)
     motor_ctrl: str | None = None
     motor_ctrl_properties: Mapping[str, str | float] = field(default_factory=dict)
+    uri: str | None = None
+
+
+def drone_settings(drone: Drone) -> dict[str, Any]:
+    """Return a drone as the keywords of `crazychoir_fw.simulation.DroneConfig`."""
+    settings = asdict(drone)
+    del settings["uri"]  # a simulated drone has none of its own
+    return settings
 
 
 def decide(

@@ -10,9 +10,10 @@ from pydantic import ValidationError
 
 from crazychoir_fw.errors import MissionError
 from crazychoir_fw.mission.fleet import BUILTIN, START_DISTANCE, Layout, Settings, close_pair
+from crazychoir_fw.mission.layer_checks import check_layers, with_uris
 from crazychoir_fw.mission.plan import plan_flight
 from crazychoir_fw.mission.radios import check_radios
-from crazychoir_fw.mission.schema import Mission
+from crazychoir_fw.mission.schema import LayeredMission, Mission
 from crazychoir_fw.mission.values import did_you_mean
 
 LARGEST_FILE = 4_000_000  # bytes
@@ -23,7 +24,8 @@ def load_mission(path: str | Path, **overrides: Any) -> Mission:
 
     Args:
         path: The mission file (YAML).
-        overrides: `seed`, `provider`, `app` or `faults`, stronger than the file; None leaves the file alone.
+        overrides: `seed`, `provider`, `app`, `faults`, `backend` or `uris`, stronger than the file; None leaves the
+            file alone.
 
     Raises:
         MissionError: If the file cannot be read or flown; the text is one sentence that names the file, the key, its
@@ -42,6 +44,8 @@ def parse_mission(
     provider: str | None = None,
     app: Sequence[str | Path] | None = None,
     faults: Sequence[Any] | None = None,
+    backend: str | None = None,
+    uris: Sequence[str] | None = None,
 ) -> Mission:
     """Make a mission from what a mission file holds.
 
@@ -55,6 +59,8 @@ def parse_mission(
         app: C files that all drones carry instead of those of *data*, seen from where the program runs.
         faults: List of faults instead of that of *data*: as in a file, or made in Python, with `at` in seconds
             since the first phase.
+        backend: Backend instead of that of *data*.
+        uris: URIs of the drones, in their order, instead of those of *data*.
 
     Raises:
         MissionError: As `load_mission`.
@@ -68,16 +74,23 @@ def parse_mission(
         data["seed"] = seed
     if faults is not None:
         data["faults"] = list(faults)
+    if backend is not None:
+        data["backend"] = backend
 
     overrides = {"provider": provider, "app": None if app is None else list(map(str, app))}
     try:
         context = {"folder": Path(folder), "has_own_software": _has_own_software(data, provider, app)}
-        mission = Mission.model_validate(data, context=context)
+        kind = LayeredMission if "layers" in data else Mission
+        mission = kind.model_validate(data, context=context)
         mission = _with(mission, {key: value for key, value in overrides.items() if value is not None})
         _check_fleet(mission)
         _check_faults(mission)
         check_radios(mission)
-        plan_flight(mission)
+        if isinstance(mission, LayeredMission):
+            mission = with_uris(mission, uris)
+            check_layers(mission)
+        else:
+            plan_flight(mission)
     except ValidationError as error:
         raise MissionError(f"{source}: {_sentence(error)}") from None
     except MissionError as error:

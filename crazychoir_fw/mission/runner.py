@@ -2,13 +2,14 @@
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.errors import CrazychoirError, MissionError
+from crazychoir_fw.mission.fleet import drone_settings
 from crazychoir_fw.mission.plan import TICKS_PER_SECOND, Command, FlightPlan, plan_flight
 from crazychoir_fw.mission.radios import simulated_radios
 from crazychoir_fw.mission.schema import Mission
@@ -50,6 +51,8 @@ class Film:
     fps: int
     times: list[float] = field(default_factory=list)  # [s], world time
     qpos: list[NDArray[np.float64]] = field(default_factory=list)  # each (nq,)
+    speed: float = 1.0
+    """Seconds of flight per second of film."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +64,11 @@ class FlightResult:
     log: "FlightLog"
     film: Film
     summary: dict[str, Any]
+
+    @property
+    def film_model(self) -> Any:
+        """The model that the film is made with."""
+        return self.world.model
 
     @property
     def success(self) -> bool:
@@ -105,7 +113,7 @@ def fly(
     plan = plan_flight(mission)
     world = build_world(mission, threads, visuals)
     _check_faults(mission, world)
-    radio = _turn_on_radios(mission, world)
+    radio = turn_on_radios(mission, world)
     recorder = FlightRecorder(world, rate_hz=LOG_RATE)
     result = Flight(mission, plan, world, recorder, Film(frames_per_second), observe).run()
     if radio is not None:
@@ -117,11 +125,11 @@ def build_world(mission: Mission, threads: int | None = None, visuals: bool = Tr
     """Return the world of a mission with its drones on the floor."""
     from crazychoir_fw.simulation import DroneConfig, World
 
-    drones = [DroneConfig(**asdict(drone)) for drone in mission.fleet]
+    drones = [DroneConfig(**drone_settings(drone)) for drone in mission.fleet]
     return World(drones, scene=mission.scene, seed=mission.seed, threads=threads, visuals=visuals)
 
 
-def _turn_on_radios(mission: Mission, world: "World") -> "FlightRadio | None":
+def turn_on_radios(mission: Mission, world: "World") -> "FlightRadio | None":
     """Let the requests of the flight go by radio, if the mission has radios."""
     radios = simulated_radios(mission)
     if radios is None:

@@ -5,16 +5,33 @@ from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
+from crazychoir_fw.mission.buttons import ButtonPhase
 from crazychoir_fw.mission.faults import Faults
 from crazychoir_fw.mission.fleet import Drone, Drones, Settings, decide
+from crazychoir_fw.mission.layers import Criteria, HardwareSettings, IntegratorSettings, Layers
 from crazychoir_fw.mission.phases import Phase
 from crazychoir_fw.mission.radios import Radios
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, did_you_mean, number, refusal, whole, wind_parameters, word
+from crazychoir_fw.mission.values import did_you_mean, number, refusal, whole, wind_parameters, word
 
 SCENES = ("arena", "flight_lab", "gates", "pillars", "room")
+
+
+BACKENDS = ("sim", "integrator", "hardware")
+
+
+def backend_word(*known: str) -> BeforeValidator:
+    """Where the drones live."""
+    must = "one of " + ", ".join(known) if len(known) > 1 else f"{known[0]}; the others fly missions with layers"
+
+    def check(value: object) -> str:
+        if not isinstance(value, str) or value not in known:
+            raise refusal(must + did_you_mean(value, known))
+        return value
+
+    return BeforeValidator(check)
 
 
 class Tolerance(Section):
@@ -48,8 +65,8 @@ class Mission(Section):
     wind: Annotated[Mapping[str, Any], wind_parameters()] = Field(default_factory=dict)
     """Wind over all drones: `velocity` [x, y, z] (m/s), `turbulence` (none, indoor or dryden) and its numbers."""
 
-    backend: Annotated[str, choice("sim")] = "sim"
-    """Where the drones live."""
+    backend: Annotated[str, backend_word("sim")] = "sim"
+    """Where the drones live: a mission without `layers` is flown in simulation."""
 
     defaults: Settings = Settings()
     """Settings of all drones that do not say otherwise."""
@@ -91,3 +108,28 @@ class Mission(Section):
     def fleet(self) -> tuple[Drone, ...]:
         """Every drone with its settings decided, in the order of the file."""
         return decide(self.drones, self.defaults, self.wind)
+
+
+class LayeredMission(Mission):
+    """A flight of guidance, planning and control: on any backend, by buttons."""
+
+    backend: Annotated[str, backend_word(*BACKENDS)] = "sim"
+    """Where the drones live: `sim` (MuJoCo and the onboard software), `integrator`, `hardware` (over the radio)."""
+
+    layers: Layers
+    """What decides, plans and controls."""
+
+    flight: Annotated[list[ButtonPhase], Field(min_length=1, max_length=10000)]
+    """The buttons in order."""
+
+    criteria: Criteria = Criteria()
+    """What makes the flight a success."""
+
+    log_rate: Annotated[int, whole(1, 100)] = 100
+    """Rate of the log (Hz), at most the rate of the layers; a divisor of it."""
+
+    integrator: IntegratorSettings = IntegratorSettings()
+    """What the backend `integrator` is like."""
+
+    hardware: HardwareSettings = HardwareSettings()
+    """How the backend `hardware` flies."""

@@ -17,9 +17,10 @@ class Section(BaseModel):
     @classmethod
     def _refuse_unknown_keys(cls, data: Any) -> Any:
         if isinstance(data, Mapping):
+            known = [info.alias or name for name, info in cls.model_fields.items()]
             for key in data:
-                if key not in cls.model_fields:
-                    raise unknown_key(key, cls.model_fields)
+                if key not in known:
+                    raise unknown_key(key, known)
         return data
 
 

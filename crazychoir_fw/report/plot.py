@@ -15,6 +15,7 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 from numpy.typing import NDArray
 
 from crazychoir_fw.replacing import replacing
+from crazychoir_fw.report.error_curve import ErrorCurve
 from crazychoir_fw.report.flight_log import FlightLog
 
 _FEW = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#6A3D9A", "#444444")
@@ -26,17 +27,19 @@ _DASHES = (0, (4, 2))
 _FULL_MOTOR = 65535.0  # [PWM counts]
 
 
-def plot_flight(log: FlightLog, path: Path, title: str) -> None:
+def plot_flight(log: FlightLog, path: Path, title: str, curve: ErrorCurve | None = None) -> None:
     """Draw the page and write it; the format follows the suffix of *path*.
 
     Positions are `sim.x, y, z`, or `stateEstimate.x, y, z` if the truth was not recorded.
-    The reference is `ctrltarget.x, y, z`; where all three are exactly zero there was none yet, and none is drawn.
+    The reference is what layers asked for, `layers.x, y, z`, or `ctrltarget.x, y, z`; where all three are exactly zero
+    there was none yet, and none is drawn.
     Motor commands are `motor.m1` to `motor.m4`: each motor for a single drone, mean and range of the four for several.
 
     Args:
         log: The flight.
         path: File to write, usually `flight.png`; replaced in one step.
         title: Headline.
+        curve: An error over time, shown in place of the motors.
     """
     figure = Figure(figsize=(14.0, 9.0), dpi=110, layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
@@ -49,6 +52,7 @@ def plot_flight(log: FlightLog, path: Path, title: str) -> None:
     axes = [figure.add_subplot(rows[0])]
     axes += [figure.add_subplot(rows[k], sharex=axes[0]) for k in range(1, 4)]
 
+    stride = _stride(log)
     log = _thinned(log)
     colors = _colors(len(log.drone_ids))
     truth = log.stack("sim.x", "sim.y", "sim.z")
@@ -59,7 +63,10 @@ def plot_flight(log: FlightLog, path: Path, title: str) -> None:
     _draw_paths(space, truth, reference, colors)
     _draw_from_above(above, truth, reference, colors)
     _draw_positions(axes[:3], log.time, truth, reference, colors)
-    _draw_motors(axes[3], log, colors)
+    if curve is None:
+        _draw_motors(axes[3], log, colors)
+    else:
+        _draw_error(axes[3], log.time, curve, stride)
     _explain_lines(space, reference is not None)
     _name_drones(figure, above, log.drone_ids, colors)
     figure.suptitle(title, fontsize=15, fontweight="bold", color=_INK, parse_math=False)
@@ -69,9 +76,14 @@ def plot_flight(log: FlightLog, path: Path, title: str) -> None:
         figure.savefig(temporary)
 
 
+def _stride(log: FlightLog) -> int:
+    """Return how many samples apart those are that are drawn."""
+    return -(-len(log.time) // _MOST_SAMPLES) or 1
+
+
 def _thinned(log: FlightLog) -> FlightLog:
     """Return the log with at most `_MOST_SAMPLES` instants."""
-    stride = -(-len(log.time) // _MOST_SAMPLES) or 1
+    stride = _stride(log)
     signals = {name: samples[::stride] for name, samples in log.signals.items()}
     return FlightLog(log.time[::stride], log.drone_ids, signals, log.metadata, log.events)
 
@@ -95,7 +107,9 @@ def _width(drones: int) -> float:
 
 def _reference(log: FlightLog) -> NDArray[np.float64] | None:
     """Return the reference positions, shape (T, N, 3), NaN where there was none; None if there never was one."""
-    reference = log.stack("ctrltarget.x", "ctrltarget.y", "ctrltarget.z")
+    reference = log.stack("layers.x", "layers.y", "layers.z")
+    if reference is None:
+        reference = log.stack("ctrltarget.x", "ctrltarget.y", "ctrltarget.z")
     if reference is None:
         return None
     reference[~np.any(reference, axis=-1)] = np.nan
@@ -216,6 +230,20 @@ def _draw_motors(axes: Axes, log: FlightLog, colors: Sequence[str]) -> None:
     axes.text(0.995, 0.04, note, transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT)
 
 
+def _draw_error(axes: Axes, time: NDArray[np.float64], curve: ErrorCurve, stride: int) -> None:
+    """Draw an error on a logarithmic scale: its mean, up to its largest, and what is allowed."""
+    _tidy(axes, curve.label)
+    axes.set_xlabel("time (s)")
+    axes.set_yscale("log")
+    mean, largest = curve.mean[::stride], curve.largest[::stride]
+    axes.fill_between(time, np.maximum(mean, 1e-3), np.maximum(largest, 1e-3), color=_FEW[0], alpha=0.18, linewidth=0)
+    axes.plot(time, mean, color=_FEW[0], linewidth=1.4)
+    if curve.limit is not None:
+        axes.axhline(curve.limit, color=_FEW[1], linewidth=1.0, linestyle=_DASHES)
+        axes.text(0.005, curve.limit, "allowed ", transform=axes.get_yaxis_transform(), va="bottom", fontsize=8, color=_FEW[1])
+    axes.text(0.995, 0.9, "mean, shaded up to the largest", transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT)
+
+
 def _tidy(axes: Axes, label: str) -> None:
     axes.set_ylabel(label, color=_INK)
     axes.grid(color="#E4E7EB", linewidth=0.7)
@@ -267,7 +295,7 @@ def _short(name: str, most: int = 24) -> str:
 def _facts(log: FlightLog) -> str:
     """Return what flew, in one line."""
     facts = [f"{len(log.drone_ids)} drones" if len(log.drone_ids) != 1 else "1 drone", f"{log.duration_s:.1f} s"]
-    for key in ("mission", "provider", "platform", "version", "seed"):
+    for key in ("mission", "backend", "provider", "platform", "version", "seed"):
         if key in log.metadata:
             facts.append(f"{key} {_short(str(log.metadata[key]), 60)}")
     return "  ·  ".join(facts)

@@ -25,6 +25,9 @@ from crazychoir_fw.simulation.world import TICKS_PER_SECOND, World
 Progress = Callable[[float, float], None]
 """Called with simulated time and its end (s)."""
 
+LAYERS = "layers."
+"""Signals of guidance and control above the drones: those of a replay are requests only."""
+
 SHOWN = 5
 """So many signals are named in a verdict; more are counted."""
 
@@ -226,6 +229,8 @@ def compare(recorded: FlightLog, replayed: FlightLog) -> Deviation | None:
     first: tuple[int, int] | None = None  # sample, drone
     names: list[str] = []
     for name, samples in recorded.signals.items():
+        if name.startswith(LAYERS):
+            continue
         at = _first_difference(samples, replayed.signals[name])
         if at is not None and (first is None or at < first):
             first, names = at, []
@@ -254,7 +259,9 @@ def _first_difference(one: NDArray[Any], other: NDArray[Any]) -> tuple[int, int]
 def _shape_deviation(recorded: FlightLog, replayed: FlightLog) -> Deviation | None:
     if recorded.drone_ids != replayed.drone_ids:
         return Deviation(0, None, ("drones",), ", ".join(recorded.drone_ids), ", ".join(replayed.drone_ids))
-    missing = sorted(set(recorded.signals) ^ set(replayed.signals))
+    # what layers wanted is nothing that the world knows again
+    names = [{name for name in log.signals if not name.startswith(LAYERS)} for log in (recorded, replayed)]
+    missing = sorted(names[0] ^ names[1])
     if missing:
         present = ["yes" if missing[0] in log.signals else "no such signal" for log in (recorded, replayed)]
         return Deviation(0, None, tuple(missing), *present)

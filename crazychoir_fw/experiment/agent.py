@@ -1,0 +1,69 @@
+"""One drone as the layers see it: what decides and plans for it, and in which part of its flight it is."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
+
+
+class Phase(enum.Enum):
+    """Where in its flight a drone is."""
+
+    GROUND = "ground"
+    """Motors off, before its first button."""
+    FLYING = "flying"
+    LANDING = "landing"
+    LANDED = "landed"
+    """Motors off again."""
+    FAILED = "failed"
+    """Motors off for good."""
+
+
+class Planner(Protocol):
+    """What turns points into references: a trajectory handler of the planning layer."""
+
+    kind: str
+
+    def set_trajectory(self, points: list[TrajectoryPoint], pose: Pose, now: float) -> None:
+        """Plan from a pose through points."""
+
+    def evaluate(self, now: float) -> Reference | None:
+        """Return the present reference."""
+
+    def is_active(self, now: float) -> bool:
+        """Tell whether the trajectory has not ended."""
+
+
+@dataclass
+class Agent:
+    """The layers of one drone but for its controller, which may be shared with others."""
+
+    index: int
+    """Number of the drone."""
+    name: str
+    guidance: Any
+    """What decides; see `crazychoir_fw.guidance`."""
+    planner: Planner | None = None
+    """What plans, for drones that follow trajectories."""
+    phase: Phase = Phase.GROUND
+    reference: Reference | None = None
+    """What it follows at present."""
+    home: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    """Where it stood when its motors began to turn (m, world), shape (3,)."""
+    in_round: bool = False
+    """Whether its guidance waits for neighbors."""
+    lost: frozenset[int] = frozenset()
+    """Neighbors that its guidance does not hear."""
+    failure: str | None = None
+    """Why it flies no more, a sentence."""
+
+    @property
+    def is_up(self) -> bool:
+        """Whether its motors turn."""
+        return self.phase in (Phase.FLYING, Phase.LANDING)

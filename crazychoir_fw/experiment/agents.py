@@ -1,0 +1,362 @@
+"""From a mission to the layers of its drones: one process builds them all here, ROS processes one each."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw import control, guidance, planning
+from crazychoir_fw.errors import CrazychoirError, MissionError, RangeError, UnknownNameError
+from crazychoir_fw.experiment.agent import Agent
+from crazychoir_fw.experiment.control_group import ControlGroup
+from crazychoir_fw.guidance.gains import FORMATION_GAINS, FormationGains
+from crazychoir_fw.guidance.graph import Graph
+from crazychoir_fw.user_code import describe, load_module
+
+if TYPE_CHECKING:
+    from crazychoir_fw.mission.schema import LayeredMission
+
+_CONTROL_GAINS = {
+    "position": (control.POSITION_GAINS, control.PositionGains),
+    "attitude": (control.ATTITUDE_GAINS, control.AttitudeGains),
+    "velocity": (control.VELOCITY_GAINS, control.VelocityGains),
+}
+
+
+# -------------------------------------------------------------------------------- numbers of a mission
+
+
+def names_of(mission: LayeredMission) -> list[str]:
+    """Return the names of all drones."""
+    return [drone.id for drone in mission.fleet]
+
+
+def starts_of(mission: LayeredMission) -> NDArray[np.float64]:
+    """Return where the drones start (m, world), shape (N, 3)."""
+    return np.array([(*drone.position, 0.0)[:3] for drone in mission.fleet])
+
+
+def formation_of(mission: LayeredMission) -> NDArray[np.float64] | None:
+    """Return the formation (m), shape (N, 3), if there is one."""
+    layer = mission.layers.guidance
+    if layer.formation is None:
+        return None
+    return np.array([place if len(place) == 3 else (*place, layer.height) for place in layer.formation])
+
+
+def graph_of(mission: LayeredMission) -> Graph:
+    """Return who hears whom."""
+    names = names_of(mission)
+    communication = mission.layers.communication
+    chosen = communication.graph
+    if chosen == "complete":
+        return Graph.undirected(len(names), [(i, j) for i in range(len(names)) for j in range(i)], names)
+    if isinstance(chosen, tuple):
+        make = Graph.directed if communication.directed else Graph.undirected
+        return make(len(names), chosen, names)
+    drawn = Graph.binomial(len(names), chosen.random.probability, chosen.random.seed)
+    return Graph(drawn.size, drawn.edges, tuple(names))
+
+
+def leads(mission: LayeredMission, i: int) -> bool:
+    """Tell whether a drone leads the formation."""
+    return mission.fleet[i].id in mission.layers.guidance.leaders
+
+
+def follows_trajectory(mission: LayeredMission, i: int) -> bool:
+    """Tell whether a drone follows the references of a trajectory handler, and not those of its guidance."""
+    if mission.layers.planning is None:
+        return mission.layers.control is None
+    if issubclass(guidance_class(mission), guidance.CFDistributedFeedback):
+        return leads(mission, i)
+    return True
+
+
+def takeoff_time_of(mission: LayeredMission) -> float:
+    """Return the time of the take-off (s): that of the first button."""
+    for phase in mission.flight:
+        if phase.name == "takeoff" and phase.button.duration > 0.0:
+            return float(phase.button.duration)
+    return 5.0
+
+
+# -------------------------------------------------------------------------------- classes
+
+
+def _class(word: str, stock: Any, base: type | None, key: str) -> type:
+    """Return the class of a word: one of ours, or one of the user's, whose module is executed.
+
+    Raises:
+        UnknownNameError: If there is no such class.
+        RangeError: If it is of another kind.
+    """
+    module_name, colon, class_name = word.rpartition(":")
+    if not colon:
+        return getattr(stock, word)
+    what = f"{key} '{word}'"
+    module = load_module(module_name, what)
+    found = getattr(module, class_name, None)
+    if found is None:
+        own = [
+            name
+            for name, value in vars(module).items()
+            if isinstance(value, type) and value.__module__ == module.__name__
+        ]
+        raise UnknownNameError(f"{what}: there is no such class, only {', '.join(own) or 'none at all'}")
+    if not isinstance(found, type) or (base is not None and not issubclass(found, base)):
+        must = f"a subclass of {base.__name__}" if base is not None else "a class"
+        raise RangeError(f"{what}: {found!r} is allowed to be {must} only")
+    return found
+
+
+def guidance_class(mission: LayeredMission) -> type:
+    """Return the class of the guidance of a mission; a file of the user's is executed once per mission."""
+    return _once(mission, "layers.guidance.class", mission.layers.guidance.kind, guidance, guidance.CFGuidance)
+
+
+def _once(mission: Any, key: str, word: str, stock: Any, base: type | None) -> type:
+    classes = mission.__dict__.setdefault("_layer_classes", {})
+    if key not in classes:
+        classes[key] = _class(word, stock, base, key)
+    return classes[key]
+
+
+def _made(cls: type, key: str, arguments: Mapping[str, Any], options: Mapping[str, Any]) -> Any:
+    """Return an object, given as much of what is known as its class asks for, and all that the file says.
+
+    Raises:
+        MissionError: If it cannot be made.
+    """
+    asked = inspect.signature(cls).parameters
+    takes_all = any(parameter.kind is parameter.VAR_KEYWORD for parameter in asked.values())
+    for name in options:
+        if name not in asked and not takes_all:
+            raise MissionError(f"{key}.options has no key '{name}', but only {', '.join(asked)}")
+    known = {name: value for name, value in arguments.items() if name in asked or takes_all}
+    try:
+        return cls(**{**known, **options})
+    except CrazychoirError as error:
+        raise MissionError(f"{key}: {error}") from error
+    except Exception as error:  # a user's code may raise anything
+        raise MissionError(f"{key}: {cls.__name__} cannot be made: {describe(error)}") from error
+
+
+# -------------------------------------------------------------------------------- guidance
+
+
+def make_communicators(
+    mission: LayeredMission, transport: Any, clock: Callable[[], float], only: Sequence[int] | None = None
+) -> dict[int, Any]:
+    """Return the communicators of drones, by number.
+
+    Args:
+        mission: The mission.
+        transport: What they share.
+        clock: Time by which rounds end (s).
+        only: Which drones; None is all.
+    """
+    graph = graph_of(mission)
+    settings = mission.layers.communication
+    chosen = range(len(mission.fleet)) if only is None else only
+    return {
+        i: guidance.TimeVaryingCommunicator(
+            i,
+            len(mission.fleet),
+            graph.in_neighbors(i),
+            graph.out_neighbors(i),
+            settings.mode == "lockstep",
+            transport=transport,
+            deadline=settings.deadline_s,
+            clock=clock,
+        )
+        for i in chosen
+    }
+
+
+def make_guidance(mission: LayeredMission, i: int, communicator: Any) -> Any:
+    """Return what decides for one drone.
+
+    Raises:
+        CrazychoirError: If it cannot be made as the mission says.
+    """
+    layer = mission.layers.guidance
+    cls = guidance_class(mission)
+    arguments: dict[str, Any] = {
+        "agent_id": i,
+        "communicator": communicator,
+        "init_pos": starts_of(mission)[i],
+        "height": layer.height,
+        "takeoff_time": takeoff_time_of(mission),
+        "update_frequency": float(mission.layers.rate),
+        "is_leader": leads(mission, i),
+        "deadline": mission.layers.communication.deadline_s,
+    }
+    formation = formation_of(mission)
+    if formation is not None:
+        arguments["formation"] = formation
+    if layer.gains is not None:
+        arguments["gains"] = layer.gains if isinstance(layer.gains, str) else _formation_gains(layer.gains)
+    if layer.goals is not None:
+        arguments["goals"] = [tuple(row) for row in layer.goals.get(mission.fleet[i].id, [])]
+    return _made(cls, "layers.guidance", arguments, layer.options)
+
+
+def _formation_gains(given: Mapping[str, Any]) -> Any:
+    """Return a set of formation gains that differs from another one."""
+    return _gains("layers.guidance.gains", given, FORMATION_GAINS, FormationGains, "webots")
+
+
+def _gains(key: str, given: Mapping[str, Any], sets: Mapping[str, Any], kind: type, default: str) -> Any:
+    base = given.get("base", default)
+    if base not in sets:
+        raise MissionError(f"{key}.base is {base!r}, but must be one of {', '.join(sets)}")
+    known = [member.name for member in dataclasses.fields(kind)]
+    changes = {name: value for name, value in given.items() if name != "base"}
+    for name in changes:
+        if name not in known:
+            raise MissionError(f"{key} has no key '{name}', but only base, {', '.join(known)}")
+    try:
+        return dataclasses.replace(sets[base], **{k: tuple(v) if isinstance(v, list) else v for k, v in changes.items()})
+    except CrazychoirError as error:
+        raise MissionError(f"{key}: {error}") from error
+
+
+# -------------------------------------------------------------------------------- planning
+
+
+def make_trajectory_handler(mission: LayeredMission, i: int) -> Any:
+    """Return what plans for one drone, or None for one that follows no trajectory of ours.
+
+    Raises:
+        CrazychoirError: If it cannot be made as the mission says.
+    """
+    layer = mission.layers.planning
+    if layer is None or not follows_trajectory(mission, i):
+        return None
+    cls = _once(mission, "layers.planning.class", layer.kind, planning, planning.TrajectoryHandler)
+    return _made(cls, "layers.planning", {"update_frequency": float(mission.layers.rate)}, layer.options)
+
+
+# -------------------------------------------------------------------------------- control
+
+
+def make_controller(mission: LayeredMission, i: int | Sequence[int], masses: Sequence[float] | None = None) -> Any:
+    """Return the controller of a drone, or one for several that are controlled alike.
+
+    Args:
+        mission: The mission.
+        i: Number of the drone, or numbers.
+        masses: What all drones of the mission weigh (kg); None is what their platforms weigh.
+
+    Raises:
+        CrazychoirError: If it cannot be made as the mission says.
+    """
+    layer = mission.layers.control
+    if layer is None:
+        return None
+    first = i if isinstance(i, int) else i[0]
+    rate = float(mission.layers.rate)
+    if layer.mass is not None:
+        mass: Any = layer.mass
+    else:
+        known = np.array(masses_of(mission) if masses is None else masses, float)
+        mass = float(known[i]) if isinstance(i, int) else known[list(i)]
+    follows = what_it_follows(mission, first)
+    topic = {"acceleration": planning.AccelerationTraj, "position": planning.PositionTraj}
+    traj_handler = topic.get(follows, planning.FullStateTraj)()
+    sender = getattr(control, layer.sender or ("VelSender" if layer.command == "vel" else "FPQRSender"))(rate)
+
+    def strategy(role: str, word: str, gains: str, base: Any) -> Any:
+        key = f"layers.control.{role}"
+        cls = _once(mission, key, word, control, base)
+        sets, kind = _CONTROL_GAINS[gains]
+        chosen = layer.gains if isinstance(layer.gains, str) else layer.gains.get(gains, "webots")
+        if isinstance(chosen, Mapping):
+            chosen = _gains(f"layers.control.gains.{gains}", chosen, sets, kind, "webots")
+        return _made(cls, key, {"update_frequency": rate, "gains": chosen, "mass": mass, "gravity": GRAVITY}, {})
+
+    if layer.kind == "VelocityController":
+        law = strategy("velocity", layer.velocity, "velocity", None)
+        return control.VelocityController(velocity_strategy=law, command_sender=sender, traj_handler=traj_handler)
+    word = layer.acceleration if follows == "acceleration" else layer.position
+    position = strategy(
+        "acceleration" if follows == "acceleration" else "position", word, "position", control.PositionCtrlStrategy
+    )
+    attitude = None
+    if layer.command == "fpqr":
+        attitude = strategy("attitude", layer.attitude, "attitude", control.AttitudeCtrlStrategy)
+    if layer.kind == "HierarchicalController":
+        cls: type = control.HierarchicalController
+    else:
+        cls = _once(mission, "layers.control.class", layer.kind, control, control.CrazyflieController)
+    parts = {
+        "pos_strategy": position,
+        "attitude_strategy": attitude,
+        "command_sender": sender,
+        "traj_handler": traj_handler,
+    }
+    return _made(cls, "layers.control", parts, {})
+
+
+GRAVITY = 9.81
+"""Acceleration of gravity of both simulations (m/s^2)."""
+
+
+def masses_of(mission: LayeredMission) -> list[float]:
+    """Return what the vehicles of a mission weigh, as far as their file tells (kg)."""
+    from crazychoir_fw.integrator.platforms import platform_mass
+
+    masses = []
+    for drone in mission.fleet:
+        mass = platform_mass(drone.platform) if drone.mass is None else drone.mass
+        masses.append(mass + (float(drone.payload["mass"]) if drone.payload else 0.0))
+    return masses
+
+
+def what_it_follows(mission: LayeredMission, i: int) -> str:
+    """Return what the references of a drone consist of: acceleration, position or fullstate."""
+    if not follows_trajectory(mission, i):
+        return str(guidance_class(mission).kind)
+    layer = mission.layers.planning
+    if layer is None:
+        return "fullstate"
+    return str(_once(mission, "layers.planning.class", layer.kind, planning, planning.TrajectoryHandler).kind)
+
+
+# -------------------------------------------------------------------------------- a whole swarm
+
+
+def make_agents(mission: LayeredMission, clock: Callable[[], float]) -> list[Agent]:
+    """Return guidance and trajectory handler of every drone, talking to each other in this process.
+
+    Args:
+        mission: The mission.
+        clock: Time of the backend (s).
+
+    Raises:
+        CrazychoirError: If one cannot be made as the mission says; the message names key and drone.
+    """
+    communicators = make_communicators(mission, guidance.InProcessTransport(), clock)
+    return [
+        Agent(i, name, make_guidance(mission, i, communicators[i]), make_trajectory_handler(mission, i))
+        for i, name in enumerate(names_of(mission))
+    ]
+
+
+def make_groups(mission: LayeredMission, masses: Sequence[float]) -> list[ControlGroup]:
+    """Return the controllers of all drones: one object for all that are controlled alike."""
+    layer = mission.layers.control
+    if layer is None:
+        return []
+    alike: dict[str, list[int]] = {}
+    for i in range(len(mission.fleet)):
+        alike.setdefault(what_it_follows(mission, i), []).append(i)
+    return [
+        ControlGroup(make_controller(mission, members, masses), members, layer.command, follows)
+        for follows, members in alike.items()
+    ]

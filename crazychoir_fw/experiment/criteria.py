@@ -1,0 +1,288 @@
+"""What a flight of layers comes down to: errors of formation and tracking, and whether they are small enough.
+
+Plain data in (the log, who shall be where), figures and sentences out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.experiment.agent import Phase
+from crazychoir_fw.guidance.bearing import bearing_errors_deg, bearing_laplacian
+from crazychoir_fw.guidance.graph import Graph
+
+if TYPE_CHECKING:
+    from crazychoir_fw.report.flight_log import FlightLog
+
+Array = NDArray[np.float64]
+
+FINAL_S = 1.0
+"""Time before the end of a phase over which its final figures are averaged (s): noise is no error of a formation."""
+
+_PHASES = {phase: number for number, phase in enumerate(Phase)}
+
+
+@dataclass(frozen=True)
+class Window:
+    """A button and the time until the next one."""
+
+    name: str
+    begin: float  # [s]
+    end: float  # [s]
+
+
+@dataclass(frozen=True)
+class Formation:
+    """Who shall stand how to whom."""
+
+    places: Array  # (N, 3) [m]
+    graph: Graph
+    leaders: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One criterion of a flight."""
+
+    name: str
+    """Key of the mission file."""
+    limit: float | bool
+    """What is allowed."""
+    value: float | None
+    """What was measured; None if it could not be."""
+    passed: bool
+    sentence: str
+    """What is wrong, or what was measured."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it for summary.json."""
+        return {"criterion": self.name, "limit": self.limit, "value": self.value, "passed": self.passed}
+
+
+def positions(log: FlightLog) -> Array:
+    """Return where the drones were (m), shape (T, N, 3): the truth, or what is known of it."""
+    found = log.stack("sim.x", "sim.y", "sim.z")
+    if found is None:
+        found = log.stack("stateEstimate.x", "stateEstimate.y", "stateEstimate.z")
+    assert found is not None
+    return np.asarray(found, np.float64)
+
+
+def references(log: FlightLog) -> Array:
+    """Return where they were to be (m), shape (T, N, 3); NaN where nobody said."""
+    found = log.stack("layers.x", "layers.y", "layers.z")
+    assert found is not None
+    return np.asarray(found, np.float64)
+
+
+def is_up(log: FlightLog) -> NDArray[np.bool_]:
+    """Return whose motors turned when, shape (T, N)."""
+    phase = np.asarray(log.signals["layers.phase"])
+    return (phase == _PHASES[Phase.FLYING]) | (phase == _PHASES[Phase.LANDING])
+
+
+class Judge:
+    """Takes the figures of a flight."""
+
+    def __init__(self, log: FlightLog, windows: Sequence[Window], formation: Formation | None = None) -> None:
+        """Read a flight.
+
+        Args:
+            log: With the signals ``layers.*``.
+            windows: What was pressed when.
+            formation: The formation, if there was one.
+        """
+        self.log = log
+        self.windows = list(windows)
+        self.formation = formation
+        self._at = positions(log)
+        self._wanted = references(log)
+        self._up = is_up(log)
+
+    # ---------------------------------------------------------------- figures
+
+    def bearing_errors(self) -> Array | None:
+        """Return the errors of all bearings over time (deg), shape (T, edges); NaN while an end does not fly."""
+        if self.formation is None:
+            return None
+        pairs = np.array(self.formation.graph.pairs, int).reshape(-1, 2)
+        errors = np.full((len(self._at), len(pairs)), np.nan)
+        places = self._at.copy()
+        flies = self._up[:, pairs].all(axis=2)
+        near = np.linalg.norm(places[:, pairs[:, 0]] - places[:, pairs[:, 1]], axis=-1) < 2e-3
+        for k, pair in enumerate(pairs):
+            good = flies[:, k] & ~near[:, k] & np.isfinite(places[:, pair]).all(axis=(1, 2))
+            if good.any():
+                errors[good, k] = bearing_errors_deg(places[good], self.formation.places, [tuple(pair)])[:, 0]
+        return errors
+
+    def final_bearing_errors(self) -> Array | None:
+        """Return the errors of all bearings at the end of the last start (deg), shape (edges,)."""
+        if self.formation is None or self._final is None:
+            return None
+        mean = np.nanmean(self._at[self._final], axis=0)
+        return bearing_errors_deg(mean, self.formation.places, self._flying_pairs())
+
+    def _flying_pairs(self) -> list[tuple[int, int]]:
+        assert self.formation is not None and self._final is not None
+        up = self._up[self._final].all(axis=0)
+        return [pair for pair in self.formation.graph.pairs if up[pair[0]] and up[pair[1]]]
+
+    @property
+    def _final(self) -> slice | None:
+        """The last second of the last phase that counts."""
+        counted = [w for w in self.windows if w.name in ("start", "trajectory", "go_to")]
+        if not counted:
+            counted = [w for w in self.windows if w.name in ("takeoff", "hover")]
+        if not counted:
+            return None
+        end = counted[-1].end
+        first, last = np.searchsorted(self.log.time, [end - FINAL_S - 1e-9, end + 1e-9])
+        return slice(int(first), int(last)) if last > first else None
+
+    def places(self) -> Array:
+        """Return where all drones shall be at the end (m), shape (N, 3).
+
+        In a formation, leaders where they were told to be, and followers where the bearings want them then. Otherwise
+        where each was told to be. NaN where nobody knows.
+        """
+        count = self._at.shape[1]
+        if self._final is None:
+            return np.full((count, 3), np.nan)
+        wanted = self._wanted[self._final][-1]
+        if self.formation is None:
+            return wanted
+        leaders = list(self.formation.leaders)
+        mean = np.nanmean(self._at[self._final], axis=0)
+        places = np.full((count, 3), np.nan)
+        places[leaders] = np.where(np.isfinite(wanted[leaders]), wanted[leaders], mean[leaders])
+        followers = [i for i in range(count) if i not in leaders]
+        laplacian = bearing_laplacian(self.formation.places, self.formation.graph)
+        rows = [3 * i + k for i in followers for k in range(3)]
+        columns = [3 * i + k for i in leaders for k in range(3)]
+        right = -laplacian[np.ix_(rows, columns)] @ places[leaders].ravel()
+        try:
+            places[followers] = np.linalg.solve(laplacian[np.ix_(rows, rows)], right).reshape(-1, 3)
+        except np.linalg.LinAlgError:
+            pass  # the bearings leave them a choice
+        return places
+
+    def position_errors(self) -> Array:
+        """Return how far each drone is from its place at the end (m), shape (N,); NaN where it has none."""
+        if self._final is None:
+            return np.full(self._at.shape[1], np.nan)
+        if self.formation is None:
+            # who is still under way is compared with where he is to be then
+            errors = np.linalg.norm(np.mean(self._at[self._final] - self._wanted[self._final], axis=0), axis=1)
+        else:
+            errors = np.linalg.norm(np.mean(self._at[self._final], axis=0) - self.places(), axis=1)
+        return np.where(self._up[self._final].all(axis=0), errors, np.nan)
+
+    def tracking(self) -> tuple[Array, Array]:
+        """Return RMS and largest distance of each drone from its reference (m), shape (N,) each; NaN without one.
+
+        What counts is the time after the take-off until the landing.
+        """
+        counts = np.zeros(len(self.log.time), bool)
+        for window in self.windows:
+            if window.name in ("start", "trajectory", "go_to", "hover"):
+                counts |= (self.log.time >= window.begin - 1e-9) & (self.log.time < window.end - 1e-9)
+        distance = np.linalg.norm(self._at - self._wanted, axis=2)
+        distance[~(counts[:, None] & self._up)] = np.nan
+        rms, largest = np.full(distance.shape[1], np.nan), np.full(distance.shape[1], np.nan)
+        for i, column in enumerate(distance.T):
+            known = column[np.isfinite(column)]
+            if len(known):
+                rms[i], largest[i] = float(np.sqrt(np.mean(known**2))), float(known.max())
+        return rms, largest
+
+    def least_distances(self) -> Array:
+        """Return how near another flying drone came to each (m), shape (N,); NaN for who was alone."""
+        count = self._at.shape[1]
+        least = np.full(count, np.inf)
+        for i in range(count):
+            for j in range(i):
+                both = self._up[:, i] & self._up[:, j]
+                if both.any():
+                    apart = float(np.nanmin(np.linalg.norm(self._at[both, i] - self._at[both, j], axis=1)))
+                    least[i], least[j] = min(least[i], apart), min(least[j], apart)
+        return np.where(np.isfinite(least), least, np.nan)
+
+    def landed(self) -> NDArray[np.bool_]:
+        """Return who stands with motors off after a flight, shape (N,)."""
+        return np.asarray(self.log.signals["layers.phase"])[-1] == _PHASES[Phase.LANDED]
+
+    # ---------------------------------------------------------------- verdicts
+
+    def verdicts(self, criteria: Any, names: Sequence[str], excused: Sequence[str] = ()) -> list[Verdict]:
+        """Return how the flight did by each criterion that was asked for.
+
+        Args:
+            criteria: See `crazychoir_fw.mission.layers.Criteria`.
+            names: The drones.
+            excused: Drones that may fail, which do not count.
+        """
+        counted = np.array([name not in excused for name in names])
+        found = []
+        errors = self.final_bearing_errors()
+        if errors is not None and excused:
+            pairs = self._flying_pairs()
+            errors = errors[[bool(counted[i] and counted[j]) for i, j in pairs]]
+        if criteria.bearing_error_deg is not None:
+            value = float(np.mean(errors)) if errors is not None and len(errors) else math.nan
+            found.append(_at_most("bearing_error_deg", criteria.bearing_error_deg, value, "the mean bearing error", "deg"))
+        if criteria.bearing_error_max_deg is not None:
+            value = float(np.max(errors)) if errors is not None and len(errors) else math.nan
+            found.append(
+                _at_most("bearing_error_max_deg", criteria.bearing_error_max_deg, value, "the largest bearing error", "deg")
+            )
+        if criteria.position_error_m is not None:
+            found.append(
+                _worst("position_error_m", criteria.position_error_m, self.position_errors(), counted, names, "its place")
+            )
+        if criteria.tracking_rms_m is not None:
+            found.append(
+                _worst("tracking_rms_m", criteria.tracking_rms_m, self.tracking()[0], counted, names, "its reference (RMS)")
+            )
+        if criteria.min_distance_m is not None:
+            found.append(self._distance(criteria.min_distance_m, counted, names))
+        if criteria.landed and self.windows and self.windows[-1].name == "land":
+            late = [name for name, down, counts in zip(names, self.landed(), counted, strict=True) if counts and not down]
+            sentence = f"{', '.join(late)}: did not land" if late else "all landed"
+            found.append(Verdict("landed", True, float(len(names) - len(late)), not late, sentence))
+        return found
+
+    def _distance(self, limit: float, counted: NDArray[np.bool_], names: Sequence[str]) -> Verdict:
+        least = np.where(counted, self.least_distances(), np.nan)
+        if not np.isfinite(least).any():
+            return Verdict("min_distance_m", limit, None, True, "no two drones flew together")
+        worst = int(np.nanargmin(least))
+        value = float(least[worst])
+        passed = value >= limit
+        sentence = f"{names[worst]}: came within {value:.3f} m of another drone, allowed: {limit:g} m or more"
+        return Verdict("min_distance_m", limit, round(value, 4), passed, sentence)
+
+
+def _at_most(name: str, limit: float, value: float, what: str, unit: str) -> Verdict:
+    passed = value <= limit  # not for NaN
+    measured = f"{value:.3g} {unit}" if math.isfinite(value) else "not known"
+    known = round(value, 4) if math.isfinite(value) else None
+    return Verdict(name, limit, known, passed, f"{what} is {measured}, allowed: {limit:g} {unit}")
+
+
+def _worst(
+    name: str, limit: float, values: Array, counted: NDArray[np.bool_], names: Sequence[str], what: str
+) -> Verdict:
+    values = np.where(counted, values, np.nan)
+    if not np.isfinite(values).any():
+        return Verdict(name, limit, None, False, f"{name}: no drone has one at the end of the flight")
+    worst = int(np.nanargmax(values))
+    value = float(values[worst])
+    sentence = f"{names[worst]}: is {value:.3f} m from {what}, allowed: {limit:g} m"
+    return Verdict(name, limit, round(value, 4), value <= limit, sentence)

@@ -1,0 +1,461 @@
+"""`Experiment`: guidance, planning and control of a swarm in one process, round by round, on any backend."""
+
+from __future__ import annotations
+
+import time as wall
+from collections.abc import Callable, Collection, Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
+from crazychoir_fw.experiment.agent import Agent, Phase
+from crazychoir_fw.experiment.backend import Backend, one_of
+from crazychoir_fw.experiment.control_group import ControlGroup
+from crazychoir_fw.guidance import BearingFormation, GuidanceGroup
+from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
+from crazychoir_fw.user_code import describe
+
+Array = NDArray[np.float64]
+Names = str | Iterable[str] | None
+
+TOUCHDOWN_M = 0.05
+"""Height above its start at which the motors of a landing drone stop (m)."""
+
+_LANDING_SPEED = 0.5  # [m/s], at which a drone that passes the floor has not come to land
+_ROUNDS_PER_LOOK = 4  # rounds between two looks at who failed
+PARTS = ("simulation", "guidance", "planning", "control", "sending", "record")
+
+
+@dataclass(frozen=True)
+class Happening:
+    """Something that happened in an experiment."""
+
+    time: float
+    kind: str
+    """``takeoff``, ``start``, ``land``, ``landed``, ``stop``, ``failure``, ``lost``, ``rejoined``."""
+    drone: str
+    details: str = ""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as an event of a flight log."""
+        return {
+            "time": round(self.time, 4),
+            "kind": self.kind,
+            "drone": self.drone,
+            "details": {"reason": self.details} if self.details else {},
+        }
+
+
+class Experiment:
+    """Flies the layers of a swarm.
+
+    A round is: poses, guidance, trajectory handlers, controllers, commands; then the backend goes on for a period. With
+    a simulated backend the result depends on nothing else. A layer of the user's that raises stops its own drone only.
+
+    Buttons (`takeoff`, `start`, `land`, `stop`) may be pressed between rounds, for all drones or some::
+
+        experiment.takeoff()
+        experiment.run(5.0)
+        experiment.start()
+        experiment.run(60.0)
+        experiment.land()
+        experiment.run(7.0)
+    """
+
+    def __init__(
+        self,
+        backend: Backend,
+        agents: Sequence[Agent],
+        groups: Sequence[ControlGroup],
+        rate: int = 100,
+        log_rate: int = 100,
+        observe: Callable[[Experiment], None] | None = None,
+    ) -> None:
+        """Bind layers to a backend.
+
+        Args:
+            backend: Where the drones are.
+            agents: The layers of each drone, in its order.
+            groups: Controllers; a drone in none of them is flown by the planner on board.
+            rate: Rounds per second (Hz).
+            log_rate: Samples of the log per second (Hz), a divisor of it.
+            observe: Called after every round.
+
+        Raises:
+            RangeError: If the numbers do not fit together.
+        """
+        if len(agents) != len(backend.names):
+            raise RangeError(f"there are {len(agents)} agents, allowed: {len(backend.names)}, one for each drone")
+        if rate < 1 or log_rate < 1 or rate % log_rate:
+            raise RangeError(f"log_rate is {log_rate}, allowed: a divisor of the rate, {rate} Hz")
+        self.backend = backend
+        self.agents = list(agents)
+        self.groups = list(groups)
+        self.period = 1.0 / rate
+        self.happenings: list[Happening] = []
+        """What happened, in order."""
+        self.shares = dict.fromkeys(PARTS, 0.0)
+        """Time that each part took on this machine (s); for people, nothing depends on it."""
+        self._rounds = 0
+        self._rounds_per_sample = rate // log_rate
+        self._observe = observe
+        self._controlled = {int(i) for group in groups for i in group.indices}
+        self._commands = np.zeros((len(agents), 4))
+        self._seen: Pose | None = None  # of each drone, without gaps
+        self._known = np.zeros(len(agents), bool)
+        self._together: GuidanceGroup | None = None
+        """Guidance of ours decides for all drones at once; what a user brings speaks for itself alone."""
+        if agents and all(isinstance(agent.guidance, BearingFormation) for agent in agents):
+            self._together = GuidanceGroup([agent.guidance for agent in agents], sends=False)
+
+    # ---------------------------------------------------------------- buttons
+
+    @property
+    def time(self) -> float:
+        """Time of the backend (s)."""
+        return self.backend.time
+
+    def takeoff(self, drones: Names = None) -> None:
+        """Take off: motors on.
+
+        Raises:
+            UnknownNameError: If there is no such drone.
+        """
+        self._press("takeoff", drones, motors=True)
+
+    def start(self, drones: Names = None) -> None:
+        """Let the guidance do what it is for; drones whose motors do not turn yet begin from where they are."""
+        self._press("start", drones, motors=True)
+
+    def land(self, drones: Names = None) -> None:
+        """Land; the motors of each drone stop when it is down."""
+        for agent in self._press("land", drones, motors=False):
+            agent.phase = Phase.LANDING
+
+    def stop(self, drones: Names = None) -> None:
+        """Stop the motors at once."""
+        chosen = self._chosen(drones)
+        self.backend.stop([agent.index for agent in chosen])
+        for agent in chosen:
+            self._guarded(agent, _button(agent.guidance, "stop"), self.time)
+            agent.phase = Phase.LANDED if agent.phase is not Phase.FAILED else agent.phase
+            self._note("stop", agent)
+
+    def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
+        """Hand points to the trajectory handlers, as a drawn curve is; the first one in flight.
+
+        Raises:
+            UnknownNameError: If there is no such drone.
+        """
+        poses, now = self._poses(), self.time
+        for agent in self._chosen(drones):
+            self._guarded(agent, self._plan, agent, list(points), one_of(poses, agent.index), now)
+
+    def _press(self, name: str, drones: Names, motors: bool) -> list[Agent]:
+        """Press a button of some drones; returns those that it is for."""
+        now = self.time
+        wanted = [agent for agent in self._chosen(drones) if agent.phase is not Phase.FAILED]
+        wanted = [agent for agent in wanted if motors or agent.is_up]
+        resting = [agent for agent in wanted if not agent.is_up]
+        if resting and motors:
+            self._turn_on(resting)
+            now = self.time  # real drones take their time
+        for agent in wanted:
+            if agent.phase is not Phase.FAILED:
+                self._guarded(agent, _button(agent.guidance, name), now)
+                self._note(name, agent)
+        return [agent for agent in wanted if agent.phase is not Phase.FAILED]
+
+    def _turn_on(self, agents: Sequence[Agent]) -> None:
+        refused = set(self.backend.unlock([agent.index for agent in agents]))
+        reasons = self.backend.failures()
+        poses = self._poses()
+        for agent in agents:
+            if agent.index in refused:
+                self._fail(agent, reasons.get(agent.index, f"{agent.name}: the motors may not run"))
+                continue
+            if not self._known[agent.index]:
+                self._fail(agent, f"{agent.name}: nobody knows where it is")
+                continue
+            agent.phase = Phase.FLYING
+            agent.home = poses.position[agent.index].copy()
+            self._guarded(agent, agent.guidance.set_pose, one_of(poses, agent.index))
+            # until somebody says otherwise
+            agent.reference = Reference(position=agent.home.copy(), velocity=np.zeros(3), acceleration=np.zeros(3))
+
+    def _chosen(self, drones: Names) -> list[Agent]:
+        if drones is None:
+            return list(self.agents)
+        wanted: Collection[str] = [drones] if isinstance(drones, str) else list(drones)
+        known = {agent.name: agent for agent in self.agents}
+        for name in wanted:
+            if name not in known:
+                raise UnknownNameError(f"there is no drone '{name}', allowed: {', '.join(known)}")
+        return [known[name] for name in wanted]
+
+    # ---------------------------------------------------------------- rounds
+
+    def run(self, seconds: float) -> None:
+        """Fly so many seconds, rounded to whole rounds."""
+        if not (np.isfinite(seconds) and seconds >= 0.0):
+            raise RangeError(f"run({seconds}): allowed: 0 s or more")
+        for _ in range(round(seconds / self.period)):
+            self.step()
+
+    def run_until_landed(self, timeout_s: float) -> bool:
+        """Fly until no motor turns; returns whether that came about in time."""
+        end = self.time + timeout_s
+        while any(agent.is_up for agent in self.agents):
+            if self.time >= end:
+                return False
+            self.step()
+        return True
+
+    def step(self) -> None:
+        """Fly one round."""
+        clock = wall.perf_counter
+        begin = clock()
+        poses, now = self._poses(), self.time
+        # also those on the ground: neighbors hear them
+        self._decide([agent for agent in self.agents if agent.failure is None and self._known[agent.index]], poses, now)
+        up = [agent for agent in self.agents if agent.is_up and self._known[agent.index]]
+        decided = clock()
+        self._follow(up, now)
+        planned = clock()
+        orders = [(group, group.step(self.agents, poses, now)) for group in self.groups] if up else []
+        controlled = clock()
+        for group, order in orders:
+            if order is not None:
+                self._send(group, *order)
+        self._look(up, poses)
+        sent = clock()
+        if self._rounds % self._rounds_per_sample == 0:
+            self.backend.record(self._signals())
+        recorded = clock()
+        self.backend.advance(self.period)
+        self._rounds += 1
+        parts = (decided - begin, planned - decided, controlled - planned, sent - controlled, recorded - sent)
+        for name, seconds in zip(PARTS[1:], parts, strict=True):
+            self.shares[name] += seconds
+        self.shares["simulation"] += clock() - recorded
+        if self._observe is not None:
+            self._observe(self)
+
+    def _poses(self) -> Pose:
+        """Return where all drones are; those that are not seen stay where they were."""
+        poses = self.backend.poses()
+        known = np.isfinite(poses.position).all(axis=1)
+        self._known = known
+        if self._seen is None:
+            self._seen = Pose(*(np.nan_to_num(part) for part in _parts(poses)), time=poses.time)
+        elif not known.all():
+            kept = (np.where(known[:, None], part, old) for part, old in zip(_parts(poses), _parts(self._seen), strict=True))
+            self._seen = Pose(*kept, time=poses.time)
+        else:
+            self._seen = poses
+        return self._seen
+
+    def _decide(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
+        """Let guidance speak, then hear, then decide."""
+        if self._together is not None and len(agents) == len(self.agents):
+            try:
+                for agent in agents:
+                    agent.guidance.set_pose(one_of(poses, agent.index))
+                decisions = self._together.step(now)
+                for agent, outputs in zip(agents, decisions, strict=True):
+                    self._take(agent, outputs, poses, now)
+            except Exception:
+                self._together = None  # who it was turns out when each decides for itself
+            return
+        for agent in agents:
+            guidance = agent.guidance
+            try:
+                guidance.set_pose(one_of(poses, agent.index))
+                if hasattr(guidance, "begin_round"):
+                    guidance.begin_round(now)
+                    agent.in_round = guidance.round_open
+            except Exception as error:  # a user's code may raise anything, and stops its own drone only
+                self._fail_by(agent, guidance, error)
+        for agent in agents:
+            guidance = agent.guidance
+            if agent.phase is Phase.FAILED:
+                continue
+            try:
+                # all have sent: rounds that are complete end at once, the others wait for their deadline
+                is_over = agent.in_round and guidance.is_complete(now)
+                outputs = guidance.finish_round(now) if is_over else guidance.step(now)
+                _check_reference(outputs.reference)
+                self._take(agent, outputs, poses, now)
+            except Exception as error:
+                self._fail_by(agent, guidance, error)
+
+    def _take(self, agent: Agent, outputs: Any, poses: Pose, now: float) -> None:
+        """Take what the guidance of a drone asks for."""
+        if not agent.is_up:
+            return
+        if outputs.idle and agent.phase is Phase.LANDING:
+            self._touch_down([agent])
+            return
+        if outputs.trajectory is not None:
+            self._plan(agent, list(outputs.trajectory), one_of(poses, agent.index), now)
+        if agent.planner is None and outputs.reference is not None:
+            agent.reference = outputs.reference
+        lost = getattr(agent.guidance, "lost", None)
+        if lost is not None and lost != agent.lost:
+            self._note_neighbors(agent, frozenset(lost))
+
+    def _plan(self, agent: Agent, points: list[TrajectoryPoint], pose: Pose, now: float) -> None:
+        if agent.planner is not None:
+            agent.planner.set_trajectory(points, pose, now)
+        elif agent.index not in self._controlled and agent.is_up:
+            self.backend.go_to(agent.index, points[-1])
+
+    def _follow(self, up: Sequence[Agent], now: float) -> None:
+        """Ask trajectory handlers for references."""
+        for agent in up:
+            if agent.planner is None or agent.phase is Phase.FAILED:
+                continue
+            try:
+                reference = agent.planner.evaluate(now)
+            except Exception as error:
+                self._fail_by(agent, agent.planner, error)
+                continue
+            if reference is not None:
+                agent.reference = reference
+
+    def _send(self, group: ControlGroup, indices: Any, twist: Any) -> None:
+        linear, angular = twist.linear, twist.angular
+        is_good = np.isfinite(linear).all() and np.isfinite(angular).all()
+        if not is_good:
+            good = np.isfinite(linear).all(axis=1) & np.isfinite(angular).all(axis=1)
+            for i in indices[~good]:
+                self._fail(self.agents[i], f"{self.agents[i].name}: its controller asks for numbers that are not finite")
+            indices, twist = indices[good], type(twist)(linear[good], angular[good])
+        if not self._known.all():
+            seen = self._known[indices]
+            indices, twist = indices[seen], type(twist)(twist.linear[seen], twist.angular[seen])
+        is_vel = group.kind == "vel"
+        self._commands[indices, 0] = 0.0 if is_vel else twist.linear[:, 2]
+        self._commands[indices, 1:] = twist.linear if is_vel else twist.angular
+        if len(indices):
+            self.backend.send(indices, twist, group.kind)
+
+    def _look(self, up: Sequence[Agent], poses: Pose) -> None:
+        """See who has landed, and who cannot go on."""
+        landed = [
+            agent
+            for agent in up
+            if agent.phase is Phase.LANDING
+            and poses.position[agent.index, 2] < max(0.0, agent.home[2]) + TOUCHDOWN_M
+            and abs(poses.velocity[agent.index, 2]) < _LANDING_SPEED
+        ]
+        if landed:
+            self._touch_down(landed)
+        if self._rounds % _ROUNDS_PER_LOOK == 0:
+            for i, sentence in self.backend.failures().items():
+                if self.agents[i].is_up:
+                    self._fail(self.agents[i], sentence)
+
+    def _touch_down(self, agents: Sequence[Agent]) -> None:
+        """Turn motors off after a landing."""
+        self.backend.stop([agent.index for agent in agents])
+        for agent in agents:
+            agent.phase = Phase.LANDED
+            agent.reference = None
+            self._commands[agent.index] = 0.0
+            self._note("landed", agent)
+
+    # ---------------------------------------------------------------- what goes wrong
+
+    def _guarded(self, agent: Agent, call: Callable[..., Any], *arguments: Any) -> None:
+        try:
+            call(*arguments)
+        except Exception as error:
+            self._fail_by(agent, agent.guidance, error)
+
+    def _fail_by(self, agent: Agent, layer: object, error: Exception) -> None:
+        self._fail(agent, f"{agent.name}: {type(layer).__name__}: {describe(error)} (at {self.time:.2f} s)")
+
+    def _fail(self, agent: Agent, sentence: str) -> None:
+        if agent.phase is Phase.FAILED:
+            return
+        was_up = agent.is_up
+        agent.phase, agent.failure, agent.reference = Phase.FAILED, sentence, None
+        self._commands[agent.index] = 0.0
+        if was_up:
+            try:
+                self.backend.stop([agent.index])
+            except CrazychoirError as error:
+                agent.failure += f"; it could not be stopped: {error}"
+        self._note("failure", agent, sentence)
+
+    def _note_neighbors(self, agent: Agent, lost: frozenset[int]) -> None:
+        for kind, numbers in (("lost", lost - agent.lost), ("rejoined", agent.lost - lost)):
+            for number in sorted(numbers):
+                self._note(kind, agent, f"{kind} {self.agents[number].name}")
+        agent.lost = lost
+
+    def _note(self, kind: str, agent: Agent, details: str = "") -> None:
+        self.happenings.append(Happening(self.time, kind, agent.name, details))
+
+    @property
+    def failures(self) -> list[str]:
+        """Why drones fly no more, one sentence each."""
+        return [agent.failure for agent in self.agents if agent.failure is not None]
+
+    # ---------------------------------------------------------------- log
+
+    def _signals(self) -> dict[str, Array]:
+        """Return what the layers say at present, for the log."""
+        wanted = np.full((len(self.agents), 6), np.nan)
+        for agent in self.agents:
+            reference = agent.reference
+            if reference is None or not agent.is_up:
+                continue
+            if reference.position is not None:
+                wanted[agent.index, :3] = reference.position
+            if reference.acceleration is not None:
+                wanted[agent.index, 3:] = reference.acceleration
+        signals = {f"layers.{name}": wanted[:, k] for k, name in enumerate(("x", "y", "z", "ax", "ay", "az"))}
+        for k in range(4):
+            signals[f"layers.command{k + 1}"] = self._commands[:, k].copy()
+        signals["layers.phase"] = np.array([_PHASES[agent.phase] for agent in self.agents], float)
+        return signals
+
+    def log(self, metadata: dict[str, Any] | None = None) -> Any:
+        """Return the log so far, with what happened among its events."""
+        self.backend.record(self._signals())
+        log = self.backend.log(dict(metadata or {}))
+        log.events = sorted(
+            [*log.events, *(happening.as_dict() for happening in self.happenings)], key=lambda event: event["time"]
+        )
+        return log
+
+
+_PHASES = {phase: number for number, phase in enumerate(Phase)}
+
+
+def _parts(poses: Pose) -> tuple[Array, Array, Array, Array]:
+    return poses.position, poses.orientation, poses.velocity, poses.angular  # type: ignore[return-value]
+
+
+def _check_reference(reference: Reference | None) -> None:
+    """Refuse numbers that are none before they reach a controller that others share.
+
+    Raises:
+        RangeError: If there are some.
+    """
+    if reference is None:
+        return
+    for name in ("position", "velocity", "acceleration", "jerk"):
+        value = getattr(reference, name)
+        if value is not None and not (np.shape(value) == (3,) and np.isfinite(value).all()):
+            raise RangeError(f"asks for the {name} {np.asarray(value)}, allowed: three finite numbers")
+
+
+def _button(guidance: Any, name: str) -> Callable[[float], None]:
+    """Return what a guidance does at a button; a class that does not know it does nothing."""
+    return getattr(guidance, name, lambda now: None)

@@ -1,0 +1,197 @@
+"""`SimBackend`: drones of a simulated world, with their onboard software."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw._core import lib
+from crazychoir_fw.core import check
+from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.experiment.backend import Indices, one_of
+from crazychoir_fw.experiment.setpoints import setpoints
+from crazychoir_fw.messages import Pose, TrajectoryPoint, Twist
+from crazychoir_fw.simulation.recorder import FlightRecorder
+from crazychoir_fw.simulation.swarm_views import swarm_parts
+from crazychoir_fw.simulation.world import TICKS_PER_SECOND, World
+
+if TYPE_CHECKING:
+    from crazychoir_fw.report.flight_log import FlightLog
+
+Array = NDArray[np.float64]
+
+_ESTIMATE = tuple(f"stateEstimate.{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz"))
+_GYRO = ("gyro.x", "gyro.y", "gyro.z")
+_IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
+
+
+class SimBackend:
+    """Commands go through the uplink of each drone, so that the journal of the world proves the flight."""
+
+    is_real_time = False
+
+    def __init__(self, world: World, odometry: str = "estimate", log_rate: int = 100) -> None:
+        """Take the drones of a world that are ready to fly (`World.wait_until_ready`).
+
+        Args:
+            world: The world; stepped by `advance`.
+            odometry: ``estimate`` of the onboard filter and gyroscope, or ``truth``.
+            log_rate: Samples of the log per second (Hz).
+
+        Raises:
+            RangeError: If the odometry is neither, or a drone has a controller that follows no such commands.
+        """
+        if odometry not in ("estimate", "truth"):
+            raise RangeError(f"odometry is {odometry!r}, allowed: estimate, truth")
+        self.world = world
+        self.names = [drone.id for drone in world.drones]
+        self.masses = np.array([drone.mass for drone in world.drones])
+        self.read_poses: Callable[[], Pose] = truth(world) if odometry == "truth" else estimates(world)
+        """Returns the poses that the layers are told."""
+        self.radio: Any = None
+        """The simulated radios, if requests go through some."""
+        self._true = truth(world)
+        facts = [lib.cf_platform_facts(drone.struct.config.platform) for drone in world.drones]
+        self._max_thrust = np.array([4.0 * float(fact.thrust.thrust_max) for fact in facts])
+        self._must_be_armed = [bool(fact.requires_arming) for fact in facts]
+        self._recorder = FlightRecorder(world, log_rate)
+        self._extra: list[dict[str, Array]] = []
+
+    @property
+    def time(self) -> float:
+        """See `Backend`."""
+        return self.world.time
+
+    def poses(self) -> Pose:
+        """See `Backend`."""
+        return self.read_poses()
+
+    def pose_of(self, index: int) -> Pose:
+        """See `Backend`."""
+        return one_of(self.poses(), index)
+
+    def true_positions(self) -> Array:
+        """See `Backend`."""
+        return self._true().position
+
+    def unlock(self, indices: Indices) -> list[int]:
+        """See `Backend`."""
+        for i in indices:
+            drone = self.world.drones[i]
+            if self._must_be_armed[i] and not drone.can_fly and drone.can_arm:
+                drone.arm()
+        return [int(i) for i in indices if not self.world.drones[i].can_fly]
+
+    def send(self, indices: Indices, twist: Twist, kind: str) -> None:
+        """See `Backend`.
+
+        Raises:
+            RangeError: If a number is not finite.
+        """
+        words = setpoints(twist, kind, self._max_thrust[indices], self.world.tick)
+        drones = self.world.drones
+        for i, word in zip(indices, words, strict=True):
+            drones[i].uplink.request("setpoint", word)
+
+    def go_to(self, index: int, point: TrajectoryPoint) -> None:
+        """See `Backend`.
+
+        Raises:
+            StateError: If the motors may not run.
+        """
+        drone = self.world.drones[index]
+        if not drone.can_fly:
+            raise StateError(f"{drone.id}: the motors may not run, state '{drone.supervisor_state}'")
+        if drone.struct.onboard.commander.priority > lib.COMMANDER_PRIORITY_HIGHLEVEL:
+            drone.uplink.request("cf_notify_setpoint_stop")
+        x, y, z = (float(value) for value in point.position)
+        status = drone.uplink.request("cf_go_to", x, y, z, 0.0, float(point.time_s), False, False)
+        check(status, f"{drone.id}: go_to({x}, {y}, {z}, {point.time_s})")
+
+    def advance(self, seconds: float) -> None:
+        """See `Backend`."""
+        self.world.step(round(seconds * TICKS_PER_SECOND))
+
+    def stop(self, indices: Indices) -> None:
+        """See `Backend`."""
+        for i in indices:
+            uplink = self.world.drones[i].uplink
+            uplink.request("cf_send_stop")
+            # the planner, at rest, keeps the watchdog on board quiet
+            uplink.request("cf_notify_setpoint_stop")
+            if self._must_be_armed[i]:
+                uplink.request("cf_arm", False)
+
+    def failures(self) -> dict[int, str]:
+        """See `Backend`."""
+        found = {}
+        for i, drone in enumerate(self.world.drones):
+            if drone.failure:
+                found[i] = drone.failure
+            elif drone.is_crashed or drone.is_locked:
+                what = "crashed" if drone.is_crashed else "locked up"
+                found[i] = f"{drone.id}: {what} at {self.time:.2f} s"
+        return found
+
+    def record(self, extra: dict[str, Array]) -> None:
+        """See `Backend`."""
+        self._recorder.sample()
+        self._extra.append(extra)
+
+    def log(self, metadata: dict[str, Any]) -> FlightLog:
+        """See `Backend`."""
+        log = self._recorder.finish(metadata)
+        for name in self._extra[0] if self._extra else ():
+            log.signals[name] = np.array([sample[name] for sample in self._extra], np.float32)
+        return log
+
+    @property
+    def film(self) -> tuple[Array, Array]:
+        """Positions of the whole model at each sample, shape (T, nq), and times (s), shape (T,)."""
+        return self._recorder.qpos, self._recorder.times
+
+    def close(self) -> None:
+        """See `Backend`."""
+
+
+def truth(world: World) -> Callable[[], Pose]:
+    """Return what reads the true poses of all drones."""
+    qpos = np.array([drone.qpos_address for drone in world.drones])[:, None] + np.array([0, 1, 2, 4, 5, 6, 3])
+    qvel = np.array([drone.qvel_address for drone in world.drones])[:, None] + np.arange(6)
+
+    def read() -> Pose:
+        pose, motion = world.data.qpos[qpos], world.data.qvel[qvel]
+        return Pose(pose[:, :3], pose[:, 3:], motion[:, :3], motion[:, 3:], world.time)
+
+    return read
+
+
+def estimates(world: World) -> Callable[[], Pose]:
+    """Return what reads the poses of all drones as their onboard software believes them."""
+    parts = swarm_parts(world)
+    count = len(world.drones)
+
+    # writing through a view costs a third of stacking
+    values = np.zeros((count, 13))
+    cells = [
+        (part.numbers if len(parts) > 1 else slice(None), k, part.views[name])
+        for part in parts
+        for k, name in enumerate((*_ESTIMATE, *_GYRO))
+    ]
+
+    def read() -> Pose:
+        for rows, k, view in cells:
+            values[rows, k] = view
+        read_now = values.copy()
+        return _pose(read_now)
+
+    def _pose(values: Array) -> Pose:
+        quat = values[:, 3:7]
+        if not quat.any(axis=1).all():
+            quat = np.where(np.any(quat, axis=1, keepdims=True), quat, _IDENTITY)  # before the filter runs it is zero
+        return Pose(values[:, :3], quat, values[:, 7:10], np.radians(values[:, 10:13]), world.time)
+
+    return read

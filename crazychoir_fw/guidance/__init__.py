@@ -1,0 +1,48 @@
+"""Cooperative decisions: what each drone asks for, from what it and its neighbors know.
+
+Plain objects without ROS and without a clock: every method that needs the time takes `now` (s).
+"""
+
+from crazychoir_fw.guidance.bearing_formation import BearingFormation
+from crazychoir_fw.guidance.cf_guidance import CFGuidance, Phase
+from crazychoir_fw.guidance.communicator import (
+    BestEffortCommunicator,
+    Communicator,
+    StaticCommunicator,
+    Statistics,
+    TimeVaryingCommunicator,
+    TopicCommunicator,
+)
+from crazychoir_fw.guidance.distributed_feedback import CFDistributedFeedback
+from crazychoir_fw.guidance.gains import FORMATION_GAINS, FormationGains
+from crazychoir_fw.guidance.graph import Graph, RandomEdges, Schedule, TimedGraphs, WithinDistance
+from crazychoir_fw.guidance.group import GuidanceGroup
+from crazychoir_fw.guidance.outputs import Outputs
+from crazychoir_fw.guidance.simple import GoToGuidance, SimpleGuidance
+from crazychoir_fw.guidance.transport import InProcessTransport, Transport
+
+__all__ = [
+    "FORMATION_GAINS",
+    "BearingFormation",
+    "BestEffortCommunicator",
+    "CFDistributedFeedback",
+    "CFGuidance",
+    "Communicator",
+    "FormationGains",
+    "GoToGuidance",
+    "Graph",
+    "GuidanceGroup",
+    "InProcessTransport",
+    "Outputs",
+    "Phase",
+    "RandomEdges",
+    "Schedule",
+    "SimpleGuidance",
+    "StaticCommunicator",
+    "Statistics",
+    "TimeVaryingCommunicator",
+    "TimedGraphs",
+    "TopicCommunicator",
+    "Transport",
+    "WithinDistance",
+]

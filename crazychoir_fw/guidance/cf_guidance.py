@@ -1,0 +1,200 @@
+"""`CFGuidance`: what guidance of any kind has in common, its buttons and its phases."""
+
+from __future__ import annotations
+
+import enum
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from crazychoir_fw.errors import RangeError
+from crazychoir_fw.guidance.outputs import Outputs
+from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
+
+Array = NDArray[np.float64]
+
+TOUCHDOWN_HEIGHT = 0.01
+"""Height at which landings end (m), as in the original."""
+
+_AFTER_LANDING = 1.0  # [s] after the end of a landing, before the motors are turned off
+
+
+class Phase(enum.Enum):
+    """What the guidance is doing."""
+
+    IDLE = "idle"
+    """On the ground: nothing is asked for."""
+    TAKEOFF = "takeoff"
+    """Climbing to the height, and staying there."""
+    FLIGHT = "flight"
+    """What the START button begins: the formation, the list of goals."""
+    LANDING = "landing"
+    STOPPED = "stopped"
+    """By the STOP button, until take-off or `resume`."""
+
+
+class CFGuidance:
+    """Takes off, lands and stops; by itself it flies on trajectories, and its flight is to stay where it is.
+
+    Subclasses override `flight`, and may override how they take off and land.
+    """
+
+    kind = "acceleration"
+    """What `Outputs.reference` is."""
+
+    def __init__(
+        self,
+        agent_id: int = 0,
+        *,
+        init_pos: ArrayLike | None = None,
+        height: float = 1.0,
+        takeoff_time: float = 5.0,
+        update_frequency: float = 100.0,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            agent_id: Number of this drone.
+            init_pos: Start (m, world), shape (2,) or (3,): above it the drone hovers after its take-off. None: where it
+                is at the take-off.
+            height: Of the take-off (m).
+            takeoff_time: Of take-off and landing (s).
+            update_frequency: How often `step` is called (Hz).
+
+        Raises:
+            RangeError: If a number is outside its range.
+        """
+        for name, value in (("height", height), ("takeoff_time", takeoff_time), ("update_frequency", update_frequency)):
+            if not (math.isfinite(value) and value > 0.0):
+                raise RangeError(f"agent {agent_id}: {name} is {value}, allowed: above 0")
+        self.agent_id = agent_id
+        self.height = float(height)
+        self.takeoff_time = float(takeoff_time)
+        self.update_frequency = float(update_frequency)
+        self.init_pos = None if init_pos is None else self._checked("init_pos", init_pos, (2, 3))
+        self.current_pose: Pose | None = None
+        self._phase = Phase.IDLE
+        self._begin = 0.0  # of the phase [s]
+        self._trajectory: list[TrajectoryPoint] | None = None
+
+    def _checked(self, what: str, values: ArrayLike, sizes: Sequence[int] = (3,)) -> Array:
+        vector = np.asarray(values, dtype=np.float64)
+        if vector.ndim != 1 or vector.size not in sizes or not np.isfinite(vector).all():
+            raise RangeError(f"agent {self.agent_id}: {what} is {values}, allowed: {sizes[-1]} finite numbers")
+        return vector
+
+    @property
+    def phase(self) -> Phase:
+        """What the guidance is doing."""
+        return self._phase
+
+    def set_pose(self, pose: Pose) -> None:
+        """Take the newest pose of this drone.
+
+        Raises:
+            RangeError: If it has a position or velocity that is not three finite numbers.
+        """
+        for vector in (pose.position, pose.velocity):
+            # three additions instead of isfinite().all(), which costs ten times as much
+            if vector is not None and not (vector.shape == (3,) and math.isfinite(vector[0] + vector[1] + vector[2])):
+                self._checked("the pose", vector)
+        self.current_pose = pose
+
+    # ---------------------------------------------------------------- buttons
+
+    def takeoff(self, now: float) -> None:
+        """Climb to the height. Also ends a stop."""
+        self._enter(Phase.TAKEOFF, now)
+        self.begin_takeoff(now)
+
+    def start(self, now: float) -> None:
+        """Begin the flight; without effect while stopped."""
+        if self._phase is not Phase.STOPPED:
+            self._enter(Phase.FLIGHT, now)
+            self.begin_flight(now)
+
+    def land(self, now: float) -> None:
+        """Descend; without effect on the ground and while stopped."""
+        if self._phase in (Phase.TAKEOFF, Phase.FLIGHT):
+            self._enter(Phase.LANDING, now)
+            self.begin_landing(now)
+
+    def stop(self, now: float) -> None:
+        """Ask for nothing any more: motors off at once. Holds until take-off or `resume`."""
+        self._enter(Phase.STOPPED, now)
+
+    def resume(self, now: float) -> None:
+        """End a stop: the drone is idle again."""
+        if self._phase is Phase.STOPPED:
+            self._enter(Phase.IDLE, now)
+
+    def _enter(self, phase: Phase, now: float) -> None:
+        self._phase = phase
+        self._begin = now
+        self._trajectory = None
+
+    # ---------------------------------------------------------------- to be overridden
+
+    def begin_takeoff(self, now: float) -> None:
+        """Ask for the climb."""
+        del now
+        self.go_to(self._above_start(), self.takeoff_time)
+
+    def begin_landing(self, now: float) -> None:
+        """Ask for the descent."""
+        del now
+        x, y = self._position()[:2]
+        self.go_to(np.array([x, y, TOUCHDOWN_HEIGHT]), self.takeoff_time)
+
+    def begin_flight(self, now: float) -> None:
+        """Called when the flight begins."""
+
+    def flight(self, now: float) -> Reference | None:
+        """Return the reference of the flight."""
+        del now
+        return None
+
+    def has_landed(self, now: float) -> bool:
+        """Return whether the landing is over."""
+        return now - self._begin >= self.takeoff_time + _AFTER_LANDING
+
+    # ---------------------------------------------------------------- a step
+
+    def step(self, now: float) -> Outputs:
+        """Return what to ask for at a time (s)."""
+        return self.outputs(now, self.flight(now) if self._phase is Phase.FLIGHT else None)
+
+    def outputs(self, now: float, reference: Reference | None) -> Outputs:
+        """Return a reference together with what the phase asks for."""
+        if self._phase is Phase.LANDING and self.has_landed(now):
+            self._enter(Phase.IDLE, now)
+        if self._phase is Phase.IDLE or self._phase is Phase.STOPPED:
+            return _IDLE
+        trajectory = self._trajectory
+        self._trajectory = None
+        return Outputs(reference, trajectory)
+
+    def go_to(self, position: Array, duration: float) -> None:
+        """Ask the trajectory handler for a way to a position (m) that takes a time (s), with the next step."""
+        self.fly([TrajectoryPoint(float(duration), position)])
+
+    def fly(self, trajectory: Sequence[TrajectoryPoint]) -> None:
+        """Ask the trajectory handler for a trajectory, with the next step."""
+        self._trajectory = list(trajectory)
+
+    def _position(self) -> Array:
+        """Return where the drone is, or began."""
+        if self.current_pose is not None and self.current_pose.position is not None:
+            return self.current_pose.position
+        if self.init_pos is not None:
+            return np.append(self.init_pos[:2], TOUCHDOWN_HEIGHT)
+        raise RangeError(f"agent {self.agent_id}: neither a pose nor init_pos is known")
+
+    def _above_start(self) -> Array:
+        start = self._position() if self.init_pos is None else self.init_pos
+        return np.array([start[0], start[1], self.height])
+
+
+_IDLE = Outputs(idle=True)

@@ -1,0 +1,20 @@
+"""What a guidance asks for in one step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from crazychoir_fw.messages import Reference, TrajectoryPoint
+
+
+@dataclass(frozen=True)
+class Outputs:
+    """What is None is not sent: whoever listens keeps what it has."""
+
+    reference: Reference | None = None
+    """To the controller of this drone, now."""
+    trajectory: list[TrajectoryPoint] | None = None
+    """To the trajectory handler of this drone, once."""
+    idle: bool = False
+    """The drone shall not fly: it stands before its take-off or after its landing, or was stopped. Whoever drives the
+    motors turns them off; controllers are not asked."""

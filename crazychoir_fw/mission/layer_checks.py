@@ -1,0 +1,148 @@
+"""What of a mission with layers can only be judged when all of it is known: names, numbers, what needs what."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+
+from crazychoir_fw.errors import MissionError
+from crazychoir_fw.mission.fleet import Layout
+from crazychoir_fw.mission.layers import Graph
+from crazychoir_fw.mission.schema import LayeredMission
+from crazychoir_fw.mission.values import did_you_mean
+
+
+def check_layers(mission: LayeredMission) -> None:
+    """Refuse names that nobody has, and layers that lack what they need.
+
+    Raises:
+        MissionError: With the key and what is allowed.
+    """
+    names = [drone.id for drone in mission.fleet]
+    _check_guidance(mission, names)
+    _check_graph(mission, names)
+    _check_control(mission)
+    _check_buttons(mission, names)
+    _check_criteria(mission)
+    _check_backend(mission)
+
+
+def with_uris(mission: LayeredMission, uris: Sequence[str] | None) -> LayeredMission:
+    """Return the mission with these URIs for its drones, in their order.
+
+    Raises:
+        MissionError: If their number is another one.
+    """
+    if uris is None:
+        return mission
+    entries = mission.drones.entries() if isinstance(mission.drones, Layout) else mission.drones
+    if len(uris) != len(entries):
+        raise MissionError(f"there are {len(uris)} uris, but must be {len(entries)}, one for each drone")
+    drones = [entry.model_copy(update={"uri": uri}) for entry, uri in zip(entries, uris, strict=True)]
+    copy = mission.model_copy(update={"drones": drones})
+    copy.__dict__.pop("fleet", None)  # the copy brings along what the original had decided
+    return copy
+
+
+def _known(path: str, wanted: Iterable[str], names: Collection[str]) -> None:
+    for name in wanted:
+        if name not in names:
+            hint = did_you_mean(name, names)
+            raise MissionError(f"{path} names '{name[:40]}', but must name drones of the mission{hint}")
+
+
+def _check_guidance(mission: LayeredMission, names: list[str]) -> None:
+    guidance = mission.layers.guidance
+    path = "layers.guidance"
+    _known(f"{path}.leaders", guidance.leaders, names)
+    if guidance.goals is not None:
+        if guidance.kind != "GoToGuidance":
+            raise MissionError(f"{path}.goals are for the class GoToGuidance, but class is {guidance.kind}")
+        _known(f"{path}.goals", guidance.goals, names)
+        for name, rows in guidance.goals.items():
+            for i, (duration, *_rest, z) in enumerate(rows):
+                if not (duration > 0.0 and z >= 0.0):
+                    raise MissionError(
+                        f"{path}.goals.{name}[{i}] must be [duration, x, y, z] with duration > 0 and z >= 0"
+                    )
+    elif guidance.kind == "GoToGuidance":
+        raise MissionError(f"{path}.goals is missing: GoToGuidance needs lists of [duration, x, y, z] by drone")
+    if guidance.kind != "BearingFormation":
+        return
+    if guidance.formation is None:
+        raise MissionError(f"{path}.formation is missing: BearingFormation needs a place for each drone")
+    if len(guidance.formation) != len(names):
+        raise MissionError(
+            f"{path}.formation has {len(guidance.formation)} places, but must have {len(names)}, one for each drone"
+        )
+    if not guidance.leaders:
+        raise MissionError(f"{path}.leaders is missing: without a leader the formation is nowhere")
+
+
+def _check_graph(mission: LayeredMission, names: list[str]) -> None:
+    communication = mission.layers.communication
+    if isinstance(communication.graph, tuple):
+        for i, pair in enumerate(communication.graph):
+            _known(f"layers.communication.graph[{i}]", pair, names)
+    needs_graph = mission.layers.guidance.kind == "BearingFormation"
+    if needs_graph and not isinstance(communication.graph, Graph) and not communication.graph:
+        raise MissionError(
+            "layers.communication.graph is missing: BearingFormation needs who talks to whom, such as complete or "
+            f"[[{names[0]}, {names[min(1, len(names) - 1)]}]]"
+        )
+
+
+def _check_control(mission: LayeredMission) -> None:
+    layers = mission.layers
+    control, planning = layers.control, layers.planning
+    if control is None and planning is not None:
+        raise MissionError("layers.control is missing: what is planned here must be controlled here")
+    if control is None:
+        return
+    if control.kind == "VelocityController" and control.command != "vel":
+        raise MissionError(f"layers.control.sender is '{control.sender}', but a VelocityController sends by VelSender")
+    if control.kind == "HierarchicalController" and control.command == "vel":
+        raise MissionError("layers.control.sender is 'VelSender', but must be FPQRSender or FRPYSender there")
+    for drone in mission.fleet:
+        if drone.motor_ctrl is not None:
+            raise MissionError(f"{drone.id} has a motor_ctrl, but layers fly it already")
+
+
+def _check_buttons(mission: LayeredMission, names: list[str]) -> None:
+    for i, phase in enumerate(mission.flight):
+        path = f"flight[{i}].{phase.name}"
+        wanted = getattr(phase.button, "drones", None)
+        if wanted is not None:
+            _known(f"{path}.drones", wanted, names)
+        if phase.name == "go_to" and len(wanted or names) > 1:
+            raise MissionError(f"{path} sends {len(wanted or names)} drones to one point; name one with drones: [id]")
+        if phase.name == "trajectory" and mission.layers.planning is None:
+            raise MissionError(f"{path} needs layers.planning, which makes references out of its points")
+
+
+def _check_criteria(mission: LayeredMission) -> None:
+    criteria = mission.criteria
+    for key in ("bearing_error_deg", "bearing_error_max_deg"):
+        if getattr(criteria, key) is not None and mission.layers.guidance.formation is None:
+            raise MissionError(f"criteria.{key} needs layers.guidance.formation, whose bearings count")
+    if mission.layers.rate % mission.log_rate:
+        raise MissionError(f"log_rate is {mission.log_rate}, but must be a divisor of {mission.layers.rate} Hz")
+
+
+def _check_backend(mission: LayeredMission) -> None:
+    if mission.backend == "sim":
+        return
+    for key in ("faults", "radios"):
+        if getattr(mission, key):
+            raise MissionError(f"{key} are for the backend sim, but backend is {mission.backend}")
+    if mission.backend != "hardware":
+        return
+    for i, drone in enumerate(mission.fleet):
+        if drone.uri is None:
+            raise MissionError(
+                f"drones[{i}].uri is missing: the backend hardware must know where {drone.id} is, such as "
+                f"radio://0/80/2M/E7E7E7E7{i + 1:02X}; or number ports with --uri-base udp://127.0.0.1:19850"
+            )
+    uris = [drone.uri for drone in mission.fleet]
+    for i, uri in enumerate(uris):
+        if uri in uris[:i]:
+            raise MissionError(f"drones[{i}].uri is {uri}, but drones[{uris.index(uri)}] has it already")

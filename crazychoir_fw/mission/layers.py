@@ -1,0 +1,350 @@
+"""The key `layers` of a mission file: what decides, plans and controls, and who talks to whom.
+
+Which classes there are, and what they take, is known to the layers alone; here stands how they are named.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
+
+from crazychoir_fw.mission.section import Section
+from crazychoir_fw.mission.values import choice, did_you_mean, number, point, refusal, switch, whole, word
+
+GUIDANCE = ("BearingFormation", "SimpleGuidance", "GoToGuidance")
+PLANNING = ("Spline", "SplinePosition", "Polynomial7th", "MinimumSnap")
+CONTROL = ("HierarchicalController", "VelocityController")
+POSITION = ("FlatnessPositionCtrl",)
+ACCELERATION = ("FlatnessAccelerationCtrl",)
+ATTITUDE = ("GeometryAttitudeCtrl",)
+VELOCITY = ("VelocityCtrlStrategy",)
+SENDERS = {"FPQRSender": "fpqr", "FRPYSender": "frpy", "VelSender": "vel"}
+"""What each sender sends."""
+
+ODOMETRY = ("estimate", "truth", "mocap")
+RATES = (10, 20, 25, 40, 50, 100, 125, 200, 250, 500)
+"""Rounds per second (Hz) that fall on whole milliseconds."""
+
+
+def class_word(*known: str) -> BeforeValidator:
+    """A class by a word that is known, or one of the user's: package.module:Class or file.py:Class."""
+    must = f"one of {', '.join(known)}, package.module:Class or file.py:Class"
+
+    def check(value: object, info: ValidationInfo) -> str:
+        if isinstance(value, str) and value in known:
+            return value
+        if not isinstance(value, str) or not re.fullmatch(r"(.*\.py|[\w.]+):[^\W\d]\w*", value):
+            raise refusal(must + did_you_mean(value, known))
+        file, _, class_name = value.rpartition(":")
+        if not file.endswith(".py"):
+            return value
+        folder = (info.context or {}).get("folder", Path())
+        path = folder / file
+        try:
+            is_file = path.is_file()
+        except (OSError, ValueError):  # a name that no file can have
+            is_file = False
+        if not is_file:
+            raise refusal(f"{must}; {file[:80]!r} is no existing file in {folder}")
+        return f"{path.resolve()}:{class_name}"
+
+    return BeforeValidator(check)
+
+
+def gain_set() -> BeforeValidator:
+    """The name of a set of gains, or a mapping of what differs from the default set."""
+    must = "the name of a set of gains, or a mapping such as {k_p: 0.2, k_v: [1, 1, 1]}"
+
+    def is_gain(value: object) -> bool:
+        items = value if isinstance(value, Sequence) and not isinstance(value, str | bytes) else [value]
+        return len(items) in (1, 3) and all(
+            isinstance(item, int | float) and not isinstance(item, bool) and -1e6 <= item <= 1e6 for item in items
+        )
+
+    def check(value: object) -> str | dict[str, Any]:
+        if isinstance(value, str) and re.fullmatch(r"[a-z]\w{0,30}", value):
+            return value
+        if isinstance(value, Mapping) and value:
+            if all(isinstance(key, str) and (is_gain(item) or key == "base") for key, item in value.items()):
+                return dict(value)
+        raise refusal(must)
+
+    return BeforeValidator(check)
+
+
+def law_gains() -> BeforeValidator:
+    """The name of a set of gains of all laws, or one for each kind of law."""
+    must = "the name of a set of gains, or a mapping of position, attitude, velocity to one each"
+    of_one = gain_set().func
+
+    def check(value: object) -> str | dict[str, Any]:
+        if isinstance(value, Mapping) and value:
+            if set(value) <= {"position", "attitude", "velocity"}:
+                return {key: of_one(item) for key, item in value.items()}  # type: ignore[call-arg]
+        elif isinstance(value, str):
+            return of_one(value)  # type: ignore[call-arg]
+        raise refusal(must)
+
+    return BeforeValidator(check)
+
+
+def plain_options() -> BeforeValidator:
+    """Keyword arguments for a class of the user's."""
+    must = "a mapping from words to plain values, such as {radius: 0.5}"
+
+    def check(value: object) -> dict[str, Any]:
+        if not isinstance(value, Mapping) or not all(
+            isinstance(key, str) and key.isidentifier() and not key.startswith("_") for key in value
+        ):
+            raise refusal(must)
+        return dict(value)
+
+    return BeforeValidator(check)
+
+
+Name = Annotated[str, word(r"[A-Za-z]\w{0,30}", "the id of a drone")]
+Options = Annotated[Mapping[str, Any], plain_options()]
+Gains = Annotated[str | Mapping[str, Any], gain_set()]
+
+
+class RandomGraph(Section):
+    """A connected random graph, the same for the same seed."""
+
+    probability: Annotated[float, number(0.0, 1.0)] = 0.2
+    """That two drones talk to each other."""
+
+    seed: Annotated[int, whole(0, 2**32 - 1)] = 0
+    """Seed of the draw."""
+
+
+class Graph(Section):
+    """A graph by rule."""
+
+    random: RandomGraph
+
+
+def _graph(value: object) -> object:
+    must = "complete, a list of pairs of ids such as [[agent_0, agent_1]], or {random: {probability: 0.2, seed: 1}}"
+    if value == "complete" or isinstance(value, Mapping | Graph):
+        return value
+    if isinstance(value, str | bytes) or not isinstance(value, Sequence):
+        raise refusal(must + did_you_mean(value, ["complete", "random"]))
+    for pair in value:
+        is_pair = isinstance(pair, Sequence) and not isinstance(pair, str) and len(pair) == 2
+        if not (is_pair and all(isinstance(name, str) for name in pair) and pair[0] != pair[1]):
+            raise refusal(must)
+    return tuple((pair[0], pair[1]) for pair in value)
+
+
+class Communication(Section):
+    """Who talks to whom, and how."""
+
+    graph: Annotated[Any, BeforeValidator(_graph)] = ()
+    """`complete`, pairs of ids, or a random graph. Without it nobody talks."""
+
+    directed: Annotated[bool, switch()] = False
+    """Whether a pair [a, b] is heard by b only; otherwise both hear each other."""
+
+    mode: Annotated[str, choice("lockstep", "asynchronous")] = "lockstep"
+    """`lockstep` waits in each round until all neighbors were heard, or the deadline is over; `asynchronous` takes what
+    has come."""
+
+    deadline_s: Annotated[float, number(0.001, 10.0, "s")] = 0.05
+    """Longest wait for a neighbor in a round; who is not heard of then is left out until he is heard again."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_graph(cls, data: Any) -> Any:
+        if isinstance(data, Mapping) and isinstance(data.get("graph"), Mapping):
+            try:
+                return {**data, "graph": Graph(**data["graph"])}
+            except TypeError:
+                raise refusal("a graph such as {random: {probability: 0.2, seed: 1}}", ".graph") from None
+        return data
+
+
+class Goal(Section):
+    """One point of a list of go-tos."""
+
+    position: Annotated[tuple[float, ...], point("x", "y", "z", floor=0.0)]
+    duration: Annotated[float, number(0.1, 3600.0, "s")]
+
+
+class GuidanceLayer(Section):
+    """What decides where the drones go."""
+
+    kind: Annotated[str, class_word(*GUIDANCE)] = Field(alias="class")
+    """`BearingFormation`, `SimpleGuidance`, `GoToGuidance`, or a class of yours."""
+
+    leaders: list[Name] = Field(default_factory=list)
+    """Drones that do not follow the formation, but their own trajectory, or stay."""
+
+    formation: list[Annotated[tuple[float, ...], point("x", "y", "[z]")]] | None = None
+    """Where the drones are in the formation (m), in the order of `drones`: only bearings between them count."""
+
+    gains: Gains | None = None
+    """Set of gains; None is that of the class."""
+
+    height: Annotated[float, number(0.05, 100.0, "m")] = 1.0
+    """Height of the take-off (m)."""
+
+    goals: Mapping[str, list[Annotated[tuple[float, ...], point("duration", "x", "y", "z")]]] | None = None
+    """Of `GoToGuidance`: rows [duration (s), x, y, z (m)] by drone."""
+
+    options: Options = Field(default_factory=dict)
+    """Further keyword arguments of the class."""
+
+
+class PlanningLayer(Section):
+    """What makes references out of points."""
+
+    kind: Annotated[str, class_word(*PLANNING)] = Field(alias="class")
+    """`Spline`, `SplinePosition`, `Polynomial7th`, `MinimumSnap`, or a class of yours."""
+
+    options: Options = Field(default_factory=dict)
+    """Further keyword arguments of the class."""
+
+
+class ControlLayer(Section):
+    """What turns references into commands."""
+
+    kind: Annotated[str, class_word(*CONTROL)] = Field("HierarchicalController", alias="class")
+    """`HierarchicalController` or `VelocityController`."""
+
+    position: Annotated[str, class_word(*POSITION)] = "FlatnessPositionCtrl"
+    """Law of drones that follow a trajectory."""
+
+    acceleration: Annotated[str, class_word(*ACCELERATION)] = "FlatnessAccelerationCtrl"
+    """Law of drones whose guidance asks for accelerations."""
+
+    attitude: Annotated[str, class_word(*ATTITUDE)] = "GeometryAttitudeCtrl"
+    """Law from attitude to body rates."""
+
+    velocity: Annotated[str, class_word(*VELOCITY)] = "VelocityCtrlStrategy"
+    """Law of a `VelocityController`."""
+
+    sender: Annotated[str, choice(*SENDERS)] | None = None
+    """`FPQRSender`, `FRPYSender`, `VelSender`; None is that of the class."""
+
+    gains: Annotated[str | Mapping[str, Any], law_gains()] = "webots"
+    """Set of gains of all laws, or {position: ..., attitude: ..., velocity: ...}."""
+
+    mass: Annotated[float, number(0.005, 1.0, "kg")] | None = None
+    """Mass that the laws believe in (kg); None is that of the vehicle."""
+
+    @property
+    def command(self) -> str:
+        """What is sent: fpqr, frpy or vel."""
+        if self.sender is not None:
+            return SENDERS[self.sender]
+        return "vel" if self.kind == "VelocityController" else "fpqr"
+
+
+def _rate(value: object) -> int:
+    if isinstance(value, bool) or value not in RATES:
+        raise refusal(f"one of {', '.join(map(str, RATES))} Hz")
+    return int(value)  # type: ignore[call-overload]
+
+
+class Layers(Section):
+    """The key `layers`."""
+
+    rate: Annotated[int, BeforeValidator(_rate)] = 100
+    """Rounds per second (Hz)."""
+
+    odometry: Annotated[str, choice(*ODOMETRY)] = "estimate"
+    """Where the layers know the poses from: `estimate` of the onboard filter, `truth`, or `mocap`, noisy poses whose
+    velocity comes from a derivative filter."""
+
+    communication: Communication = Communication()
+    """Who talks to whom."""
+
+    guidance: GuidanceLayer
+    """What decides."""
+
+    planning: PlanningLayer | None = None
+    """What plans; without it points go to the planners on board."""
+
+    control: ControlLayer | None = None
+    """What controls; without it points go to the planners on board."""
+
+
+class Disturbance(Section):
+    """A random force."""
+
+    sigma: Annotated[float, number(0.0, 10.0, "N")]
+    """Standard deviation per axis (N)."""
+
+    time_constant: Annotated[float, number(0.0, 1000.0, "s")] = 1.0
+    """Correlation time (s)."""
+
+
+class IntegratorSettings(Section):
+    """What the backend `integrator` is like."""
+
+    drag: Annotated[Any, BeforeValidator(lambda value: _drag(value))] = None
+    """Rotor drag: `rotor`, three coefficients (N s/m) along body x, y, z, or none."""
+
+    disturbance: Disturbance | None = None
+    """Random force on each drone."""
+
+
+def _drag(value: object) -> object:
+    if value is None or value == "rotor":
+        return value
+    is_list = isinstance(value, Sequence) and not isinstance(value, str | bytes) and len(value) == 3
+    if not is_list or not all(isinstance(v, int | float) and 0.0 <= v <= 10.0 for v in value):
+        raise refusal("rotor, or three numbers in [0, 10] N s/m")
+    return tuple(float(v) for v in value)
+
+
+class SafetyBox(Section):
+    """The box that real drones are kept in."""
+
+    low: Annotated[tuple[float, ...], point("x", "y", "z")]
+    """Lowest corner (m, world)."""
+
+    high: Annotated[tuple[float, ...], point("x", "y", "z")]
+    """Highest corner (m, world)."""
+
+    breach: Annotated[str, choice("land", "stop", "report")] = "land"
+    """What happens to a drone that leaves it."""
+
+
+class HardwareSettings(Section):
+    """How the backend `hardware` flies."""
+
+    odometry_hz: Annotated[float, number(10.0, 100.0, "Hz")] = 100.0
+    """Rate at which drones log their poses (Hz)."""
+
+    safety_area: SafetyBox | None = None
+    """Box that drones are kept in."""
+
+    radio: Options = Field(default_factory=dict)
+    """Further options of the radio handler, see `crazychoir_fw.radio.Options`."""
+
+
+class Criteria(Section):
+    """What makes the flight a success; what is not named is not asked for."""
+
+    bearing_error_deg: Annotated[float, number(0.0, 180.0, "deg")] | None = None
+    """Largest mean error of the bearings over all edges, at the end of the last `start`."""
+
+    bearing_error_max_deg: Annotated[float, number(0.0, 180.0, "deg")] | None = None
+    """Largest error of a single bearing then."""
+
+    position_error_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
+    """Largest distance of a drone from its place then."""
+
+    tracking_rms_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
+    """Largest RMS distance of a drone from its reference while it follows a trajectory."""
+
+    min_distance_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
+    """Least distance between two drones in flight."""
+
+    landed: Annotated[bool, switch()] = True
+    """Whether all drones must stand on the floor at the end, if the flight ends with a landing."""

@@ -1,0 +1,91 @@
+"""The buttons of a swarm, on topics and as services: take-off, land, stop, start.
+
+``/takeoff``, ``/land``, ``/stop`` and ``/experiment_trigger`` are topics of `std_msgs/Empty`; the node `Buttons` serves
+`std_srvs/Trigger` under the same names, for whoever wants an answer.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.context import Context
+from rclpy.node import Node
+from std_msgs.msg import Empty
+from std_srvs.srv import Trigger
+
+from crazychoir_fw.errors import StateError, UnknownNameError
+from crazychoir_fw.ros.names import BUTTONS
+from crazychoir_fw.ros.node import LayerNode
+
+
+def serve_trigger(node: Node, name: str, work: Callable[[], None], message: str) -> Any:
+    """Serve a `std_srvs/Trigger` that does some work and says so."""
+
+    def answer(_: Any, response: Any) -> Any:
+        work()
+        response.success, response.message = True, message
+        return response
+
+    return node.create_service(Trigger, name, answer)
+
+
+class Buttons(LayerNode):
+    """Presses the swarm-wide buttons, for itself and for whoever calls its services."""
+
+    def __init__(self, *, services: bool = True, context: Context | None = None) -> None:
+        """Make the node ``buttons``.
+
+        Args:
+            services: Whether the buttons are served as services, too.
+            context: Context of rclpy.
+        """
+        super().__init__("buttons", swarm_wide=True, context=context)
+        self._publishers_of = {name: self.announce(topic) for name, topic in BUTTONS.items()}
+        if services:
+            for name, topic in BUTTONS.items():
+                serve_trigger(self, topic.name, lambda pressed=name: self.press(pressed), f"{topic.name} pressed")
+
+    def press(self, button: str) -> None:
+        """Press a button: ``takeoff``, ``land``, ``stop`` or ``start``.
+
+        Raises:
+            UnknownNameError: If there is no such button.
+        """
+        if button not in self._publishers_of:
+            raise UnknownNameError(f"button is {button!r}, allowed: {', '.join(self._publishers_of)}")
+        self._publishers_of[button].publish(Empty())
+
+    def listeners(self, button: str) -> int:
+        """Return how many nodes listen to a button."""
+        return int(self._publishers_of[button].get_subscription_count())
+
+    def press_when_heard(self, button: str, timeout: float = 5.0, settle: float = 0.3) -> int:
+        """Wait until somebody listens, and press a button once. Returns how many listened.
+
+        Args:
+            button: Which one.
+            timeout: Longest wait for the first listener (s, wall clock).
+            settle: How long no further listener must have come (s, wall clock): a swarm is not found all at once.
+
+        Raises:
+            StateError: If nobody listens.
+        """
+        deadline = time.monotonic() + timeout
+        count, since = 0, time.monotonic()
+        while True:
+            now = time.monotonic()
+            found = self.listeners(button)
+            if found != count:
+                count, since = found, now
+            if count and now - since >= settle:
+                break
+            if now >= deadline:
+                if count:
+                    break
+                raise StateError(f"nobody listens to {BUTTONS[button].name} on this ROS domain")
+            time.sleep(0.02)
+        self.press(button)
+        self._publishers_of[button].wait_for_all_acked()
+        return count

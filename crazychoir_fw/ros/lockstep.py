@@ -1,0 +1,63 @@
+"""Who must have answered before simulated time goes on, so that results do not depend on the speed of a machine."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+
+Party = tuple[int, str]
+"""Number of a drone, and the topic on which its node answers."""
+
+
+@dataclass
+class Answers:
+    """Everybody who answers each odometry with a message, such as a controller with ``cmd_vel``.
+
+    A party is waited for from its first message on. Who does not answer in time counts as silent, is waited for no
+    more, and is so again as soon as it is heard.
+    """
+
+    parties: Iterable[Party]
+    heard: set[Party] = field(default_factory=set)
+    """Who has ever answered."""
+    silent: set[Party] = field(default_factory=set)
+    """Who was waited for in vain, and has not been heard since."""
+
+    def __post_init__(self) -> None:
+        self.parties = frozenset(self.parties)
+        self._waiting: set[Party] = set()
+
+    def ask(self) -> None:
+        """A new odometry goes out: everybody who lives is waited for."""
+        self._waiting = self.heard - self.silent
+
+    def take(self, party: Party) -> bool:
+        """Somebody answers. Returns whether he had been silent."""
+        self.heard.add(party)
+        self._waiting.discard(party)
+        if party in self.silent:
+            self.silent.discard(party)
+            return True
+        return False
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether nobody is waited for."""
+        return not self._waiting
+
+    @property
+    def is_anybody_there(self) -> bool:
+        """Whether at least one lives."""
+        return len(self.heard) > len(self.silent)
+
+    @property
+    def missing(self) -> frozenset[Party]:
+        """Who has not been heard of at all."""
+        return frozenset(self.parties) - self.heard
+
+    def give_up(self) -> list[Party]:
+        """Wait no longer. Returns who is silent from now on."""
+        late = sorted(self._waiting)
+        self.silent |= self._waiting
+        self._waiting = set()
+        return late

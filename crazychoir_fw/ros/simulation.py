@@ -1,0 +1,386 @@
+"""`SimulationNode`: one node for a world of drones, whatever their number.
+
+Each drone has the topics of the table: it takes ``cmd_vel`` or ``traj_params`` and says ``odom``; ``/clock`` is
+simulated time.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.context import Context
+from sensor_msgs.msg import Imu
+from std_msgs.msg import Bool, Empty
+
+from crazychoir_fw.errors import CrazychoirError, RangeError
+from crazychoir_fw.messages import Pose, TrajectoryPoint, Twist
+from crazychoir_fw.ros.buttons import serve_trigger
+from crazychoir_fw.ros.conversions import joint_trajectory_to_points
+from crazychoir_fw.ros.lockstep import Answers
+from crazychoir_fw.ros.names import (
+    CLOCK,
+    CMD_VEL,
+    LATEST,
+    MOCAP_POSE,
+    NAMESPACE_PATTERN,
+    ODOM,
+    REFERENCES,
+    STOP,
+    TRAJ_PARAMS,
+    qos,
+)
+from crazychoir_fw.ros.node import LayerNode
+from crazychoir_fw.ros.wire import (
+    Rows,
+    clock_layout,
+    imu_layout,
+    odometry_layout,
+    pose_stamped_layout,
+    twist_numbers,
+)
+
+KINDS = ("fpqr", "frpy", "vel", "xyz")
+_LOOK_EVERY = 0.25  # [s], wall: who listens
+
+
+class Host(Protocol):
+    """What the node lets fly: `PluginHost`, or a backend of experiments."""
+
+    names: Sequence[str]
+
+    @property
+    def time(self) -> float:
+        """Time (s)."""
+
+    def poses(self) -> Pose:
+        """Return the odometry of all drones."""
+
+    def send(self, indices: Sequence[int], twist: Twist, kind: str) -> None:
+        """Hand over commands."""
+
+    def go_to(self, index: int, point: TrajectoryPoint) -> None:
+        """Fly to a point."""
+
+    def advance(self, seconds: float) -> None:
+        """Let time go on."""
+
+    def stop(self, indices: Sequence[int]) -> None:
+        """Motors off."""
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How fast simulated time goes on."""
+
+    speed: float | None = 1.0
+    """Simulated seconds per second; None is as fast as possible."""
+    lockstep: bool = False
+    """Whether each step waits until everybody who lives has answered the last odometry."""
+    deadline: float = 2.0
+    """Longest wait in a step (s, wall clock); who has not answered then counts as silent."""
+    unattended: bool = False
+    """Whether time goes on although nobody listens. In real time it always does."""
+
+
+class SimulationNode(LayerNode):
+    """The drones of a world as topics.
+
+    What lets it go on is `step`, called by `run` at the pace that was asked for.
+    """
+
+    def __init__(
+        self,
+        host: Host,
+        *,
+        command: str = "fpqr",
+        rate: float = 100.0,
+        pace: Pace = Pace(),  # noqa: B008 - frozen
+        answers: Mapping[str, Sequence[int]] | None = None,
+        imu: bool = False,
+        mocap_noise: float | None = None,
+        seed: int = 0,
+        obeys_idle: bool = True,
+        namespace_pattern: str = NAMESPACE_PATTERN,
+        context: Context | None = None,
+    ) -> None:
+        """Make the node; nothing moves yet.
+
+        Args:
+            host: What flies.
+            command: What the drones take: ``fpqr``, ``frpy`` or ``vel`` on ``cmd_vel``, ``xyz`` on ``traj_params``.
+            rate: Odometry per simulated second (Hz), a divisor of 1000.
+            pace: How fast time goes on.
+            answers: In lockstep, topics (``cmd_vel``, ``acceleration``, …, or ``guidance`` on ``answered``) by whose
+                messages drones answer each odometry, with the numbers of these drones; all with ``cmd_vel`` by default.
+            imu: Whether ``imu`` is published, if the host knows it.
+            mocap_noise: Standard deviation (m) of the poses of motion capture on ``/vicon/cf{i}/cf{i}``; None: there is
+                no motion capture.
+            seed: Of that noise.
+            obeys_idle: Whether the motors of a drone rest while its guidance says so on ``idle``.
+            namespace_pattern: Namespace of drone i.
+            context: Context of rclpy.
+
+        Raises:
+            RangeError: If an argument is outside its range.
+        """
+        if command not in KINDS:
+            raise RangeError(f"command is {command!r}, allowed: {', '.join(KINDS)}")
+        if not (1 <= rate <= 1000 and 1000 % rate == 0):
+            raise RangeError(f"rate is {rate!r} Hz, allowed: a divisor of 1000")
+        super().__init__("simulation", swarm_wide=True, namespace_pattern=namespace_pattern, context=context)
+        self.host = host
+        self.period = 1.0 / rate
+        self.pace = pace
+        self.steps = 0
+        """How many steps have been made."""
+        self.last_step_wall = 0.0
+        """When the latest odometry went out (s, steady clock)."""
+        self.when_stepped: list[Callable[[float], None]] = []
+        """Called with the time after each step, before the odometry goes out."""
+        self._kind = command
+        self._obeys_idle = obeys_idle
+        self._stopping = False
+        self._stopped = False
+        count = len(host.names)
+        self._linear, self._angular = np.zeros((count, 3)), np.zeros((count, 3))
+        self._fresh = np.zeros(count, bool)
+        self._refused: list[str] = []
+        self._publish_topics(count, imu, mocap_noise, seed)
+        self._subscribe_topics(count, answers)
+        self._looked = -1e9
+        self._due: float | None = None
+
+    def _publish_topics(self, count: int, imu: bool, mocap_noise: float | None, seed: int) -> None:
+        self._clock_rows = Rows(clock_layout(), 1)
+        self._clock_publisher = self.announce(CLOCK)
+        self._odom_rows = Rows(odometry_layout(), count)
+        self._odom = [self.announce(ODOM, self.topic_of(i, "odom")) for i in range(count)]
+        self._imu: list[Any] = []
+        if imu and hasattr(self.host, "imu"):
+            self._imu_rows = Rows(imu_layout(), count)
+            self._imu = [self.create_publisher(Imu, self.topic_of(i, "imu"), qos(10)) for i in range(count)]
+        self._mocap: list[Any] = []
+        self._mocap_noise = mocap_noise
+        if mocap_noise is not None:
+            self._random = np.random.default_rng(seed)
+            self._mocap_rows = Rows(pose_stamped_layout(), count)
+            self._mocap = [self.announce(MOCAP_POSE, MOCAP_POSE.name.format(d=i)) for i in range(count)]
+
+    def _subscribe_topics(self, count: int, answers: Mapping[str, Sequence[int]] | None) -> None:
+        command_topic = TRAJ_PARAMS if self._kind == "xyz" else CMD_VEL
+        if answers is None:
+            answers = {} if self._kind == "xyz" else {CMD_VEL.name: range(count)}
+        self.answers = Answers((i, topic) for topic, drones in answers.items() for i in drones)
+        self._command_topics = [self.topic_of(i, command_topic.name) for i in range(count)]
+        for i, topic in enumerate(self._command_topics):
+            if self._kind == "xyz":
+                self.listen(TRAJ_PARAMS, self._point_taker(i), topic)
+            else:
+                # the bytes themselves, read when the step needs them
+                self.create_subscription(CMD_VEL.type, topic, self._command_taker(i), CMD_VEL.subscribe_qos, raw=True)
+        for topic, drones in answers.items():
+            if topic != CMD_VEL.name:
+                for i in drones:
+                    self._listen_for_answers(i, topic)
+        self._idle = np.zeros(count, bool)
+        if self._obeys_idle:
+            for i in range(count):
+                self.create_subscription(Bool, self.topic_of(i, "idle"), self._idle_taker(i), LATEST)
+        self.listen(STOP, lambda _: self.stop_all())
+        serve_trigger(self, "/resume", lambda: self.resume_all(), "the drones take commands again")
+        self.create_subscription(STOP.type, "/resume", lambda _: self.resume_all(), 10)
+
+    def _listen_for_answers(self, index: int, topic: str) -> None:
+        party = (index, topic)
+        kind = REFERENCES[topic].type if topic in REFERENCES else Empty
+        self.create_subscription(kind, self.topic_of(index, topic), lambda _: self._answer(party), 10, raw=True)
+
+    def _idle_taker(self, index: int) -> Callable[[Bool], None]:
+        """A guidance says whether its drone shall rest: motors off, whatever its controller asks for."""
+
+        def take(message: Bool) -> None:
+            if message.data and not self._idle[index]:
+                self.host.stop([index])
+            elif self._idle[index] and not message.data and not self._stopped:
+                self._resume([index])
+            self._idle[index] = message.data
+            self._fresh[index] = False
+
+        return take
+
+    def _command_taker(self, index: int) -> Callable[[bytes], None]:
+        party = (index, CMD_VEL.name)
+
+        def take(data: bytes) -> None:
+            numbers = twist_numbers(data)
+            if not all(map(np.isfinite, numbers)):
+                self._refuse(f"{self._command_topics[index]}: {numbers}, allowed: finite numbers")
+                return
+            self._linear[index], self._angular[index] = numbers[:3], numbers[3:]
+            self._fresh[index] = not self._idle[index]
+            self._answer(party)
+
+        return take
+
+    def _point_taker(self, index: int) -> Callable[[Any], None]:
+        def take(message: Any) -> None:
+            # of a drawn trajectory, the end: the planner on board flies to points
+            self.host.go_to(index, joint_trajectory_to_points(message)[-1])
+
+        return take
+
+    def _answer(self, party: tuple[int, str]) -> None:
+        if self.answers.take(party):
+            self.get_logger().warning(f"{self.host.names[party[0]]}: answers again on {party[1]}")
+
+    def _refuse(self, sentence: str) -> None:
+        self.get_logger().warning(sentence, throttle_duration_sec=1.0)
+
+    # ---------------------------------------------------------------- buttons
+
+    def stop_all(self) -> None:
+        """Motors of all drones off, until `resume_all`."""
+        self._stopped = True
+        self._fresh[:] = False
+        self.host.stop(range(len(self.host.names)))
+
+    def resume_all(self) -> None:
+        """Take commands again, where the host can."""
+        self._stopped = False
+        self._resume(range(len(self.host.names)))
+
+    def _resume(self, indices: Sequence[int]) -> None:
+        resume = getattr(self.host, "resume", None)
+        if resume is not None:
+            resume(indices)
+
+    # ---------------------------------------------------------------- time
+
+    def take_commands(self) -> tuple[NDArray[np.intp], Twist]:
+        """Return who has sent commands since the last call, and these, arrays of shape (n, 3)."""
+        indices = np.flatnonzero(self._fresh)
+        self._fresh[:] = False
+        return indices, Twist(self._linear[indices], self._angular[indices])
+
+    def step(self) -> None:
+        """Hand the commands over that have come, go on by one period, and say how things are."""
+        indices, twist = self.take_commands()
+        if indices.size and not self._stopped:
+            try:
+                self.host.send(indices.tolist(), twist, self._kind)
+            except CrazychoirError as error:
+                self._refuse(str(error))
+        self.host.advance(self.period)
+        self.steps += 1
+        for callback in self.when_stepped:
+            callback(self.host.time)
+        self.publish()
+
+    def publish(self) -> None:
+        """Say how things are: odometry first, then the clock, on which nodes begin to work."""
+        self.answers.ask()
+        nanoseconds = round(self.host.time * 1e9)
+        pose, rows = self.host.poses(), self._odom_rows
+        columns = rows.columns
+        columns["position"] = pose.position
+        columns["orientation"] = (0.0, 0.0, 0.0, 1.0) if pose.orientation is None else pose.orientation
+        columns["velocity"] = 0.0 if pose.velocity is None else pose.velocity
+        columns["angular"] = 0.0 if pose.angular is None else pose.angular
+        self._publish_rows(self._odom, rows, nanoseconds)
+        if self._imu:
+            self._imu_rows.columns["angular"], self._imu_rows.columns["acceleration"] = self.host.imu()
+            self._publish_rows(self._imu, self._imu_rows, nanoseconds)
+        if self._mocap:
+            truth = self.host.truth() if hasattr(self.host, "truth") else pose
+            noise = self._random.normal(0.0, self._mocap_noise, truth.position.shape)
+            self._mocap_rows.columns["position"] = truth.position + noise
+            self._mocap_rows.columns["orientation"] = truth.orientation
+            self._publish_rows(self._mocap, self._mocap_rows, nanoseconds)
+        self.last_step_wall = time.perf_counter()
+        self._publish_rows([self._clock_publisher], self._clock_rows, nanoseconds)
+
+    def _publish_rows(self, publishers: Sequence[Any], rows: Rows, nanoseconds: int) -> None:
+        rows.stamp(nanoseconds)
+        for index, publisher in enumerate(publishers):
+            publisher.publish(rows.row(index))
+
+    def run(self, executor: Any, until: float | None = None) -> None:
+        """Let time go on until it is `until` (s), or `finish` is called.
+
+        Args:
+            executor: The executor that this node is in; it is worked on meanwhile.
+            until: Simulated time of the end (s); None has no end.
+        """
+        self.publish()
+        while not self._stopping and self.context.ok() and (until is None or self.host.time < until - 1e-9):
+            if self.is_due(executor):
+                self.step()
+
+    def exchange(self, executor: Any) -> None:
+        """Say how things are and work on messages until the next step may be made."""
+        self.publish()
+        while not self._stopping and self.context.ok() and not self.is_due(executor):
+            pass
+
+    def finish(self) -> None:
+        """Let `run` return."""
+        self._stopping = True
+
+    def is_due(self, executor: Any) -> bool:
+        """Work on messages for a while; return whether the next step may be made."""
+        if self._must_hold():
+            executor.spin_once(timeout_sec=0.02)
+            self._due = None
+            return False
+        if self.pace.lockstep and not self._everybody_answered(executor):
+            return False
+        return self._is_time(executor)
+
+    def _must_hold(self) -> bool:
+        """Whether nobody would see time pass."""
+        if self.pace.unattended or (self.pace.speed is not None and not self.pace.lockstep):
+            return False
+        if self.pace.lockstep:
+            return bool(self.answers.parties) and not self.answers.is_anybody_there
+        now = time.monotonic()
+        if now - self._looked > _LOOK_EVERY:
+            self._looked = now
+            self._listened_to = any(publisher.get_subscription_count() for publisher in self._odom)
+        return not self._listened_to
+
+    def _everybody_answered(self, executor: Any) -> bool:
+        deadline = time.monotonic() + self.pace.deadline
+        while not self.answers.is_complete:
+            remaining = deadline - time.monotonic()
+            if remaining <= 0.0:
+                for index, topic in self.answers.give_up():
+                    self.get_logger().warning(
+                        f"{self.host.names[index]}: no answer on {topic} within {self.pace.deadline:g} s, "
+                        "waited for no more until heard again"
+                    )
+                break
+            executor.spin_once(timeout_sec=min(remaining, 0.05))
+            if self._stopping or not self.context.ok():
+                return False
+        return True
+
+    def _is_time(self, executor: Any) -> bool:
+        if self.pace.speed is None:
+            if not self.pace.lockstep:
+                executor.spin_once(timeout_sec=0.0)
+            return True
+        now = time.monotonic()
+        period = self.period / self.pace.speed
+        # who is late does not hurry afterwards
+        if self._due is None or now - self._due > 10.0 * period:
+            self._due = now
+        if now < self._due:
+            executor.spin_once(timeout_sec=self._due - now)
+            return False
+        self._due += period
+        return True

@@ -1,0 +1,172 @@
+"""Processes that are watched: started by fork, so that a hundred of them start in seconds, and never left behind.
+
+Whoever supervises has imported what its processes need, and starts no threads; each process begins with a copy of it.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import signal
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import datetime
+from multiprocessing import connection, get_context
+from typing import Any
+
+from honcho.colour import get_colours
+from honcho.printer import Message, Printer
+
+_PR_SET_PDEATHSIG = 1
+_FORK: Any = get_context("fork")
+
+
+@dataclass
+class Child:
+    """One process."""
+
+    name: str
+    work: Callable[[], int | None]
+    """What it does; returns its exit code."""
+    colour: str
+    captured: bool = True
+    process: Any = None
+    output: Any = None
+    """What it prints, the reading end of a pipe."""
+    starts: int = 0
+    unread: bytes = b""
+    ended: bool = False
+
+    @property
+    def is_alive(self) -> bool:
+        """Whether it runs."""
+        return self.process is not None and not self.ended
+
+
+@dataclass
+class Supervisor:
+    """Starts processes, prints what they print under their names, and tells whose end has come."""
+
+    quiet: bool = False
+    """Print nothing of them but their ends."""
+    children: dict[str, Child] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._colours = get_colours()
+        self._printer = Printer(sys.stdout)
+
+    def start(self, name: str, work: Callable[[], int | None], captured: bool = True) -> Child:
+        """Start a process.
+
+        Args:
+            name: How it is called, in what is printed.
+            work: What it does; its value is the exit code.
+            captured: Whether its output goes through the supervisor; otherwise it has the terminal.
+        """
+        child = Child(name, work, next(self._colours), captured)
+        self.children[name] = child
+        self._printer.width = max(self._printer.width, len(name))
+        self._begin(child)
+        return child
+
+    def restart(self, name: str) -> None:
+        """Start a process again that has ended."""
+        self._begin(self.children[name])
+
+    def _begin(self, child: Child) -> None:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        reading, writing = os.pipe() if child.captured else (None, None)
+        child.process = _FORK.Process(target=_run, args=(child.work, writing, reading, os.getpid()), name=child.name)
+        child.process.start()
+        if writing is not None:
+            os.close(writing)
+        child.output, child.unread, child.ended = reading, b"", False
+        child.starts += 1
+
+    def watch(self, timeout: float) -> list[Child]:
+        """Print what has been said until something ends or time is over; returns whose process has ended."""
+        alive = [child for child in self.children.values() if child.is_alive]
+        by_handle: dict[Any, Child] = {child.process.sentinel: child for child in alive}
+        by_handle.update({child.output: child for child in alive if child.output is not None})
+        ended = []
+        for handle in connection.wait(list(by_handle), timeout):
+            child = by_handle[handle]
+            if handle == child.output:
+                self._read(child)
+            elif not child.ended:
+                child.ended = True
+                child.process.join()
+                while child.output is not None and connection.wait([child.output], 0):
+                    self._read(child)
+                self._forget_output(child)
+                ended.append(child)
+        return ended
+
+    def _read(self, child: Child) -> None:
+        chunk = os.read(child.output, 65536)
+        if not chunk:
+            self._forget_output(child)
+            return
+        *lines, child.unread = (child.unread + chunk).split(b"\n")
+        for line in lines:
+            self._print(child, line)
+
+    def _forget_output(self, child: Child) -> None:
+        if child.output is not None:
+            os.close(child.output)
+            child.output = None
+        if child.unread:
+            self._print(child, child.unread)
+            child.unread = b""
+
+    def _print(self, child: Child, line: bytes) -> None:
+        if not self.quiet:
+            text = line.decode(errors="replace") + "\n"
+            self._printer.write(Message("line", text, datetime.now(), child.name, child.colour))
+
+    def say(self, text: str) -> None:
+        """Print a line of the supervisor itself."""
+        self._printer.write(Message("line", text + "\n", datetime.now(), "manager", None))
+
+    def stop(self, patience: float = 5.0) -> None:
+        """End all processes: kindly, then not."""
+        for sign in (signal.SIGINT, signal.SIGKILL):
+            for child in self.children.values():
+                if child.is_alive:
+                    os.kill(child.process.pid, sign)
+            deadline = time.monotonic() + patience
+            while any(child.is_alive for child in self.children.values()) and time.monotonic() < deadline:
+                self.watch(0.1)
+
+
+def _run(work: Callable[[], int | None], writing: int | None, reading: int | None, parent: int) -> None:
+    """Do the work of a process: what it prints goes to its supervisor, and it dies with it."""
+    if writing is not None and reading is not None:
+        os.close(reading)
+        os.dup2(writing, 1)
+        os.dup2(writing, 2)
+        os.close(writing)
+        sys.stdout = os.fdopen(1, "w", buffering=1, closefd=False)
+        sys.stderr = os.fdopen(2, "w", buffering=1, closefd=False)
+    os.setpgid(0, 0)  # Ctrl-C is the supervisor's affair
+    die_with(parent)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        code = work() or 0
+    except KeyboardInterrupt:
+        code = 0
+    sys.stdout.flush()
+    sys.stderr.flush()
+    sys.exit(code)
+
+
+def die_with(parent: int) -> None:
+    """Let this process be killed when its parent ends, however that ends (Linux)."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
+    if os.getppid() != parent:  # it has ended already
+        os._exit(1)
