@@ -26,13 +26,18 @@ class GuidanceGroup:
     Messages travel as ever. Where every round is complete and nobody is missed, the laws of all followers of a bearing
     formation are evaluated as one product of a matrix and a vector; otherwise each decides by itself. Both ways may
     differ by rounding, below 1e-12 m/s^2.
+
+    With `sends=False` messages stop as soon as they would tell nobody anything new, because every agent is here, flies
+    in formation and has heard all of its neighbors; they go on when that ends. The numbers are the same.
     """
 
-    def __init__(self, agents: Sequence[CFGuidance]) -> None:
+    def __init__(self, agents: Sequence[CFGuidance], sends: bool = True) -> None:
         """Take the agents.
 
         Args:
             agents: In any order; neighbors of theirs may be elsewhere.
+            sends: Whether messages travel in every round. False is for those who own all agents and a transport that
+                loses nothing.
 
         Raises:
             RangeError: If two have the same number.
@@ -45,6 +50,7 @@ class GuidanceGroup:
         self._feedback = [agent for agent in self.agents if isinstance(agent, CFDistributedFeedback)]
         self._together = len(self._feedback) == len(self.agents) and all(map(self._knows, self._feedback))
         self._followers = [one for one in self._feedback if isinstance(one, BearingFormation) and not one.is_leader]
+        self._sends = sends
         self._changes = -1  # of everybody's neighbors, when the law was made
         self._can_decide = False
         self.was_together = False
@@ -86,6 +92,9 @@ class GuidanceGroup:
 
     def step(self, now: float) -> list[Outputs]:
         """Return what each agent asks for at a time (s), in the order of the agents."""
+        if not self._sends and self._together and self._is_settled():
+            self.was_together = True
+            return self._step_together(now)
         for agent in self._feedback:
             agent.begin_round(now)
         self.was_together = self._together and self._is_plain(now)
@@ -122,6 +131,19 @@ class GuidanceGroup:
             self._changes = changes
         return self._can_decide
 
+    def _is_settled(self) -> bool:
+        """Return whether all decided together in the last round, and nothing has happened since."""
+        if not self._can_decide:
+            return False
+        previous = self._feedback[0].previous_round
+        return previous is not None and all(
+            agent.phase is Phase.FLIGHT
+            and not agent.round_open
+            and agent.hears_all
+            and agent.previous_round == previous
+            for agent in self._feedback
+        )
+
     def _can_decide_for(self, agent: BearingFormation) -> bool:
         neighbors = agent.heard_neighbors
         return (
@@ -147,7 +169,8 @@ class GuidanceGroup:
         references = iter(inputs)
         outputs = []
         for agent in self._feedback:
-            agent.end_round(now)
+            if agent.round_open:
+                agent.end_round(now)
             agent.previous_round = now
             reference = None if agent.is_leader else Reference(acceleration=next(references))  # type: ignore[attr-defined]
             outputs.append(agent.decided(now, reference))
