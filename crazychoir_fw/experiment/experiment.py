@@ -108,7 +108,7 @@ class Experiment:
         self._known = np.zeros(len(agents), bool)
         self._together: GuidanceGroup | None = None
         """Guidance of ours decides for all drones at once; what a user brings speaks for itself alone."""
-        if agents and all(isinstance(agent.guidance, BearingFormation) for agent in agents):
+        if agents and all(type(agent.guidance) is BearingFormation for agent in agents):
             self._together = GuidanceGroup([agent.guidance for agent in agents], sends=False)
 
     # ---------------------------------------------------------------- buttons
