@@ -53,6 +53,8 @@ class GuidanceGroup:
         self._sends = sends
         self._changes = -1  # of everybody's neighbors, when the law was made
         self._can_decide = False
+        self.was_together = False
+        """Whether the step before was one product for all."""
         self._law = self._integral = self._trims = np.zeros((0, 0))
 
     def _knows(self, agent: CFDistributedFeedback) -> bool:
@@ -94,7 +96,8 @@ class GuidanceGroup:
             return self._step_together(now)
         for agent in self._feedback:
             agent.begin_round(now)
-        if self._together and self._is_plain(now):
+        self.was_together = self._together and self._is_plain(now)
+        if self.was_together:
             return self._step_together(now)
         return [self._step_alone(agent, now) for agent in self.agents]
 
