@@ -11,9 +11,7 @@ from crazychoir_fw.control import AttitudeGains, FlatnessPositionCtrl, GeometryA
 from crazychoir_fw.messages import Pose, Reference
 
 RPY = np.array([0.1, -0.2, 0.3])
-POSE = Pose(
-    np.array([0.1, -0.2, 0.9]), quaternion_xyzw(RPY), np.array([0.05, 0.1, -0.02]), np.array([0.3, -0.4, 0.2])
-)
+POSE = Pose(np.array([0.1, -0.2, 0.9]), quaternion_xyzw(RPY), np.array([0.05, 0.1, -0.02]), np.array([0.3, -0.4, 0.2]))
 REFERENCE = Reference(np.array([0.0, 0.0, 1.0]), np.array([0.1, 0.0, 0.0]), np.array([0.2, -0.1, 0.3]), yaw=0.25)
 
 NUMBERS = {  # true body rates, and the same through the matrix of the original

@@ -58,7 +58,7 @@ def test_one_frequency_one_step():
 
 
 def test_a_slow_position_law_is_asked_less_often():
-    controller, law = noted(position_rate=20.0)
+    controller, _ = noted(position_rate=20.0)
     assert controller.periods == (0.05, 0.01)
     thrusts = [controller.step(0.01 * i).linear[2] for i in range(11)]
     assert thrusts == [1.0] * 5 + [2.0] * 5 + [3.0]
@@ -79,13 +79,13 @@ def test_nothing_happens_before_it_is_due():
 
 
 @pytest.mark.parametrize("rate", [30.0, 100.0, 333.0])
-def test_an_hour_of_float_time_drifts_by_nothing(rate):
+def test_a_clock_that_sums_up_floats_drifts_by_nothing(rate):
     controller, law = noted(rate, rate)
     sum_of_steps = 0.0
-    for _ in range(100_000):
+    for _ in range(20_000):
         assert controller.step(sum_of_steps) is not None
         sum_of_steps += 1.0 / rate
-    assert len(law.asked) == 100_000
+    assert len(law.asked) == 20_000
 
 
 def test_what_was_missed_is_not_made_up_for():
@@ -209,7 +209,10 @@ def test_both_spellings_of_the_position_law():
     ("arguments", "message"),
     [
         ({"command_sender": None}, "command_sender is None, allowed: FPQRSender, FRPYSender, VelSender"),
-        ({"attitude_strategy": GeometryAttitudeCtrl(50.0)}, "attitude_strategy runs at 50 Hz and command_sender at 100"),
+        (
+            {"attitude_strategy": GeometryAttitudeCtrl(50.0)},
+            "attitude_strategy runs at 50 Hz and command_sender",
+        ),
         ({"pos_strategy": None}, "neither of pos_strategy and position_strategy is given"),
         ({"position_strategy": FlatnessPositionCtrl()}, "both of pos_strategy and position_strategy"),
         ({"attitude_strategy": None}, "attitude_strategy is None, allowed with thrust and body rates: an attitude law"),

@@ -28,7 +28,8 @@ def test_velocity_of_the_reference_is_fed_forward():
 
 
 @pytest.mark.parametrize(
-    ("yaw", "yaw_rate", "turn"), [(0.5, None, 0.2), (0.5, 0.1, 0.3), (None, 0.1, 0.1), (0.3 + np.pi + 0.5, None, 0.5 - np.pi)]
+    ("yaw", "yaw_rate", "turn"),
+    [(0.5, None, 0.2), (0.5, 0.1, 0.3), (None, 0.1, 0.1), (0.3 + np.pi + 0.5, None, 0.5 - np.pi)],
 )
 def test_it_turns_the_short_way_to_the_heading(yaw, yaw_rate, turn):
     command = VelocityCtrlStrategy().control(POSE, Reference(POSE.position, yaw=yaw, yaw_rate=yaw_rate))
