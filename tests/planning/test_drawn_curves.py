@@ -111,6 +111,15 @@ def test_samples_without_times_are_flown_as_fast_as_limits_allow():
         Drawn(circle().points).trajectory_points()
 
 
+def test_free_times_are_much_shorter_than_those_of_a_hasty_hand():
+    hasty, free = (
+        fit_drawn(circle(seconds=2.0), distance=0.4),
+        fit_drawn(circle().points, distance=0.4, method="minimum_snap"),
+    )
+    assert free.report.holds
+    assert free.curve.duration < 0.7 * hasty.curve.duration
+
+
 def test_deviation_grows_with_the_distance():
     fits = [fit_drawn(circle(), distance=d).deviation for d in (0.05, 0.3, 0.9)]
     assert fits == sorted(fits)

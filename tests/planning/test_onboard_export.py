@@ -38,6 +38,7 @@ curves = st.builds(
 )
 
 
+@settings(max_examples=20)
 @given(curves)
 def test_pieces_that_fit_are_exact(curve):
     onboard = to_pieces(curve)
@@ -74,11 +75,13 @@ def test_more_pieces_than_the_memory_holds_are_fitted():
 
 
 def test_compressed_trajectories_fit_the_memory():
-    finer = fit_drawn(np.tile(FIGURE8, (4, 1)), np.arange(1600) / 10.0, distance=0.05).curve
+    # three axes of degree 7 take 45 bytes a piece
+    finer = minimum_snap(np.arange(100.0), np.random.default_rng(1).uniform(-1, 1, (100, 3)))
     onboard = to_compressed(finer)
     assert onboard.size <= 4096
     assert len(onboard.segments) < len(finer)
-    assert onboard.position_error < 0.01
+    # a tenth of the pieces have to go
+    assert onboard.position_error < 0.02
 
 
 @pytest.mark.parametrize("make", [to_pieces, to_compressed])
@@ -101,6 +104,9 @@ def point(time, *position):
 
 
 PATH = [point(1.5, 0.4, 0.0, 1.0), point(3.0, 0.4, 0.5, 1.2), point(4.6, -0.2, 0.1, 0.9)]
+
+
+TOLD = ("ctrltarget.x", "ctrltarget.y", "ctrltarget.z", "controller.yaw")
 
 
 @pytest.fixture(scope="module")
@@ -129,14 +135,13 @@ def test_the_onboard_planner_says_the_same_as_the_handler(make, is_compressed, h
     else:
         commander.upload_trajectory(1, to_pieces(handler.trajectory).rows)
     commander.start_trajectory(1)
-    begin = world.time
 
     positions, yaws = [], []
     for _ in range(480):
         world.step(10)
-        told = np.array([drone.log[f"ctrltarget.{axis}"] for axis in ("x", "y", "z", "yaw")])
+        told = np.array([drone.log[name] for name in TOLD])
         # the onboard planner looks at its own clock, every 10 ms
-        near = [handler.evaluate(begin + world.time - begin - late) for late in np.arange(0.02, -0.001, -0.001)]
+        near = [handler.evaluate(world.time - late) for late in np.arange(0.02, -0.001, -0.001)]
         positions.append(min(np.linalg.norm(told[:3] - reference.position) for reference in near))
         turns = [np.degrees(reference.yaw) - told[3] for reference in near]
         yaws.append(min(abs((turn + 180) % 360 - 180) for turn in turns))
