@@ -40,6 +40,8 @@ class Request:
     mcap: bool = False
     uri_base: str | None = None
     """URI of the first drone, if the others follow it."""
+    ros: Any = None
+    """`crazychoir_fw.ros.manager.RosOptions` if the layers are ROS 2 nodes in processes of their own."""
 
 
 def fly(
@@ -78,12 +80,32 @@ def fly(
             metavar="URI",
         ),
     ] = None,
+    ros: Annotated[bool, typer.Option("--ros", help="Fly the layers as ROS 2 nodes in processes of their own.")] = False,
+    processes: Annotated[
+        str, typer.Option(help="With --ros, one process per drone and layer, per drone, or for all layers.", metavar="per-node|per-drone|one")
+    ] = "per-node",
+    domain: Annotated[
+        int | None, typer.Option(help="With --ros, the ROS domain; otherwise a free one.", min=0, max=232)
+    ] = None,
+    pace: Annotated[
+        float | None,
+        typer.Option(help="With --ros, simulated seconds per second; otherwise in lockstep, as fast as all can answer."),
+    ] = None,
+    restart: Annotated[
+        bool, typer.Option("--restart", help="With --ros, start processes again that have ended.")
+    ] = False,
 ) -> None:
     """Fly a mission and report on every drone."""
     overrides = {"seed": seed, "provider": provider, "app": app or None, "backend": backend}
     require_way(view)
     wants_video = not watch if video is None else video
     request = Request(mission, wants_video, camera, view, out, threads, overrides, mcap, uri_base)
+    if ros:
+        from crazychoir_fw.cli.fly_ros import fly_as_nodes
+
+        if code := fly_as_nodes(request, processes, domain, pace, restart):
+            raise typer.Exit(code)
+        return
     if watch:
         from crazychoir_fw.cli.again import fly_again_on_save
 
@@ -104,7 +126,7 @@ def attempt(request: Request, loaded: "Callable[[Mission], None] | None" = None)
 
     folder = request.out
     try:
-        mission = _load(request)
+        mission = load(request)
         if loaded is not None:
             loaded(mission)
         folder = _make_folder(folder if folder is not None else Path("out") / mission.name)
@@ -140,7 +162,7 @@ def attempt(request: Request, loaded: "Callable[[Mission], None] | None" = None)
     return SUCCESS if result.success else FLIGHT_FAILED
 
 
-def _load(request: Request) -> "Mission":
+def load(request: Request) -> "Mission":
     """Read the mission; with --uri-base its drones get their URIs by number."""
     from crazychoir_fw.mission import load_mission
 
@@ -202,6 +224,10 @@ def _fly(mission: "Mission", request: Request, fps: int) -> "FlightResult":
         if isinstance(mission, LayeredMission):
             if request.view is not None and mission.backend != "sim":
                 raise StateError(f"--view shows simulated drones, but the backend is {mission.backend}")
+            if request.ros is not None:
+                from crazychoir_fw.ros.manager import fly_hosted
+
+                return fly_hosted(mission, request.ros, request.threads, visuals, fps, observe)
             from crazychoir_fw.mission.layered_flight import fly_layers
 
             return fly_layers(mission, request.threads, visuals, fps, observe)

@@ -92,6 +92,7 @@ def fly_layers(
     frames_per_second: int = 0,
     observe: Observer | None = None,
     backend: Backend | None = None,
+    make: Callable[..., Experiment] | None = None,
 ) -> LayeredResult:
     """Fly a mission with layers to its end, or until no drone flies any more.
 
@@ -102,6 +103,7 @@ def fly_layers(
         frames_per_second: Rate of the video; 0 makes none.
         observe: Called about 25 times per second of flight.
         backend: Where the drones are, instead of what the mission says; it is closed at the end.
+        make: Makes the experiment of mission, backend and observer, instead of `make_experiment`.
 
     Raises:
         CrazychoirError: If layers or backend cannot be made as the mission says.
@@ -110,7 +112,7 @@ def fly_layers(
     if backend is None:
         backend = make_backend(mission, threads, visuals)
     try:
-        return _Flight(mission, backend, frames_per_second, observe, wall_start).run()
+        return _Flight(mission, backend, frames_per_second, observe, wall_start, make or make_experiment).run()
     finally:
         backend.close()
 
@@ -233,6 +235,7 @@ class _Flight:
         frames_per_second: int,
         observe: Observer | None,
         wall_start: float,
+        make: Callable[..., Experiment],
     ) -> None:
         self._mission = mission
         self._backend = backend
@@ -241,7 +244,7 @@ class _Flight:
         self._wall_start = wall_start
         self._world: World | None = getattr(backend, "world", None)
         self._windows: list[Window] = []
-        self._experiment = make_experiment(mission, backend, self._show if observe is not None else None)
+        self._experiment = make(mission, backend, self._show if observe is not None else None)
         self._rounds = 0
         self._begin = backend.time
         self._total = sum(phase.button.duration for phase in mission.flight)

@@ -74,12 +74,18 @@ class SimulatedMocap:
     are nor on who is lost.
     """
 
-    def __init__(self, config: MocapConfig | None = None, *, seed: int = 0) -> None:
-        """Choose the system; None has the numbers of the vehicle model."""
+    def __init__(self, config: MocapConfig | None = None, *, seed: int = 0, first: int = 0) -> None:
+        """Choose the system.
+
+        Args:
+            config: How well it sees; None has the numbers of the vehicle model.
+            seed: Of all dice.
+            first: Index of the first drone: who sees drones one by one gives each the noise that it has in a group.
+        """
         self.config = MocapConfig.default() if config is None else config
         self.occluded: set[int] = set()
         """Indices of the drones that the cameras do not see; 0 where there is one. May be changed at any time."""
-        self._seed = seed
+        self._seed, self._index = seed, first
         self.reset()
 
     def reset(self) -> None:
@@ -144,7 +150,7 @@ class SimulatedMocap:
     def _draw(self, count: int) -> Array:
         """Return the dice of a frame: all of them, so that a loss does not change the noise after it."""
         if not self._dice:
-            self._dice = [np.random.default_rng([self._seed, i]) for i in range(count)]
+            self._dice = [np.random.default_rng([self._seed, self._index + i]) for i in range(count)]
         if len(self._dice) != count:
             raise RangeError(f"number of drones is {count}, allowed: {len(self._dice)}, as in the first frame")
         if self._next == 0:

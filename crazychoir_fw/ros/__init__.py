@@ -6,22 +6,42 @@ installation of ROS 2.
 
 import os
 from importlib import import_module
-from importlib.util import find_spec
 from typing import Any
 
 # drones of somebody else on the same network should not hear us: wider discovery is a choice
 os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
-if find_spec("rclpy") is None:
+try:
+    import rclpy  # noqa: F401
+except ModuleNotFoundError as error:
     raise ImportError(
-        "crazychoir_fw.ros needs rclpy, which is not installed: run pip install 'crazychoir-fw[ros]', "
+        f"crazychoir_fw.ros needs {error.name}, which is not installed: run pip install 'crazychoir-fw[ros]', "
         "or source an installation of ROS 2"
-    )
+    ) from error
 
-# Looked up when they are asked for, so that a process imports what it uses.
-_MODULE_OF = {
-    "LayerNode": "crazychoir_fw.ros.node",
+# Nodes under the names of the paper, and the strategies that its listings hand to them. Looked up when they are asked
+# for, so that a process imports what it uses.
+_NAMES_IN = {
+    "crazychoir_fw.control": (
+        "AttitudeControl AttitudeCtrlStrategy FPQRSender FRPYSender FlatnessAccelerationCtrl FlatnessPositionCtrl "
+        "GeometryAttitudeCtrl PositionControl PositionCtrlStrategy SenderStrategy VelSender VelocityCtrlStrategy"
+    ),
+    "crazychoir_fw.mocap": "Estimator MocapConfig",
+    "crazychoir_fw.planning": "AccelerationTraj FullStateTraj PositionTraj TrajHandlerStrategy",
+    "crazychoir_fw.ros.buttons": "Buttons",
+    "crazychoir_fw.ros.controller": "CrazyflieController HierarchicalController VelocityController",
+    "crazychoir_fw.ros.guidance": "BearingFormation CFDistributedFeedback CFGuidance GoToGuidance SimpleGuidance",
+    "crazychoir_fw.ros.integrator": "CrazyflieIntegrator",
+    "crazychoir_fw.ros.mocap": "MocapOdometry MocapSimulator",
+    "crazychoir_fw.ros.node": "LayerNode",
+    "crazychoir_fw.ros.pose_sources": "pose_subscribe",
+    "crazychoir_fw.ros.simulation": "SimulationNode",
+    "crazychoir_fw.ros.trajectory": (
+        "AccelerationTrajHandler FullStateTrajHandler MinimumSnap Polynomial7th Spline SplinePosition TrajectoryHandler"
+    ),
+    "crazychoir_fw.ros.visualizer": "SimpleVisualizer Visualizer rviz_config",
 }
+_MODULE_OF = {name: module for module, names in _NAMES_IN.items() for name in names.split()}
 
 __all__ = sorted(_MODULE_OF)
 

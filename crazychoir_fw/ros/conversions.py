@@ -19,6 +19,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJ
 
 from crazychoir_fw.errors import RangeError, UnknownNameError
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
+from crazychoir_fw.mocap import decode_odometry, decode_pose_stamped
 from crazychoir_fw.ros.names import BODY_FRAME, ODOM_FRAME, REFERENCES, WORLD_FRAME
 
 Array = NDArray[np.float64]
@@ -88,14 +89,7 @@ def odometry_to_pose(message: Odometry) -> Pose:
     Raises:
         RangeError: If a number is not finite, or the quaternion is none.
     """
-    pose, twist = message.pose.pose, message.twist.twist
-    return Pose(
-        position=_finite("odometry", "position", _xyz(pose.position)),
-        orientation=_attitude("odometry", pose.orientation),
-        velocity=_finite("odometry", "twist.linear", _xyz(twist.linear)),
-        angular=_finite("odometry", "twist.angular", _xyz(twist.angular)),
-        time=_time_of(message),
-    )
+    return checked_pose("odometry", decode_odometry(message))
 
 
 def pose_to_pose_stamped(pose: Pose, frame_id: str = WORLD_FRAME) -> PoseStamped:
@@ -119,16 +113,20 @@ def pose_stamped_to_pose(message: PoseStamped) -> Pose:
     Raises:
         RangeError: If a number is not finite, or the quaternion is none.
     """
-    return Pose(
-        position=_finite("pose", "position", _xyz(message.pose.position)),
-        orientation=_attitude("pose", message.pose.orientation),
-        time=_time_of(message),
-    )
+    return checked_pose("pose", decode_pose_stamped(message))
 
 
-def _time_of(message: Any) -> float | None:
-    stamp = message.header.stamp
-    return seconds(stamp) if stamp.sec or stamp.nanosec else None
+def checked_pose(who: str, pose: Pose) -> Pose:
+    """Return a pose of whatever source with a quaternion of length 1.
+
+    Raises:
+        RangeError: If a number is not finite, or the quaternion is none, as those of lost samples are.
+    """
+    for name in ("position", "velocity", "angular"):
+        if getattr(pose, name) is not None:
+            _finite(who, name, getattr(pose, name))
+    pose.orientation = _unit(who, pose.orientation)
+    return pose
 
 
 # ---------------------------------------------------------------- commands
@@ -331,7 +329,10 @@ def _finite(who: str, name: str, numbers: Array) -> Array:
 
 
 def _attitude(who: str, message: Quaternion) -> Array:
-    values = np.array((message.x, message.y, message.z, message.w))
+    return _unit(who, np.array((message.x, message.y, message.z, message.w)))
+
+
+def _unit(who: str, values: Array) -> Array:
     norm = math.sqrt(float(values @ values))
     if not (math.isfinite(norm) and norm >= _LEAST_NORM):
         raise RangeError(f"{who}: orientation is {values.tolist()}, allowed: a quaternion of length 1")

@@ -9,7 +9,7 @@ Who is silent is told on ``lost_neighbors`` (`std_msgs/String`, "lost agent_3", 
 
 from __future__ import annotations
 
-import time
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
-from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import Bool, Empty, String
 
 from crazychoir_fw import guidance as plain
@@ -26,13 +25,14 @@ from crazychoir_fw.guidance import Outputs, TimeVaryingCommunicator
 from crazychoir_fw.messages import Pose
 from crazychoir_fw.ros.communicator import RosTransport
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory, reference_to_message
-from crazychoir_fw.ros.names import BUTTONS, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.names import BUTTONS, LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
+from crazychoir_fw.ros.stalling import StallingClock
 from crazychoir_fw.ros.wire import vector3_bytes
 
+_CLOSE = 1.5  # periods between poses, for which each pose makes a step
 _LOOK_EVERY = 0.05  # [s], wall: at rounds that wait
-_LATEST = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 
 Build = Callable[["GuidanceNode"], Any]
 """Makes the plain guidance of a node, once its parameters and topics are there."""
@@ -86,7 +86,8 @@ class GuidanceNode(LayerNode):
         """The plain guidance."""
         self._has_rounds = hasattr(self.guidance, "begin_round")
         self._in_round = False
-        self._round_began = 0.0  # [s], steady clock
+        self._pose_time, self._pose_step = -math.inf, math.inf
+        self._time = StallingClock(self._latest_time, self.patience)
         self._lost: frozenset[int] = frozenset()
         self._idle: bool | None = None
         self._has_pose = False
@@ -94,7 +95,7 @@ class GuidanceNode(LayerNode):
         self._kind = kind
         self._reference = self.announce(REFERENCES[kind], input_topic)
         self._trajectory = self.announce(TRAJ_PARAMS)
-        self._idle_publisher = self.create_publisher(Bool, "idle", _LATEST)
+        self._idle_publisher = self.create_publisher(Bool, "idle", LATEST)
         self._empty = Empty()
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
         for name, topic in BUTTONS.items():
@@ -113,12 +114,30 @@ class GuidanceNode(LayerNode):
     def _take_pose(self, pose: Pose) -> None:
         self._has_pose = pose.position is not None
         self.guidance.set_pose(pose)
+        if pose.time is None or pose.time == self._pose_time:
+            return
+        self._pose_step, self._pose_time = pose.time - self._pose_time, pose.time
+        if self.is_simulated_time and self._is_led_by_poses(pose.time):
+            self._work()
+
+    def _is_led_by_poses(self, now: float) -> bool:
+        """Whether simulated poses come so often, up to now, that each of them makes a step.
+
+        Then results do not depend on which of pose and clock comes first.
+        """
+        limit = _CLOSE / self.update_frequency
+        return 0.0 < self._pose_step <= limit and now - self._pose_time <= limit
+
+    def _latest_time(self) -> float:
+        """Return the time (s): that of the newest pose where simulated poses are ahead of the clock."""
+        now = self.now()
+        return max(now, self._pose_time) if self._is_led_by_poses(now) and self.is_simulated_time else now
 
     def press(self, button: str) -> None:
         """Press a button: ``takeoff``, ``land``, ``stop``, ``start``."""
         method = getattr(self.guidance, button, None)
         if method is not None:
-            method(self.now())
+            method(self._time.now())
 
     @property
     def current_pose(self) -> Pose:
@@ -128,26 +147,31 @@ class GuidanceNode(LayerNode):
     # ---------------------------------------------------------------- rounds
 
     def _tick(self, now: float) -> None:
+        if not (self.is_simulated_time and self._is_led_by_poses(now)):
+            self._work()
+
+    def _work(self) -> None:
         if not self._has_pose:
             return
         if not self._has_rounds:
-            self._send(self.guidance.step(now))
+            self._send(self.guidance.step(self._time.now()))
         elif self._in_round:
             self._try_to_finish()
         else:
-            self.guidance.begin_round(now)
-            self._in_round, self._round_began = True, time.monotonic()
+            self.guidance.begin_round(self._time.begin())
+            self._in_round = True
             self._try_to_finish()
 
     def _try_to_finish(self) -> None:
         if self._in_round:
-            now = self.now()
+            now = self._time.now()
             if self.guidance.is_complete(now):
                 self._finish(now)
 
     def _look(self) -> None:
-        if self._in_round and time.monotonic() - self._round_began > self.patience:
-            self._finish(self.now())
+        if self._in_round:
+            self._time.look()
+            self._try_to_finish()
 
     def _finish(self, now: float) -> None:
         self._in_round = False
@@ -189,9 +213,9 @@ class GuidanceNode(LayerNode):
 
     # ---------------------------------------------------------------- for those who build
 
-    def declare_start(self) -> list[float]:
+    def declare_start(self) -> list[float] | None:
         """Declare ``init_pos`` and return it."""
-        return self.declare("init_pos", [0.0, 0.0, 0.0], "start position (m, world)", list[float], length=3)
+        return self.declare("init_pos", None, "start position (m, world); by default the first pose", list[float], length=3)
 
     def declare_communicator(self, kind: type = TimeVaryingCommunicator, **options: Any) -> Any:
         """Declare ``N``, ``in_neigh`` and ``out_neigh``, and return a communicator over topics."""
@@ -206,9 +230,14 @@ class GuidanceNode(LayerNode):
         self, size: int, heard: list[int], hearers: list[int], kind: type = TimeVaryingCommunicator, **options: Any
     ) -> Any:
         """Return a communicator over topics of this node."""
-        self.transport = RosTransport(self, reliable=kind.reliable)
+        self.make_transport(kind.reliable)
         topic = self.namespace_pattern.replace("{i}", "{agent}") + "/communicator"
         return kind(self.agent_id, size, heard, hearers, transport=self.transport, topic=topic, **options)
+
+    def make_transport(self, reliable: bool = True) -> RosTransport:
+        """Return topics of this node as a transport."""
+        self.transport = RosTransport(self, reliable=reliable)
+        return self.transport
 
     @property
     def is_connected(self) -> bool:
@@ -246,7 +275,7 @@ class CFGuidance(GuidanceNode):
 
         def build(node: GuidanceNode) -> Any:
             return self._plain(
-                node.agent_id,
+                agent_id=node.agent_id,
                 init_pos=node.declare_start(),
                 takeoff_time=takeoff_time,
                 height=height,
@@ -298,7 +327,7 @@ class GoToGuidance(GuidanceNode):
                 raise RangeError(f"{node.get_fully_qualified_name()}: goals has {len(flat)} numbers, allowed: 4 per goal")
             goals = [tuple(flat[k : k + 4]) for k in range(0, len(flat), 4)]
             return plain.GoToGuidance(
-                node.agent_id,
+                agent_id=node.agent_id,
                 init_pos=node.declare_start(),
                 takeoff_time=takeoff_time,
                 goals=goals,

@@ -62,6 +62,9 @@ def qos(depth: int) -> QoSProfile:
     )
 
 
+LATEST = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+"""Of what is said once, also for those who come later."""
+
 ODOM = Topic(
     "odom", Odometry, 10, 10, "pose and velocity (m, m/s, world), attitude (xyzw), angular velocity (rad/s, body)"
 )

@@ -7,16 +7,19 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import ClockChange, JumpThreshold, TimeJump
 from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
+from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.errors import CrazychoirError, RangeError
 from crazychoir_fw.ros.names import BUTTONS, NAMESPACE_PATTERN, Topic
 from crazychoir_fw.ros.periodic import Periodic
 
@@ -57,8 +60,8 @@ class LayerNode(Node):
             node_name: Its fixed name, such as "controller".
             agent_id: Number of the drone; None asks parameter and namespace.
             namespace_pattern: Namespace of drone i; the parameter ``namespace_pattern`` comes before it.
-            parameters: Values of parameters, as given on the command line; lists and arrays of numbers may mix whole
-                ones and others. ``{"use_sim_time": True}`` follows ``/clock``.
+            parameters: Values of parameters, as given on the command line; lists may mix whole numbers and others,
+                and arrays are laid out row by row. ``{"use_sim_time": True}`` follows ``/clock``.
             context: Context of rclpy; None is the default one.
             swarm_wide: The node serves all drones: it lives in the root namespace, and `agent_id` is -1.
 
@@ -203,21 +206,39 @@ class LayerNode(Node):
         """Return a publisher for a line of the table, under another name if one is given."""
         return self.create_publisher(topic.type, name or topic.name, topic.publish_qos)
 
-    def listen(self, topic: Topic, callback: Callable[[Any], None], name: str | None = None) -> Subscription:
-        """Subscribe to a line of the table, under another name if one is given.
+    def listen(
+        self,
+        topic: Topic,
+        callback: Callable[[Any], None],
+        name: str | None = None,
+        *,
+        profile: QoSProfile | None = None,
+        callback_group: CallbackGroup | None = None,
+        raw: bool = False,
+    ) -> Subscription:
+        """Subscribe to a line of the table.
 
-        A message that the callback refuses with a `RangeError` is told to the log, at most once per second, and
-        left out: what others send must not end this node.
+        A message that the callback refuses with an error of this package is told to the log, at most once per second,
+        and left out: what others send must not end this node.
+
+        Args:
+            topic: The line.
+            callback: Takes each message.
+            name: Name, if not that of the table.
+            profile: Quality of service, if not that of the table.
+            callback_group: Callback group of rclpy.
+            raw: The callback takes bytes.
         """
         name = name or topic.name
 
         def guarded(message: Any) -> None:
             try:
                 callback(message)
-            except RangeError as error:
+            except CrazychoirError as error:
                 self.get_logger().warning(f"{name}: {error}", throttle_duration_sec=_WARN_EVERY)
 
-        return self.create_subscription(topic.type, name, guarded, topic.subscribe_qos)
+        profile = topic.subscribe_qos if profile is None else profile
+        return self.create_subscription(topic.type, name, guarded, profile, callback_group=callback_group, raw=raw)
 
     def on_buttons(self, **callbacks: Callable[[float], None]) -> None:
         """Listen to swarm-wide buttons.
@@ -268,9 +289,9 @@ def _namespace(pattern: str, agent_id: int) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return arrays of NumPy as lists, and mixed lists of numbers as such of floating-point ones."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
+    """Return arrays of NumPy as flat lists, row by row, and mixed lists of numbers as such of floating-point ones."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.ravel().tolist() if value.ndim else value.item()
     if isinstance(value, Sequence) and not isinstance(value, str | bytes):
         value = list(value)
         if any(isinstance(item, float) for item in value):

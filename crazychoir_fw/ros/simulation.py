@@ -12,18 +12,28 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from nav_msgs.msg import Odometry
+from numpy.typing import NDArray
 from rclpy.context import Context
-from rclpy.qos import QoSProfile
 from sensor_msgs.msg import Imu
-from std_srvs.srv import Trigger
+from std_msgs.msg import Bool, Empty
 
 from crazychoir_fw.errors import CrazychoirError, RangeError
 from crazychoir_fw.messages import Pose, TrajectoryPoint, Twist
 from crazychoir_fw.ros.buttons import serve_trigger
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points
 from crazychoir_fw.ros.lockstep import Answers
-from crazychoir_fw.ros.names import CLOCK, CMD_VEL, MOCAP_POSE, NAMESPACE_PATTERN, ODOM, STOP, TRAJ_PARAMS, qos
+from crazychoir_fw.ros.names import (
+    CLOCK,
+    CMD_VEL,
+    LATEST,
+    MOCAP_POSE,
+    NAMESPACE_PATTERN,
+    ODOM,
+    REFERENCES,
+    STOP,
+    TRAJ_PARAMS,
+    qos,
+)
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.wire import (
     Rows,
@@ -36,7 +46,6 @@ from crazychoir_fw.ros.wire import (
 
 KINDS = ("fpqr", "frpy", "vel", "xyz")
 _LOOK_EVERY = 0.25  # [s], wall: who listens
-_NEWEST = QoSProfile(depth=1)
 
 
 class Host(Protocol):
@@ -95,6 +104,7 @@ class SimulationNode(LayerNode):
         imu: bool = False,
         mocap_noise: float | None = None,
         seed: int = 0,
+        obeys_idle: bool = True,
         namespace_pattern: str = NAMESPACE_PATTERN,
         context: Context | None = None,
     ) -> None:
@@ -111,6 +121,7 @@ class SimulationNode(LayerNode):
             mocap_noise: Standard deviation (m) of the poses of motion capture on ``/vicon/cf{i}/cf{i}``; None: there is
                 no motion capture.
             seed: Of that noise.
+            obeys_idle: Whether the motors of a drone rest while its guidance says so on ``idle``.
             namespace_pattern: Namespace of drone i.
             context: Context of rclpy.
 
@@ -132,6 +143,7 @@ class SimulationNode(LayerNode):
         self.when_stepped: list[Callable[[float], None]] = []
         """Called with the time after each step, before the odometry goes out."""
         self._kind = command
+        self._obeys_idle = obeys_idle
         self._stopping = False
         self._stopped = False
         count = len(host.names)
@@ -175,16 +187,31 @@ class SimulationNode(LayerNode):
             if topic != CMD_VEL.name:
                 for i in drones:
                     self._listen_for_answers(i, topic)
+        self._idle = np.zeros(count, bool)
+        if self._obeys_idle:
+            for i in range(count):
+                self.create_subscription(Bool, self.topic_of(i, "idle"), self._idle_taker(i), LATEST)
         self.listen(STOP, lambda _: self.stop_all())
         serve_trigger(self, "/resume", lambda: self.resume_all(), "the drones take commands again")
         self.create_subscription(STOP.type, "/resume", lambda _: self.resume_all(), 10)
 
     def _listen_for_answers(self, index: int, topic: str) -> None:
-        from crazychoir_fw.ros.names import REFERENCES
-
         party = (index, topic)
-        kind = REFERENCES[topic].type if topic in REFERENCES else STOP.type
+        kind = REFERENCES[topic].type if topic in REFERENCES else Empty
         self.create_subscription(kind, self.topic_of(index, topic), lambda _: self._answer(party), 10, raw=True)
+
+    def _idle_taker(self, index: int) -> Callable[[Bool], None]:
+        """A guidance says whether its drone shall rest: motors off, whatever its controller asks for."""
+
+        def take(message: Bool) -> None:
+            if message.data and not self._idle[index]:
+                self.host.stop([index])
+            elif self._idle[index] and not message.data and not self._stopped:
+                self._resume([index])
+            self._idle[index] = message.data
+            self._fresh[index] = False
+
+        return take
 
     def _command_taker(self, index: int) -> Callable[[bytes], None]:
         party = (index, CMD_VEL.name)
@@ -195,7 +222,7 @@ class SimulationNode(LayerNode):
                 self._refuse(f"{self._command_topics[index]}: {numbers}, allowed: finite numbers")
                 return
             self._linear[index], self._angular[index] = numbers[:3], numbers[3:]
-            self._fresh[index] = True
+            self._fresh[index] = not self._idle[index]
             self._answer(party)
 
         return take
@@ -225,22 +252,29 @@ class SimulationNode(LayerNode):
     def resume_all(self) -> None:
         """Take commands again, where the host can."""
         self._stopped = False
+        self._resume(range(len(self.host.names)))
+
+    def _resume(self, indices: Sequence[int]) -> None:
         resume = getattr(self.host, "resume", None)
         if resume is not None:
-            resume(range(len(self.host.names)))
+            resume(indices)
 
     # ---------------------------------------------------------------- time
 
+    def take_commands(self) -> tuple[NDArray[np.intp], Twist]:
+        """Return who has sent commands since the last call, and these, arrays of shape (n, 3)."""
+        indices = np.flatnonzero(self._fresh)
+        self._fresh[:] = False
+        return indices, Twist(self._linear[indices], self._angular[indices])
+
     def step(self) -> None:
         """Hand the commands over that have come, go on by one period, and say how things are."""
-        indices = np.flatnonzero(self._fresh)
+        indices, twist = self.take_commands()
         if indices.size and not self._stopped:
-            twist = Twist(self._linear[indices], self._angular[indices])
             try:
                 self.host.send(indices.tolist(), twist, self._kind)
             except CrazychoirError as error:
                 self._refuse(str(error))
-        self._fresh[:] = False
         self.host.advance(self.period)
         self.steps += 1
         for callback in self.when_stepped:
@@ -286,6 +320,12 @@ class SimulationNode(LayerNode):
         while not self._stopping and self.context.ok() and (until is None or self.host.time < until - 1e-9):
             if self.is_due(executor):
                 self.step()
+
+    def exchange(self, executor: Any) -> None:
+        """Say how things are and work on messages until the next step may be made."""
+        self.publish()
+        while not self._stopping and self.context.ok() and not self.is_due(executor):
+            pass
 
     def finish(self) -> None:
         """Let `run` return."""
@@ -344,6 +384,3 @@ class SimulationNode(LayerNode):
             return False
         self._due += period
         return True
-
-
-__all__ = ["Host", "Odometry", "Pace", "SimulationNode", "Trigger"]

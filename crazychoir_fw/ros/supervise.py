@@ -31,6 +31,7 @@ class Child:
     work: Callable[[], int | None]
     """What it does; returns its exit code."""
     colour: str
+    captured: bool = True
     process: Any = None
     output: Any = None
     """What it prints, the reading end of a pipe."""
@@ -56,14 +57,15 @@ class Supervisor:
         self._colours = get_colours()
         self._printer = Printer(sys.stdout)
 
-    def start(self, name: str, work: Callable[[], int | None]) -> Child:
+    def start(self, name: str, work: Callable[[], int | None], captured: bool = True) -> Child:
         """Start a process.
 
         Args:
             name: How it is called, in what is printed.
             work: What it does; its value is the exit code.
+            captured: Whether its output goes through the supervisor; otherwise it has the terminal.
         """
-        child = Child(name, work, next(self._colours))
+        child = Child(name, work, next(self._colours), captured)
         self.children[name] = child
         self._printer.width = max(self._printer.width, len(name))
         self._begin(child)
@@ -76,10 +78,11 @@ class Supervisor:
     def _begin(self, child: Child) -> None:
         sys.stdout.flush()
         sys.stderr.flush()
-        reading, writing = os.pipe()
+        reading, writing = os.pipe() if child.captured else (None, None)
         child.process = _FORK.Process(target=_run, args=(child.work, writing, reading, os.getpid()), name=child.name)
         child.process.start()
-        os.close(writing)
+        if writing is not None:
+            os.close(writing)
         child.output, child.unread, child.ended = reading, b"", False
         child.starts += 1
 
@@ -124,6 +127,10 @@ class Supervisor:
             text = line.decode(errors="replace") + "\n"
             self._printer.write(Message("line", text, datetime.now(), child.name, child.colour))
 
+    def say(self, text: str) -> None:
+        """Print a line of the supervisor itself."""
+        self._printer.write(Message("line", text + "\n", datetime.now(), "manager", None))
+
     def stop(self, patience: float = 5.0) -> None:
         """End all processes: kindly, then not."""
         for sign in (signal.SIGINT, signal.SIGKILL):
@@ -135,14 +142,15 @@ class Supervisor:
                 self.watch(0.1)
 
 
-def _run(work: Callable[[], int | None], writing: int, reading: int, parent: int) -> None:
+def _run(work: Callable[[], int | None], writing: int | None, reading: int | None, parent: int) -> None:
     """Do the work of a process: what it prints goes to its supervisor, and it dies with it."""
-    os.close(reading)
-    os.dup2(writing, 1)
-    os.dup2(writing, 2)
-    os.close(writing)
-    sys.stdout = os.fdopen(1, "w", buffering=1, closefd=False)
-    sys.stderr = os.fdopen(2, "w", buffering=1, closefd=False)
+    if writing is not None and reading is not None:
+        os.close(reading)
+        os.dup2(writing, 1)
+        os.dup2(writing, 2)
+        os.close(writing)
+        sys.stdout = os.fdopen(1, "w", buffering=1, closefd=False)
+        sys.stderr = os.fdopen(2, "w", buffering=1, closefd=False)
     os.setpgid(0, 0)  # Ctrl-C is the supervisor's affair
     die_with(parent)
     signal.signal(signal.SIGTERM, signal.default_int_handler)

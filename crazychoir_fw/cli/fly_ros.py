@@ -1,0 +1,40 @@
+"""`crazychoir fly MISSION.yaml --ros`: the mission as ROS 2 processes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of
+
+if TYPE_CHECKING:
+    from crazychoir_fw.cli.fly import Request
+
+
+def fly_as_nodes(
+    request: Request, processes: str, domain: int | None, pace: float | None, restart: bool
+) -> int:
+    """Fly a mission as processes; returns the exit code.
+
+    Args:
+        request: What to fly, as without ROS.
+        processes: ``per-node``, ``per-drone`` or ``one``.
+        domain: ROS domain; None takes a free one.
+        pace: Simulated seconds per second; None is lockstep.
+        restart: Whether processes that end are started again.
+    """
+    from crazychoir_fw.cli.fly import attempt, load
+    from crazychoir_fw.errors import CrazychoirError
+
+    try:
+        from crazychoir_fw.ros.manager import RosOptions, check, fly_as_processes
+    except ImportError as error:
+        complain(f"--ros: {error}")
+        return BAD_INPUT
+    try:
+        options = RosOptions(processes, domain, pace, lockstep=pace is None, restart=restart)
+        mission = check(load(request), options)
+        return fly_as_processes(mission, options, lambda ready: attempt(replace(request, ros=ready)))
+    except CrazychoirError as error:
+        complain_of(error)
+        return BAD_INPUT

@@ -1,0 +1,224 @@
+"""Controllers as ROS 2 nodes, with the class names and arguments of the paper (features dossier section 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+from rclpy.context import Context
+
+from crazychoir_fw import control as plain
+from crazychoir_fw.control import (
+    AttitudeCtrlStrategy,
+    PositionCtrlStrategy,
+    ReferenceHandler,
+    SenderStrategy,
+    VelocityCtrlStrategy,
+)
+from crazychoir_fw.messages import Pose, Twist
+from crazychoir_fw.ros.conversions import message_to_reference
+from crazychoir_fw.ros.names import CMD_VEL, REFERENCES
+from crazychoir_fw.ros.node import LayerNode
+from crazychoir_fw.ros.pose_sources import pose_subscribe
+from crazychoir_fw.ros.pose_watch import PoseWatch
+from crazychoir_fw.ros.wire import twist_bytes
+
+_CLOSE = 1.5  # control periods between poses, for which each pose makes a step
+
+
+class CrazyflieController(LayerNode):
+    """Template of controllers: pose and reference in, ``cmd_vel`` out.
+
+    Nothing is sent before the pose is known, nor when it is older than the parameter ``pose_timeout`` (s); the last
+    reference is held. A subclass makes the plain controller, or whoever has one hands it over.
+
+    Under simulated time each pose that is due makes a step, with its own stamp, so that results do not depend on which
+    of pose and clock comes first; where poses come slower than commands, or in real time, the clock does.
+    """
+
+    def __init__(
+        self,
+        pose_handler: str | None = "pubsub",
+        pose_topic: str | None = "odom",
+        pose_callback: Callable[[], Any] | None = None,
+        command_sender: SenderStrategy | None = None,
+        traj_handler: ReferenceHandler | None = None,
+        *,
+        controller: plain.CrazyflieController | None = None,
+        agent_id: int | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        context: Context | None = None,
+    ) -> None:
+        """Make the node ``controller``.
+
+        Args:
+            pose_handler: Where poses come from, see `crazychoir_fw.ros.pose_sources`.
+            pose_topic: Topic of the pose.
+            pose_callback: Called after each pose; a filter such as `Estimator` fills in the velocities.
+            command_sender: What the command consists of.
+            traj_handler: Which references are followed, and on which topic; None follows none.
+            controller: A plain controller, in place of what the subclass would make of the two before.
+            agent_id: Number of the drone; None asks parameter and namespace.
+            parameters: Values of parameters.
+            context: Context of rclpy.
+
+        Raises:
+            RangeError: If a part is missing or a parameter is outside its range.
+            UnknownNameError: If there is no such source of poses.
+        """
+        # first: a part that is missing must not leave half a node behind
+        made = self.make_controller(command_sender, traj_handler) if controller is None else controller
+        super().__init__("controller", agent_id=agent_id, parameters=parameters, context=context)
+        self.controller: plain.CrazyflieController = made
+        """The plain controller."""
+        timeout = self.declare("pose_timeout", 0.5, "age of the pose at which nothing is sent any more (s)", low=0.001)
+        self._watch = PoseWatch(self, timeout)
+        self._period = min(made.periods)
+        self._latest = -np.inf  # [s], of the times at which it worked
+        self._pose_time, self._pose_step = -np.inf, np.inf
+        self._commands = self.announce(CMD_VEL)
+        handler = made.traj_handler
+        if hasattr(handler, "kind") and hasattr(handler, "topic"):
+            self.listen(REFERENCES[handler.kind], self._take_reference, handler.topic)
+        self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
+        self.when_time_jumps_back(self._begin_anew)
+        for period in made.periods:
+            self.every(1.0 / period, self._tick)
+
+    def make_controller(
+        self, command_sender: SenderStrategy | None, traj_handler: ReferenceHandler | None
+    ) -> plain.CrazyflieController:
+        """Return the plain controller; a subclass of this template says which one."""
+        raise NotImplementedError(f"{type(self).__name__}: give it a controller, or override make_controller")
+
+    @property
+    def current_pose(self) -> Pose:
+        """The latest pose."""
+        return self.controller.current_pose
+
+    def send_input(self, twist: Twist) -> None:
+        """Publish a command; may be overridden."""
+        if not (np.isfinite(twist.linear).all() and np.isfinite(twist.angular).all()):
+            self.get_logger().error(f"command is {twist}: not sent", throttle_duration_sec=1.0)
+            return
+        self._commands.publish(twist_bytes(twist.linear, twist.angular))
+
+    def _take_reference(self, message: Any) -> None:
+        self.controller.set_reference(message_to_reference(message, self.controller.traj_handler.kind))
+
+    def _take_pose(self, pose: Pose) -> None:
+        self.controller.set_pose(pose)
+        self._watch.saw(pose, self.now())
+        if pose.time is None or pose.time == self._pose_time:
+            return
+        self._pose_step, self._pose_time = pose.time - self._pose_time, pose.time
+        if self.is_simulated_time and self._is_led_by_poses(pose.time):
+            self._work(pose.time)
+
+    def _is_led_by_poses(self, now: float) -> bool:
+        """Whether poses come so often, up to now, that each of them makes a step."""
+        limit = _CLOSE * self._period
+        return 0.0 < self._pose_step <= limit and now - self._pose_time <= limit
+
+    def _tick(self, now: float) -> None:
+        if not (self.is_simulated_time and self._is_led_by_poses(now)):
+            self._work(now)
+
+    def _work(self, now: float) -> None:
+        # poses and clock come in any order, but time goes forward
+        self._latest = now = max(now, self._latest)
+        if self._watch.is_fresh(now):
+            twist = self.controller.step(now)
+            if twist is not None:
+                self.send_input(twist)
+
+    def _begin_anew(self, now: float) -> None:
+        self._latest = -np.inf
+        self._pose_time, self._pose_step = -np.inf, np.inf
+        self._watch.reset()
+        self.controller.set_pose(Pose())
+        self.controller.clear_reference()
+
+
+class HierarchicalController(CrazyflieController):
+    """Position law, attitude law and sender, each at its rate."""
+
+    def __init__(
+        self,
+        pose_handler: str | None = "pubsub",
+        pose_topic: str | None = "odom",
+        pose_callback: Callable[[], Any] | None = None,
+        pos_strategy: PositionCtrlStrategy | None = None,
+        attitude_strategy: AttitudeCtrlStrategy | None = None,
+        command_sender: SenderStrategy | None = None,
+        traj_handler: ReferenceHandler | None = None,
+        *,
+        position_strategy: PositionCtrlStrategy | None = None,
+        **options: Any,
+    ) -> None:
+        """Make the node.
+
+        Args:
+            pose_handler: Where poses come from.
+            pose_topic: Topic of the pose.
+            pose_callback: Called after each pose.
+            pos_strategy: The position law; needed.
+            attitude_strategy: The attitude law.
+            command_sender: What the command consists of; needed.
+            traj_handler: Which references are followed.
+            position_strategy: Another name of `pos_strategy`.
+            options: Of `CrazyflieController`.
+
+        Raises:
+            RangeError: If parts are missing or do not fit together.
+        """
+        self._laws = {
+            "pos_strategy": pos_strategy,
+            "attitude_strategy": attitude_strategy,
+            "position_strategy": position_strategy,
+        }
+        super().__init__(pose_handler, pose_topic, pose_callback, command_sender, traj_handler, **options)
+
+    def make_controller(
+        self, command_sender: SenderStrategy | None, traj_handler: ReferenceHandler | None
+    ) -> plain.CrazyflieController:
+        """See `CrazyflieController`."""
+        return plain.HierarchicalController(command_sender=command_sender, traj_handler=traj_handler, **self._laws)
+
+
+class VelocityController(CrazyflieController):
+    """A velocity law and a sender."""
+
+    def __init__(
+        self,
+        pose_handler: str | None = "pubsub",
+        pose_topic: str | None = "odom",
+        pose_callback: Callable[[], Any] | None = None,
+        velocity_strategy: VelocityCtrlStrategy | None = None,
+        command_sender: SenderStrategy | None = None,
+        traj_handler: ReferenceHandler | None = None,
+        **options: Any,
+    ) -> None:
+        """Make the node.
+
+        Args:
+            pose_handler: Where poses come from.
+            pose_topic: Topic of the pose.
+            pose_callback: Called after each pose.
+            velocity_strategy: The law; needed.
+            command_sender: What the command consists of; needed, a velocity.
+            traj_handler: Which references are followed.
+            options: Of `CrazyflieController`.
+
+        Raises:
+            RangeError: If parts are missing or do not fit together.
+        """
+        self._law = velocity_strategy
+        super().__init__(pose_handler, pose_topic, pose_callback, command_sender, traj_handler, **options)
+
+    def make_controller(
+        self, command_sender: SenderStrategy | None, traj_handler: ReferenceHandler | None
+    ) -> plain.CrazyflieController:
+        """See `CrazyflieController`."""
+        return plain.VelocityController(self._law, command_sender, traj_handler)

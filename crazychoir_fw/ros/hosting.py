@@ -1,0 +1,266 @@
+"""A mission whose layers live in other processes: phases, commands, log and verdict here, decisions over topics.
+
+The flight is that of the runner in one process (`Experiment`), only that guidance, planning and control of each drone
+are asked by topics: odometry goes out, commands come in, round by round.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.context import Context
+from std_msgs.msg import Empty, String
+
+from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.experiment.agent import Agent
+from crazychoir_fw.experiment.agents import names_of, what_it_follows
+from crazychoir_fw.experiment.experiment import Experiment, Names
+from crazychoir_fw.guidance import Outputs
+from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
+from crazychoir_fw.ros.conversions import joint_trajectory_to_points, message_to_reference, points_to_joint_trajectory
+from crazychoir_fw.ros.names import BUTTONS, LATEST, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.simulation import Pace, SimulationNode
+from crazychoir_fw.ros.wire import vector3_numbers
+
+ANSWERED = "answered"
+"""Topic on which a guidance answers each tick in lock step."""
+
+READY = "/ready"
+"""Topic on which each process says that it has found its partners."""
+
+
+class RemoteGuidance:
+    """A guidance somewhere else: what it has asked for, as far as that was heard here."""
+
+    def __init__(self) -> None:
+        """Nothing has been heard."""
+        self.reference: Reference | None = None
+        self.points: list[TrajectoryPoint] | None = None
+        self.lost: frozenset[int] = frozenset()
+
+    def set_pose(self, pose: Pose) -> None:
+        """It hears its pose by topic."""
+
+    def step(self, now: float) -> Outputs:
+        """Return what was heard."""
+        del now
+        points, self.points = self.points, None
+        return Outputs(self.reference, points)
+
+
+class RemoteGroup:
+    """The controllers of all drones, somewhere else."""
+
+    def __init__(self, node: SimulationNode, kind: str) -> None:
+        """Take commands of a node."""
+        self._node = node
+        self.kind = kind
+        self.indices = np.arange(len(node.host.names))
+
+    def step(self, agents: Sequence[Agent], poses: Pose, now: float) -> tuple[NDArray[np.intp], Twist] | None:
+        """Return who has sent commands, of those whose motors turn, and these."""
+        del poses, now
+        indices, twist = self._node.take_commands()
+        chosen = np.array([agents[i].is_up for i in indices], bool)
+        if not chosen.any():
+            return None
+        return indices[chosen], Twist(twist.linear[chosen], twist.angular[chosen])
+
+
+class _Drones:
+    """A backend as the node sees it: it says how things are; the experiment does the rest."""
+
+    def __init__(self, backend: Any) -> None:
+        self._backend = backend
+        self.names = backend.names
+
+    @property
+    def time(self) -> float:
+        return float(self._backend.time)
+
+    def poses(self) -> Pose:
+        poses = self._backend.poses()
+        # a drone that nobody has seen of late has no odometry; what is not finite is refused by whoever reads it
+        return poses
+
+    def send(self, indices: Sequence[int], twist: Twist, kind: str) -> None:
+        """Commands go through the experiment."""
+
+    def go_to(self, index: int, point: TrajectoryPoint) -> None:
+        """So do points."""
+
+    def advance(self, seconds: float) -> None:
+        """So does time."""
+
+    def stop(self, indices: Sequence[int]) -> None:
+        """So does this."""
+
+
+class HostedExperiment(Experiment):
+    """An experiment whose layers are nodes."""
+
+    def __init__(
+        self,
+        mission: Any,
+        backend: Any,
+        executor: Any,
+        pace: Pace,
+        observe: Any = None,
+        context: Context | None = None,
+    ) -> None:
+        """Make the simulation node of a mission.
+
+        Args:
+            mission: The mission.
+            backend: Where the drones are.
+            executor: What the node is worked on by.
+            pace: How fast time goes on.
+            observe: Called after every round.
+            context: Context of rclpy.
+        """
+        layers = mission.layers
+        count = len(names_of(mission))
+        kind = "xyz" if layers.control is None else layers.control.command
+        answers = {ANSWERED: range(count)} if pace.lockstep else {}
+        if kind != "xyz":
+            answers["cmd_vel"] = range(count)
+        self.node = SimulationNode(
+            _Drones(backend), command=kind, rate=layers.rate, pace=pace, answers=answers, obeys_idle=False, context=context
+        )
+        self._executor = executor
+        executor.add_node(self.node)
+        remote = [RemoteGuidance() for _ in range(count)]
+        agents = [Agent(i, name, remote[i]) for i, name in enumerate(names_of(mission))]
+        groups = [] if kind == "xyz" else [RemoteGroup(self.node, kind)]
+        super().__init__(backend, agents, groups, layers.rate, mission.log_rate, observe)  # type: ignore[arg-type]
+        self._buttons: dict[str, Any] = {name: self.node.announce(topic) for name, topic in BUTTONS.items()}
+        self._own_presses = dict.fromkeys(BUTTONS, 0)
+        self._button_of: dict[tuple[str, int], Any] = {}
+        self._trajectories = [self.node.announce(TRAJ_PARAMS, self.node.topic_of(i, "traj_params")) for i in range(count)]
+        self._listen(mission, remote, kind)
+        self.ready: set[str] = set()
+        """Processes that have found their partners."""
+        self.node.create_subscription(String, READY, lambda message: self.ready.add(message.data), LATEST)
+
+    def _listen(self, mission: Any, remote: Sequence[RemoteGuidance], kind: str) -> None:
+        node = self.node
+        numbers = {node.namespace_pattern.format(i=i): i for i in range(len(remote))}
+        for name, topic in BUTTONS.items():
+            node.listen(topic, lambda _, pressed=name: self._pressed(pressed))
+        for i, guidance in enumerate(remote):
+            node.create_subscription(
+                String, node.topic_of(i, "lost_neighbors"), _neighbors_taker(guidance, numbers), 10
+            )
+            if kind == "xyz":
+                node.listen(TRAJ_PARAMS, _points_taker(guidance), node.topic_of(i, "traj_params"))
+                continue
+            follows = what_it_follows(mission, i)
+            topic = REFERENCES[follows]
+            take = _reference_taker(guidance, follows)
+            if follows == "fullstate":
+                node.listen(topic, take, node.topic_of(i, topic.name))
+            else:
+                node.create_subscription(
+                    topic.type, node.topic_of(i, topic.name), take, topic.subscribe_qos, raw=True
+                )
+
+    # ---------------------------------------------------------------- buttons
+
+    def takeoff(self, drones: Names = None) -> None:
+        """See `Experiment`."""
+        super().takeoff(drones)
+        self._tell("takeoff", drones)
+
+    def start(self, drones: Names = None) -> None:
+        """See `Experiment`."""
+        super().start(drones)
+        self._tell("start", drones)
+
+    def land(self, drones: Names = None) -> None:
+        """See `Experiment`."""
+        super().land(drones)
+        self._tell("land", drones)
+
+    def stop(self, drones: Names = None) -> None:
+        """See `Experiment`."""
+        super().stop(drones)
+        self._tell("stop", drones)
+
+    def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
+        """Hand points to the trajectory handlers, by topic."""
+        for agent in self._chosen(drones):
+            self._trajectories[agent.index].publish(points_to_joint_trajectory(points, agent.index))
+
+    def _tell(self, button: str, drones: Names) -> None:
+        if drones is None:
+            self._own_presses[button] += 1
+            self._buttons[button].publish(Empty())
+            return
+        for agent in self._chosen(drones):
+            key = (button, agent.index)
+            self._button_of[key].publish(Empty())
+
+    def prepare(self, phases: Sequence[Any]) -> None:
+        """Make publishers for buttons of single drones, so that they are known when they are needed."""
+        for phase in phases:
+            if phase.name in BUTTONS and phase.button.drones is not None:
+                topic = BUTTONS[phase.name]
+                for agent in self._chosen(phase.button.drones):
+                    where = self.node.topic_of(agent.index, topic.name.lstrip("/"))
+                    self._button_of[phase.name, agent.index] = self.node.announce(topic, where)
+
+    def _pressed(self, button: str) -> None:
+        """Somebody pressed a button: this flight itself, or a person."""
+        if self._own_presses[button] > 0:
+            self._own_presses[button] -= 1
+            return
+        getattr(super(), button)()
+
+    # ---------------------------------------------------------------- rounds
+
+    def wait_for(self, processes: Sequence[str], timeout: float) -> list[str]:
+        """Wait until processes have found their partners; returns those that have not in time (s, wall)."""
+        deadline = time.monotonic() + timeout
+        while not self.ready.issuperset(processes) and time.monotonic() < deadline:
+            self._executor.spin_once(timeout_sec=0.05)
+        return sorted(set(processes) - self.ready)
+
+    def step(self) -> None:
+        """Fly one round: say how things are, hear what is to be done, do it."""
+        self.node.exchange(self._executor)
+        if not self.node.context.ok():
+            raise CrazychoirError("ROS was shut down")
+        super().step()
+
+
+def _neighbors_taker(guidance: RemoteGuidance, numbers: dict[str, int]) -> Any:
+    def take(message: String) -> None:
+        word, _, name = message.data.partition(" ")
+        if name in numbers:
+            one = frozenset([numbers[name]])
+            guidance.lost = guidance.lost | one if word == "lost" else guidance.lost - one
+
+    return take
+
+
+def _points_taker(guidance: RemoteGuidance) -> Any:
+    def take(message: Any) -> None:
+        guidance.points = joint_trajectory_to_points(message)
+
+    return take
+
+
+def _reference_taker(guidance: RemoteGuidance, kind: str) -> Any:
+    def take(message: Any) -> None:
+        if kind == "fullstate":
+            guidance.reference = message_to_reference(message, kind)
+            return
+        numbers = np.array(vector3_numbers(message))
+        if np.isfinite(numbers).all():
+            guidance.reference = Reference(**{kind: numbers})
+
+    return take

@@ -1,0 +1,182 @@
+"""`CrazyflieIntegrator` as a ROS 2 node: drones without firmware, one or several (features dossier section 11)."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from rclpy.clock import Clock, ClockType
+from rclpy.context import Context
+from std_msgs.msg import Empty
+
+from crazychoir_fw import integrator as plain
+from crazychoir_fw.errors import RangeError
+from crazychoir_fw.ros.names import CLOCK, CMD_VEL, NAMESPACE_PATTERN, ODOM, STOP
+from crazychoir_fw.ros.node import LayerNode
+from crazychoir_fw.ros.wire import Rows, clock_layout, odometry_layout, twist_numbers
+
+KINDS = ("fpqr", "frpy", "vel")
+_MOST_BEHIND = 0.1  # [s], that a paused process makes up for
+
+
+class CrazyflieIntegrator(LayerNode):
+    """Node ``integrator``: ``cmd_vel`` in, ``odom`` out, with stamps and frames.
+
+    It follows the clock of ROS; with `publish_clock` it makes simulated time itself, for all others.
+    """
+
+    def __init__(
+        self,
+        integration_freq: int = 100,
+        odom_freq: int | None = None,
+        *,
+        agents: Sequence[int] | None = None,
+        command: str = "fpqr",
+        publish_clock: bool = False,
+        speed: float = 1.0,
+        agent_id: int | None = None,
+        namespace_pattern: str = NAMESPACE_PATTERN,
+        parameters: Mapping[str, Any] | None = None,
+        context: Context | None = None,
+        **options: Any,
+    ) -> None:
+        """Make the node.
+
+        Args:
+            integration_freq: Steps per second.
+            odom_freq: Odometry messages per second, at most `integration_freq`; None is one per step.
+            agents: Numbers of the drones, all in this one node; None is the one drone of the namespace.
+            command: What ``cmd_vel`` carries: ``fpqr``, ``frpy`` or ``vel``.
+            publish_clock: Whether this node is the source of ``/clock``; simulated time then begins at 0.
+            speed: Simulated seconds per second, where it is.
+            agent_id: Number of the drone; None asks parameter and namespace.
+            namespace_pattern: Namespace of drone i.
+            parameters: Values of parameters: ``init_pos``, three numbers (m, world) for each drone.
+            context: Context of rclpy.
+            options: Of the plain integrator, such as ``drag``, ``floor`` or ``legacy``.
+
+        Raises:
+            RangeError: If a value is outside its range.
+        """
+        if command not in KINDS:
+            raise RangeError(f"command is {command!r}, allowed: {', '.join(KINDS)}")
+        if not (math.isfinite(speed) and speed > 0.0):
+            raise RangeError(f"speed is {speed}, allowed: above 0")
+        super().__init__(
+            "integrator",
+            swarm_wide=agents is not None,
+            agent_id=agent_id,
+            namespace_pattern=namespace_pattern,
+            parameters=parameters,
+            context=context,
+        )
+        numbers = [self.agent_id] if agents is None else [int(i) for i in agents]
+        start = self.declare(
+            "init_pos", None, "start (m, world): x, y, z of each drone", list[float], length=3 * len(numbers)
+        )
+        if start is not None:
+            options["init_pos"] = np.reshape(start, (-1, 3))
+        elif "init_pos" not in options:
+            options["init_pos"] = np.vstack([_drawn_start(i) for i in numbers])
+        options["init_pos"] = np.reshape(np.asarray(options["init_pos"], float), (-1, 3))
+        if publish_clock and self.is_simulated_time:
+            raise RangeError("publish_clock with use_sim_time: allowed: one of them, this node would wait for itself")
+        self.integrator = plain.CrazyflieIntegrator(integration_freq, odom_freq, **options)
+        """The plain integrator, of as many drones as there are."""
+        self.integrator.odometry_listeners.append(self._publish)
+        self._command = command
+        self._held = np.zeros((len(numbers), 6))
+        if command != "vel":
+            self._held[:, 2] = self.integrator.mass * self.integrator.gravity
+        self._is_new, self._is_stopped = False, False
+        self._begin: float | None = None
+        self._rows = Rows(odometry_layout(), len(numbers))
+        topics = [self.topic_of(i, ODOM.name) if agents is not None else ODOM.name for i in numbers]
+        self._odometry = [self.announce(ODOM, topic) for topic in topics]
+        for row, i in enumerate(numbers):
+            topic = self.topic_of(i, CMD_VEL.name) if agents is not None else CMD_VEL.name
+            self.listen(CMD_VEL, self._taker(row, topic), topic, raw=True)
+        self.listen(STOP, lambda _: self.stop())
+        self.create_subscription(Empty, "/resume", lambda _: self.resume(), 10)
+        self._clock_publisher = self.announce(CLOCK) if publish_clock else None
+        if publish_clock:
+            self._clock_rows = Rows(clock_layout(), 1)
+            period = 1.0 / (integration_freq * speed)
+            self.create_timer(period, lambda: self._step(1), clock=Clock(clock_type=ClockType.STEADY_TIME))
+        else:
+            self.when_time_jumps_back(self._begin_anew)
+            self.every(integration_freq, self._tick)
+
+    # ---------------------------------------------------------------- in
+
+    def _taker(self, row: int, topic: str) -> Callable[[bytes], None]:
+        def take(data: bytes) -> None:
+            numbers = np.array(twist_numbers(data))
+            if not np.isfinite(numbers).all():
+                raise RangeError(f"command is {numbers.tolist()}, allowed: finite numbers")
+            self._held[row] = numbers
+            self._is_new = True
+
+        return take
+
+    def stop(self) -> None:
+        """Motors off, until `resume`."""
+        self._is_stopped = True
+        self.integrator.command(0.0, 0.0, 0.0, 0.0)
+
+    def resume(self) -> None:
+        """Take commands again."""
+        self._is_stopped, self._is_new = False, True
+
+    def _hand_over(self) -> None:
+        if self._is_new and not self._is_stopped:
+            linear, angular = self._held[:, :3], self._held[:, 3:]
+            if self._command == "fpqr":
+                self.integrator.cmd_vel(linear, angular)
+            elif self._command == "frpy":
+                self.integrator.command_attitude(linear[:, 2], *angular.T)
+            else:
+                self.integrator.command_velocity(linear, angular[:, 2])
+            self._is_new = False
+
+    # ---------------------------------------------------------------- time
+
+    def _tick(self, now: float) -> None:
+        frequency = self.integrator.integration_freq
+        if self._begin is None:
+            self._begin = now - self.integrator.time
+            self._publish(self.integrator.odometry)
+            return
+        due = round((now - self._begin - self.integrator.time) * frequency)
+        most = max(1, round(_MOST_BEHIND * frequency))
+        if due > most:
+            self._begin += (due - most) / frequency
+            due = most
+        self._step(due)
+
+    def _step(self, count: int) -> None:
+        self._hand_over()
+        self.integrator.step(count)
+        if self._clock_publisher is not None:
+            self._clock_rows.stamp(round(self.integrator.time * 1e9))
+            self._clock_publisher.publish(self._clock_rows.row(0))
+
+    def _begin_anew(self, now: float) -> None:
+        self._begin = None
+
+    # ---------------------------------------------------------------- out
+
+    def _publish(self, odometry: plain.Odometry) -> None:
+        columns = self._rows.columns
+        columns["position"], columns["orientation"] = odometry.position, odometry.quat_xyzw
+        columns["velocity"], columns["angular"] = odometry.velocity, odometry.rates
+        self._rows.stamp(round((odometry.time + (self._begin or 0.0)) * 1e9))
+        for row, publisher in enumerate(self._odometry):
+            publisher.publish(self._rows.row(row))
+
+
+def _drawn_start(agent_id: int) -> np.ndarray:
+    """Return where the plain integrator would begin with a drone alone."""
+    return plain.CrazyflieIntegrator(agent_id=agent_id).state[0:3]

@@ -1,0 +1,188 @@
+"""`crazychoir fly MISSION.yaml --ros`: the processes of a mission, started, watched and ended.
+
+One process has the drones (simulation, integrator or radio), presses the buttons of `flight`, writes and judges, as the
+runner in one process does. The layers live in the others: one per drone and layer, one per drone, or all in one.
+"""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import socket
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Any
+
+from crazychoir_fw.errors import CrazychoirError, MissionError, RangeError
+from crazychoir_fw.mission.schema import LayeredMission
+from crazychoir_fw.ros.process import Part, parts_of, run_part
+from crazychoir_fw.ros.simulation import Pace
+from crazychoir_fw.ros.supervise import Supervisor
+
+PROCESSES = ("per-node", "per-drone", "one")
+HOST = "host"
+
+_BOOT_S = 60.0  # [s], wall: until all processes must have found each other
+_LARGEST_DOMAIN = 101  # above, ports meet those that Linux hands out
+
+
+@dataclass(frozen=True)
+class RosOptions:
+    """How a mission becomes processes."""
+
+    processes: str = "per-node"
+    """One of `PROCESSES`."""
+    domain: int | None = None
+    """ROS domain; None takes one that nobody seems to use."""
+    speed: float | None = None
+    """Simulated seconds per second; None is as fast as all can answer."""
+    lockstep: bool = True
+    """Whether simulated time waits for everybody's answer."""
+    deadline: float = 2.0
+    """Longest wait for an answer (s, wall)."""
+    patience: float = 0.5
+    """Longest wait of a guidance for its neighbors while simulated time stands still (s, wall)."""
+    restart: bool = False
+    """Whether processes that end are started again."""
+    parts: tuple[str, ...] = ()
+    """Names of all processes beside the host."""
+
+
+def free_domain() -> int:
+    """Return a ROS domain that nobody on this machine seems to use."""
+    chosen = random.SystemRandom()
+    for _ in range(50):
+        domain = chosen.randint(1, _LARGEST_DOMAIN)
+        # the port at which participants of a domain listen to discovery
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(("", 7400 + 250 * domain + 10))
+            except OSError:
+                continue
+        return domain
+    raise CrazychoirError("no free ROS domain found: give one with --domain")
+
+
+def check(mission: Any, options: RosOptions) -> LayeredMission:
+    """Refuse what cannot fly as processes.
+
+    Raises:
+        MissionError: If the mission has no layers.
+        RangeError: If an option is outside its range.
+    """
+    if not isinstance(mission, LayeredMission):
+        raise MissionError(f"{mission.name}: --ros flies missions with the key layers, see docs/ros.md")
+    if options.processes not in PROCESSES:
+        raise RangeError(f"--processes is {options.processes}, allowed: {', '.join(PROCESSES)}")
+    if options.domain is not None and not 0 <= options.domain <= 232:
+        raise RangeError(f"--domain is {options.domain}, allowed: 0 to 232")
+    return mission
+
+
+def fly_as_processes(mission: LayeredMission, options: RosOptions, host: Callable[[RosOptions], int]) -> int:
+    """Fly a mission as processes, to its end. Returns the exit code of the host.
+
+    Args:
+        mission: The mission.
+        options: How.
+        host: Flies it where the drones are, with `fly_hosted`; runs in a process of its own.
+    """
+    domain = free_domain() if options.domain is None else options.domain
+    os.environ["ROS_DOMAIN_ID"] = str(domain)
+    parts = parts_of(mission, options.processes)
+    options = replace(options, domain=domain, parts=tuple(part.name for part in parts))
+    lockstep = options.lockstep and mission.backend != "hardware"
+    options = replace(options, lockstep=lockstep)
+    supervisor = Supervisor()
+    flight = _Flight(supervisor, mission, options, parts)
+    before = signal.signal(signal.SIGTERM, _interrupt)
+    print(f"ROS domain {domain}: {len(parts)} processes of layers and the host", flush=True)
+    try:
+        return flight.run(host)
+    except KeyboardInterrupt:
+        print("Interrupted: all processes end", flush=True)
+        return 130
+    finally:
+        supervisor.stop()
+        signal.signal(signal.SIGTERM, before)
+
+
+def _interrupt(*_: Any) -> None:
+    raise KeyboardInterrupt
+
+
+class _Flight:
+    """The processes of one flight."""
+
+    def __init__(self, supervisor: Supervisor, mission: LayeredMission, options: RosOptions, parts: list[Part]) -> None:
+        self._supervisor = supervisor
+        self._mission = mission
+        self._options = options
+        self._parts = parts
+
+    def run(self, host: Callable[[RosOptions], int]) -> int:
+        options, supervisor = self._options, self._supervisor
+        supervisor.start(HOST, partial(host, options), captured=False)
+        for part in self._parts:
+            work = partial(run_part, self._mission, part, options.lockstep, options.patience)
+            supervisor.start(part.name, work)
+        began = time.monotonic()
+        while True:
+            for child in supervisor.watch(1.0):
+                if child.name == HOST:
+                    return int(child.process.exitcode or 0)
+                supervisor.say(f"{child.name} ended {how(child.process.exitcode)} after {time.monotonic() - began:.1f} s")
+                if options.restart:
+                    supervisor.restart(child.name)
+                    supervisor.say(f"{child.name} started again")
+            if not any(child.is_alive for child in supervisor.children.values() if child.name != HOST):
+                supervisor.say("no process of layers is left: the flight ends")
+                return 1
+
+
+def how(code: int | None) -> str:
+    """Return how a process ended, in words."""
+    if code is not None and code < 0:
+        return f"by {signal.Signals(-code).name}"
+    return f"with code {code}"
+
+
+def fly_hosted(mission: LayeredMission, options: RosOptions, *arguments: Any) -> Any:
+    """Fly a mission whose layers are nodes; arguments and result are those of `fly_layers`.
+
+    Raises:
+        CrazychoirError: If processes do not come up.
+    """
+    import rclpy
+    from rclpy.context import Context
+    from rclpy.signals import SignalHandlerOptions
+
+    from crazychoir_fw.mission.layered_flight import fly_layers
+    from crazychoir_fw.ros.hosting import HostedExperiment
+    from crazychoir_fw.ros.process import make_executor
+
+    context = Context()
+    rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
+    executor = make_executor(context)
+    pace = Pace(options.speed, options.lockstep, options.deadline, unattended=True)
+
+    def make(flown: LayeredMission, backend: Any, observe: Any) -> HostedExperiment:
+        experiment = HostedExperiment(flown, backend, executor, pace, observe, context)
+        experiment.prepare(flown.flight)
+        late = experiment.wait_for(options.parts, _BOOT_S)
+        if late:
+            raise CrazychoirError(
+                f"{', '.join(late[:3])}{' and others' if len(late) > 3 else ''}: not found on ROS domain "
+                f"{options.domain} within {_BOOT_S:g} s"
+            )
+        return experiment
+
+    try:
+        return fly_layers(mission, *arguments, make=make)
+    finally:
+        rclpy.try_shutdown(context=context)
+        sys.stdout.flush()
