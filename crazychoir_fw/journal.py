@@ -108,6 +108,17 @@ class Journal:
         self._drones.append(drone)
         self._kind_numbers.append(number)
 
+    def add_bytes(self, tick: int, drones: Sequence[int], verb: str, blobs: Sequence[bytes]) -> None:
+        """Write down one request of several drones each, all with one argument of bytes."""
+        number = self._number(verb, "y")
+        kind = self._kinds[number]
+        kind.numbers.extend([len(blob) for blob in blobs])
+        kind.blob += b"".join(blobs)
+        count = len(blobs)
+        self._ticks.extend([tick] * count)
+        self._drones.extend(drones)
+        self._kind_numbers.extend([number] * count)
+
     def _number(self, verb: str, signature: str) -> int:
         key = (verb, signature)
         if key not in self._number_of:

@@ -14,6 +14,7 @@ SMALLEST = {
     "control_gains.py": ["--sets", "mujoco", "--flights", "hover"],
     # every seed throws the same, and whatever must hold is looked at: exceptions, replies, memory, the other client
     "fuzz_server.py": ["--datagrams", "30000", "--flood", "10000", "--seed", "3"],
+    "layers_in_process.py": ["--seconds", "0.1", "--threads", "1"],
     "log_cost.py": ["--drones", "1", "--seconds", "0.05", "--repeats", "1"],
     "looking_cost.py": ["--drones", "1", "--repeats", "1"],
     "motor_ctrl_cost.py": ["--drones", "1", "--seconds", "0.02", "--repeats", "1"],

@@ -245,13 +245,19 @@ def make_trajectory_handler(mission: LayeredMission, i: int) -> Any:
 # -------------------------------------------------------------------------------- control
 
 
-def make_controller(mission: LayeredMission, i: int | Sequence[int], masses: Sequence[float] | None = None) -> Any:
+def make_controller(
+    mission: LayeredMission,
+    i: int | Sequence[int],
+    masses: Sequence[float] | None = None,
+    follows: str | None = None,
+) -> Any:
     """Return the controller of a drone, or one for several that are controlled alike.
 
     Args:
         mission: The mission.
         i: Number of the drone, or numbers.
         masses: What all drones of the mission weigh (kg); None is what their platforms weigh.
+        follows: What its references consist of; None is what the mission says of the first drone.
 
     Raises:
         CrazychoirError: If it cannot be made as the mission says.
@@ -266,7 +272,7 @@ def make_controller(mission: LayeredMission, i: int | Sequence[int], masses: Seq
     else:
         known = np.array(masses_of(mission) if masses is None else masses, float)
         mass = float(known[i]) if isinstance(i, int) else known[list(i)]
-    follows = what_it_follows(mission, first)
+    follows = what_it_follows(mission, first) if follows is None else follows
     topic = {"acceleration": planning.AccelerationTraj, "position": planning.PositionTraj}
     traj_handler = topic.get(follows, planning.FullStateTraj)()
     sender = getattr(control, layer.sender or ("VelSender" if layer.command == "vel" else "FPQRSender"))(rate)
@@ -356,6 +362,14 @@ def make_groups(mission: LayeredMission, masses: Sequence[float]) -> list[Contro
     alike: dict[str, list[int]] = {}
     for i in range(len(mission.fleet)):
         alike.setdefault(what_it_follows(mission, i), []).append(i)
+    laws = (layer.kind, layer.position, layer.acceleration)
+    stock = ("HierarchicalController", "FlatnessPositionCtrl", "FlatnessAccelerationCtrl")
+    if set(alike) == {"fullstate", "acceleration"} and laws == stock:
+        everybody = list(range(len(mission.fleet)))
+        # made as that of a drone that follows full states
+        leading = alike["fullstate"][0]
+        controller = make_controller(mission, everybody, masses, follows=what_it_follows(mission, leading))
+        return [ControlGroup(controller, everybody, layer.command, "fullstate", alike["acceleration"])]
     return [
         ControlGroup(make_controller(mission, members, masses), members, layer.command, follows)
         for follows, members in alike.items()

@@ -25,7 +25,9 @@ class ControlGroup:
     empty, and what comes out is sent to nobody.
     """
 
-    def __init__(self, controller: Any, indices: Sequence[int], kind: str, follows: str) -> None:
+    def __init__(
+        self, controller: Any, indices: Sequence[int], kind: str, follows: str, accelerated: Sequence[int] = ()
+    ) -> None:
         """Take a controller.
 
         Args:
@@ -33,55 +35,70 @@ class ControlGroup:
             indices: Numbers of the drones.
             kind: What it commands, ``fpqr``, ``frpy`` or ``vel``.
             follows: What references consist of, ``acceleration``, ``position`` or ``fullstate``.
+            accelerated: Of those that follow full states, who follows accelerations. A flatness law whose reference is
+                the present position and velocity is the acceleration law, so that one object controls both.
         """
         self.controller = controller
         self.indices = np.array(indices)
         self.kind = kind
         self.follows = follows
+        self._is_accelerated = np.isin(self.indices, accelerated)
+        self._accelerated = self.indices[self._is_accelerated]
+        self._members = [int(i) for i in self.indices[~self._is_accelerated]]
+        self._rows = [int(k) for k in np.flatnonzero(~self._is_accelerated)]
 
-    def step(self, agents: Sequence[Agent], poses: Pose, now: float) -> tuple[Array, Twist] | None:
+    def step(
+        self, agents: Sequence[Agent], accelerations: Array, turning: NDArray[np.bool_], poses: Pose, now: float
+    ) -> tuple[Array, Twist] | None:
         """Return whom to send which commands, arrays of shape (n, 3), or None.
 
         Args:
             agents: All agents.
+            accelerations: What guidance asks for (m/s^2), shape (N, 3).
+            turning: Whose motors turn, shape (N,).
             poses: Poses of all drones, without NaN.
             now: Time (s).
         """
+        controller, up = self.controller, turning[self.indices]
         own = some_of(poses, self.indices)
-        self.controller.set_pose(own)
-        members = [agents[i] for i in self.indices]
-        self.controller.set_reference(self._reference(members, own))
-        twist = self.controller.step(now)
-        up = [k for k, agent in enumerate(members) if agent.is_up]
-        if twist is None or not up:
+        controller.set_pose(own)
+        if self.follows == "acceleration":
+            # who has no motors on is to hover, for nobody
+            controller.set_reference(Reference(acceleration=accelerations[self.indices] * up[:, None]))
+        else:
+            controller.set_reference(self._reference(agents, accelerations, up, own))
+        twist = controller.step(now)
+        if twist is None or not up.any():
             return None
-        if len(up) == len(members):
+        if up.all():
             return self.indices, twist
         return self.indices[up], Twist(twist.linear[up], twist.angular[up])
 
-    def _reference(self, members: Sequence[Agent], own: Pose) -> Reference:
+    def _reference(
+        self, agents: Sequence[Agent], accelerations: Array, up: NDArray[np.bool_], own: Pose
+    ) -> Reference:
         """Return the references of all, arrays of shape (N, 3); where one has none it stays where it is."""
-        references = [agent.reference if agent.is_up else None for agent in members]
-        if self.follows == "acceleration":
-            wanted = np.zeros((len(members), 3))
-            for k, reference in enumerate(references):
-                if reference is not None and reference.acceleration is not None:
-                    wanted[k] = reference.acceleration
-            return Reference(acceleration=wanted)
         parts: dict[str, Array] = {"position": own.position.copy()}
-        for k, reference in enumerate(references):
-            if reference is None:
+        if len(self._accelerated):
+            parts["velocity"] = np.where(self._is_accelerated[:, None], own.velocity, 0.0)
+            parts["acceleration"] = np.zeros_like(own.position)
+            parts["acceleration"][self._is_accelerated] = (
+                accelerations[self._accelerated] * up[self._is_accelerated][:, None]
+            )
+        for k, i in zip(self._rows, self._members, strict=True):
+            reference = agents[i].reference
+            if reference is None or not up[k]:
                 continue
             for name in _VECTORS:
                 value = getattr(reference, name)
                 if value is not None:
                     if name not in parts:
-                        parts[name] = np.zeros((len(members), 3))
+                        parts[name] = np.zeros_like(own.position)
                     parts[name][k] = value
             for name in _SCALARS:
                 value = getattr(reference, name)
                 if value is not None:
                     if name not in parts:
-                        parts[name] = np.zeros(len(members))
+                        parts[name] = np.zeros(len(up))
                     parts[name][k] = value
         return Reference(**parts)  # type: ignore[arg-type]

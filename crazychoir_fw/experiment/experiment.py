@@ -24,6 +24,9 @@ Names = str | Iterable[str] | None
 TOUCHDOWN_M = 0.05
 """Height above its start at which the motors of a landing drone stop (m)."""
 
+_FLOWN_M = 0.2  # above its start, a drone has flown
+_FALLEN_S = 1.0  # on the floor, after which it is not about to go on
+_FLOOR_M = 0.1  # what starts higher does not start on a floor
 _LANDING_SPEED = 0.5  # [m/s], at which a drone that passes the floor has not come to land
 _ROUNDS_PER_LOOK = 4  # rounds between two looks at who failed
 PARTS = ("simulation", "guidance", "planning", "control", "sending", "record")
@@ -106,10 +109,14 @@ class Experiment:
         self._commands = np.zeros((len(agents), 4))
         self._seen: Pose | None = None  # of each drone, without gaps
         self._known = np.zeros(len(agents), bool)
+        self.accelerations = np.zeros((len(agents), 3))
+        """What guidance asks for (m/s^2, world), of drones that follow no trajectory, shape (N, 3)."""
+        self._planned = [agent for agent in agents if agent.planner is not None]
         self._together: GuidanceGroup | None = None
         """Guidance of ours decides for all drones at once; what a user brings speaks for itself alone."""
-        if agents and all(isinstance(agent.guidance, BearingFormation) for agent in agents):
+        if agents and all(type(agent.guidance) is BearingFormation for agent in agents):
             self._together = GuidanceGroup([agent.guidance for agent in agents], sends=False)
+            self._followers = np.array([self._together.followers], int).ravel()
 
     # ---------------------------------------------------------------- buttons
 
@@ -163,7 +170,10 @@ class Experiment:
         if resting and motors:
             self._turn_on(resting)
             now = self.time  # real drones take their time
+        poses = self._poses()
         for agent in wanted:
+            if agent.phase is not Phase.FAILED and self._known[agent.index]:
+                self._guarded(agent, agent.guidance.set_pose, one_of(poses, agent.index))
             if agent.phase is not Phase.FAILED:
                 self._guarded(agent, _button(agent.guidance, name), now)
                 self._note(name, agent)
@@ -181,10 +191,11 @@ class Experiment:
                 self._fail(agent, f"{agent.name}: nobody knows where it is")
                 continue
             agent.phase = Phase.FLYING
+            agent.has_flown, agent.low_since = False, None
             agent.home = poses.position[agent.index].copy()
-            self._guarded(agent, agent.guidance.set_pose, one_of(poses, agent.index))
             # until somebody says otherwise
             agent.reference = Reference(position=agent.home.copy(), velocity=np.zeros(3), acceleration=np.zeros(3))
+            self.accelerations[agent.index] = 0.0
 
     def _chosen(self, drones: Names) -> list[Agent]:
         if drones is None:
@@ -221,11 +232,14 @@ class Experiment:
         poses, now = self._poses(), self.time
         # also those on the ground: neighbors hear them
         self._decide([agent for agent in self.agents if agent.failure is None and self._known[agent.index]], poses, now)
-        up = [agent for agent in self.agents if agent.is_up and self._known[agent.index]]
+        turning = np.array([agent.phase in _TURNING for agent in self.agents])
+        up = [self.agents[i] for i in np.flatnonzero(turning & self._known)]
         decided = clock()
-        self._follow(up, now)
+        self._follow(now)
         planned = clock()
-        orders = [(group, group.step(self.agents, poses, now)) for group in self.groups] if up else []
+        orders = []
+        if up:
+            orders = [(group, group.step(self.agents, self.accelerations, turning, poses, now)) for group in self.groups]
         controlled = clock()
         for group, order in orders:
             if order is not None:
@@ -261,6 +275,10 @@ class Experiment:
     def _decide(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
         """Let guidance speak, then hear, then decide."""
         if self._together is not None and len(agents) == len(self.agents):
+            wanted = self._together.decide(now, poses.position, poses.velocity)
+            if wanted is not None:
+                self.accelerations[self._followers] = wanted
+                return
             try:
                 for agent in agents:
                     agent.guidance.set_pose(one_of(poses, agent.index))
@@ -303,6 +321,8 @@ class Experiment:
             self._plan(agent, list(outputs.trajectory), one_of(poses, agent.index), now)
         if agent.planner is None and outputs.reference is not None:
             agent.reference = outputs.reference
+            if outputs.reference.acceleration is not None:
+                self.accelerations[agent.index] = outputs.reference.acceleration
         lost = getattr(agent.guidance, "lost", None)
         if lost is not None and lost != agent.lost:
             self._note_neighbors(agent, frozenset(lost))
@@ -313,10 +333,10 @@ class Experiment:
         elif agent.index not in self._controlled and agent.is_up:
             self.backend.go_to(agent.index, points[-1])
 
-    def _follow(self, up: Sequence[Agent], now: float) -> None:
+    def _follow(self, now: float) -> None:
         """Ask trajectory handlers for references."""
-        for agent in up:
-            if agent.planner is None or agent.phase is Phase.FAILED:
+        for agent in self._planned:
+            if not agent.is_up or not self._known[agent.index]:
                 continue
             try:
                 reference = agent.planner.evaluate(now)
@@ -349,15 +369,30 @@ class Experiment:
             agent
             for agent in up
             if agent.phase is Phase.LANDING
-            and poses.position[agent.index, 2] < max(0.0, agent.home[2]) + TOUCHDOWN_M
+            and poses.position[agent.index, 2] < _floor_of(agent) + TOUCHDOWN_M
             and abs(poses.velocity[agent.index, 2]) < _LANDING_SPEED
         ]
         if landed:
             self._touch_down(landed)
         if self._rounds % _ROUNDS_PER_LOOK == 0:
+            self._look_for_fallen(up, poses)
             for i, sentence in self.backend.failures().items():
                 if self.agents[i].is_up:
                     self._fail(self.agents[i], sentence)
+
+    def _look_for_fallen(self, up: Sequence[Agent], poses: Pose) -> None:
+        """Stop who came down though nobody told it to: it may lie on its feet, and no supervisor minds."""
+        now = self.time
+        for agent in up:
+            height = poses.position[agent.index, 2] - _floor_of(agent)
+            if height > _FLOWN_M:
+                agent.has_flown = True
+            if not agent.has_flown or agent.phase is not Phase.FLYING or height > TOUCHDOWN_M:
+                agent.low_since = None
+            elif agent.low_since is None:
+                agent.low_since = now
+            elif now - agent.low_since > _FALLEN_S:
+                self._fail(agent, f"{agent.name}: came down at {agent.low_since:.2f} s")
 
     def _touch_down(self, agents: Sequence[Agent]) -> None:
         """Turn motors off after a landing."""
@@ -410,10 +445,12 @@ class Experiment:
 
     def _signals(self) -> dict[str, Array]:
         """Return what the layers say at present, for the log."""
+        turning = np.array([agent.is_up for agent in self.agents])
         wanted = np.full((len(self.agents), 6), np.nan)
-        for agent in self.agents:
+        wanted[turning, 3:] = self.accelerations[turning]
+        for agent in self._planned or self.agents:
             reference = agent.reference
-            if reference is None or not agent.is_up:
+            if reference is None or not turning[agent.index]:
                 continue
             if reference.position is not None:
                 wanted[agent.index, :3] = reference.position
@@ -435,11 +472,17 @@ class Experiment:
         return log
 
 
+_TURNING = (Phase.FLYING, Phase.LANDING)
 _PHASES = {phase: number for number, phase in enumerate(Phase)}
 
 
 def _parts(poses: Pose) -> tuple[Array, Array, Array, Array]:
     return poses.position, poses.orientation, poses.velocity, poses.angular  # type: ignore[return-value]
+
+
+def _floor_of(agent: Agent) -> float:
+    """Return the height of what a drone lands on (m)."""
+    return float(agent.home[2]) if agent.home[2] < _FLOOR_M else 0.0
 
 
 def _check_reference(reference: Reference | None) -> None:

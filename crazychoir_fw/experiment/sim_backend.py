@@ -91,10 +91,7 @@ class SimBackend:
         Raises:
             RangeError: If a number is not finite.
         """
-        words = setpoints(twist, kind, self._max_thrust[indices], self.world.tick)
-        drones = self.world.drones
-        for i, word in zip(indices, words, strict=True):
-            drones[i].uplink.request("setpoint", word)
+        self.world.send_setpoints(indices, setpoints(twist, kind, self._max_thrust[indices], self.world.tick))
 
     def go_to(self, index: int, point: TrajectoryPoint) -> None:
         """See `Backend`.

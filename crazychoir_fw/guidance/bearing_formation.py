@@ -28,7 +28,7 @@ from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
 Array = NDArray[np.float64]
 
 _LEGACY_STEP = 0.001  # [s], which the original's integrals take for the time between ticks, whatever it is
-_LONGEST_STEP = 0.1  # [s], that an integral covers: a drone that was not heard for long shall not leap
+LONGEST_STEP = 0.1  # [s], that an integral covers: a drone that was not heard for long shall not leap
 _LANDED = 0.05  # [m] above where landings end
 _UNDETERMINED = 0.05  # of the sum of P_ij: below, bearings are so nearly parallel that they determine nothing
 _STILL = np.zeros(3)
@@ -157,7 +157,7 @@ class BearingFormation(CFDistributedFeedback):
     def period(self, now: float) -> float:
         """Return how long it is since the round before (s)."""
         previous = self.previous_round
-        return 0.0 if previous is None else min(max(now - previous, 0.0), _LONGEST_STEP)
+        return 0.0 if previous is None else min(max(now - previous, 0.0), LONGEST_STEP)
 
     def _limited(self, u: Array) -> Array:
         largest = self.gains.largest_acceleration

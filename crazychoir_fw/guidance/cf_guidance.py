@@ -184,6 +184,11 @@ class CFGuidance:
         """Ask the trajectory handler for a trajectory, with the next step."""
         self._trajectory = list(trajectory)
 
+    @property
+    def asks_nothing(self) -> bool:
+        """Whether no trajectory waits for the next step."""
+        return self._trajectory is None
+
     def _position(self) -> Array:
         """Return where the drone is, or began."""
         if self.current_pose is not None and self.current_pose.position is not None:

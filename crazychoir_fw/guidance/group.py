@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.errors import RangeError
-from crazychoir_fw.guidance.bearing_formation import BearingFormation
+from crazychoir_fw.guidance.bearing_formation import LONGEST_STEP, BearingFormation
 from crazychoir_fw.guidance.cf_guidance import CFGuidance, Phase
 from crazychoir_fw.guidance.distributed_feedback import CFDistributedFeedback
 from crazychoir_fw.guidance.outputs import Outputs
@@ -51,6 +51,7 @@ class GuidanceGroup:
         self._together = len(self._feedback) == len(self.agents) and all(map(self._knows, self._feedback))
         self._followers = [one for one in self._feedback if isinstance(one, BearingFormation) and not one.is_leader]
         self._sends = sends
+        self._settled_at: float | None = None  # last round that was decided by arrays alone (s)
         self._changes = -1  # of everybody's neighbors, when the law was made
         self._can_decide = False
         self.was_together = False
@@ -92,6 +93,10 @@ class GuidanceGroup:
 
     def step(self, now: float) -> list[Outputs]:
         """Return what each agent asks for at a time (s), in the order of the agents."""
+        if self._settled_at is not None:
+            for agent in self._feedback:
+                agent.previous_round = self._settled_at
+            self._settled_at = None
         if not self._sends and self._together and self._is_settled():
             self.was_together = True
             return self._step_together(now)
@@ -101,6 +106,37 @@ class GuidanceGroup:
         if self.was_together:
             return self._step_together(now)
         return [self._step_alone(agent, now) for agent in self.agents]
+
+    @property
+    def followers(self) -> list[int]:
+        """Numbers of the agents that `decide` decides for, in its order."""
+        return [agent.agent_id for agent in self._followers]
+
+    def decide(self, now: float, positions: Array, velocities: Array) -> Array | None:
+        """Return the accelerations of all followers, if nothing else is to be asked for in this round.
+
+        That is so with `sends=False`, from the second round of a formation on. Agents are told no poses then: whoever
+        presses a button sets them before.
+
+        Args:
+            now: Time (s).
+            positions: Of all agents (m, world), in their order, shape (N, 3).
+            velocities: The same (m/s), shape (N, 3).
+
+        Returns:
+            Accelerations (m/s^2, world), shape (followers, 3), or None: use `step`.
+        """
+        if self._sends or not self._together or not self._can_decide:
+            return None
+        if self._settled_at is None:
+            if not self._is_settled():
+                return None
+        elif not all(agent.phase is Phase.FLIGHT and agent.asks_nothing for agent in self._feedback):
+            return None
+        previous = self._feedback[0].previous_round if self._settled_at is None else self._settled_at
+        self._settled_at = now
+        stacked = np.concatenate([positions.ravel(), velocities.ravel()])
+        return self._inputs(stacked, min(max(now - previous, 0.0), LONGEST_STEP))
 
     def _step_alone(self, agent: CFGuidance, now: float) -> Outputs:
         if isinstance(agent, CFDistributedFeedback) and agent.round_open and agent.is_complete(now):
@@ -138,6 +174,7 @@ class GuidanceGroup:
         previous = self._feedback[0].previous_round
         return previous is not None and all(
             agent.phase is Phase.FLIGHT
+            and agent.asks_nothing
             and not agent.round_open
             and agent.hears_all
             and agent.previous_round == previous
@@ -158,15 +195,7 @@ class GuidanceGroup:
         vectors = [pose.position for pose in poses]  # type: ignore[union-attr]
         vectors += [_STILL if pose.velocity is None else pose.velocity for pose in poses]  # type: ignore[union-attr]
         stacked = np.concatenate(vectors)
-        trims = self._trims
-        if period:
-            trims += period * (self._integral @ stacked[: 3 * len(poses)]).reshape(-1, 3)
-            np.clip(trims, -self._largest_trim, self._largest_trim, out=trims)
-        inputs = (self._law @ stacked).reshape(-1, 3) + trims
-        sizes = np.sqrt(np.einsum("ij,ij->i", inputs, inputs))
-        if (sizes > self._largest).any():
-            inputs *= np.minimum(1.0, self._largest / np.maximum(sizes, 1e-300))[:, None]
-        references = iter(inputs)
+        references = iter(self._inputs(stacked, period))
         outputs = []
         for agent in self._feedback:
             if agent.round_open:
@@ -175,3 +204,20 @@ class GuidanceGroup:
             reference = None if agent.is_leader else Reference(acceleration=next(references))  # type: ignore[attr-defined]
             outputs.append(agent.decided(now, reference))
         return outputs
+
+    def _inputs(self, stacked: Array, period: float) -> Array:
+        """Return what all followers ask for, and learn their trims.
+
+        Args:
+            stacked: Positions, then velocities of all agents, shape (6 N,).
+            period: Time since the round before (s).
+        """
+        trims = self._trims
+        if period:
+            trims += period * (self._integral @ stacked[: len(stacked) // 2]).reshape(-1, 3)
+            np.clip(trims, -self._largest_trim, self._largest_trim, out=trims)
+        inputs = (self._law @ stacked).reshape(-1, 3) + trims
+        sizes = np.sqrt(np.einsum("ij,ij->i", inputs, inputs))
+        if (sizes > self._largest).any():
+            inputs *= np.minimum(1.0, self._largest / np.maximum(sizes, 1e-300))[:, None]
+        return inputs

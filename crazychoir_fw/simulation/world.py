@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.core import register_plugin
+from crazychoir_fw.core import check, register_plugin
 from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
 from crazychoir_fw.journal import Journal
 from crazychoir_fw.simulation.agenda import Agenda
@@ -135,6 +135,34 @@ class World:
 
     def _write_down(self, drone: int, verb: str, arguments: tuple[Any, ...]) -> None:
         self.journal.add(self.tick, drone, verb, arguments)
+
+    def send_setpoints(self, drones: Sequence[int], words: Sequence[bytes]) -> None:
+        """Send a setpoint each to several drones: what `Uplink.request("setpoint", ...)` does one by one.
+
+        Args:
+            drones: Their numbers.
+            words: Bytes of ``setpoint_t``.
+
+        Raises:
+            RangeError: If a number in one is not finite.
+            StateError: If a drone has failed.
+        """
+        alone, together = [], []
+        for number, word in zip(drones, words, strict=True):
+            uplink = self.drones[number].uplink
+            # whoever listens, or carries requests, gets them one by one
+            is_plain = uplink.gate is None and uplink.carrier is None and len(uplink.listeners) == 1
+            (together if is_plain else alone).append((int(number), word))
+        if together:
+            self.journal.add_bytes(self.tick, [number for number, _ in together], "setpoint", [w for _, w in together])
+        for number, word in together:
+            status = lib.cf_send_setpoint_bytes(self.drones[number].struct, word, len(word))
+            if status != lib.CF_OK:
+                check(status, f"{self.drones[number].id}: setpoint")
+        for number, word in alone:
+            status = self.drones[number].uplink.request("setpoint", word)
+            if status != lib.CF_OK:
+                check(status, f"{self.drones[number].id}: setpoint")
 
     @classmethod
     def from_mjcf(cls, path: str | Path, seed: int = 0, threads: int | None = None) -> World:

@@ -1,0 +1,134 @@
+"""Layers over the radio: a served world, whose time goes on only when the layers ask for it."""
+
+import threading
+import time
+
+import numpy as np
+import pytest
+from flown_layers import formation, hover, mission
+
+pytest.importorskip("cflib")
+
+from crazychoir_fw.errors import RangeError
+from crazychoir_fw.experiment.hardware_backend import HardwareBackend
+from crazychoir_fw.messages import Twist
+from crazychoir_fw.mission.layered_flight import fly_layers, make_experiment
+from crazychoir_fw.mission.runner import build_world
+
+
+class Served(HardwareBackend):
+    """A backend in lockstep with a world of this process."""
+
+    def __init__(self, mission, tmp_path, kind="fpqr"):
+        self.world_there = build_world(mission, visuals=False)
+        # pings of cflib go by the wall, sessions in lockstep by simulated time, which is much faster here
+        self.server = self.world_there.serve(port=0, silence=1000.0)
+        self.server.start()
+        uris = dict(zip([drone.id for drone in mission.fleet], self.server.uris.values(), strict=True))
+        super().__init__(
+            uris,
+            kind,
+            sleep=self.let_go_on,
+            connects=False,
+            clock=lambda: self.world_there.time,
+            threaded=False,
+            cache=tmp_path / "tables",
+        )
+        with self.going_on():
+            self.handler.connect()
+            while np.isnan(self.poses().position).any():
+                time.sleep(0.001)
+        self._start = self._due = self.world_there.time
+
+    def let_go_on(self, seconds):
+        self.handler.tick()
+        self.world_there.run(seconds)
+        end = time.monotonic() + 0.02
+        for drone in self.handler:
+            while drone.odometry.time_s < self.world_there.time - 0.03 and time.monotonic() < end:
+                time.sleep(0.0002)
+
+    def unlock(self, indices):
+        with self.going_on():
+            return super().unlock(indices)
+
+    def close(self):
+        with self.going_on():
+            super().close()
+        self.server.close()
+
+    def going_on(self):
+        return _GoingOn(self)
+
+
+class _GoingOn:
+    """Time goes on in another thread, for calls that wait for the drone."""
+
+    def __init__(self, served):
+        self.served = served
+
+    def __enter__(self):
+        self.ends = threading.Event()
+        self.thread = threading.Thread(target=self.run)
+        self.thread.start()
+
+    def run(self):
+        while not self.ends.is_set():
+            self.served.world_there.run(0.01)
+            time.sleep(0.002)
+
+    def __exit__(self, *_):
+        self.ends.set()
+        self.thread.join()
+
+
+def test_formation_over_the_radio(tmp_path):
+    data = formation(criteria={"bearing_error_deg": 1.5, "position_error_m": 0.05})
+    data["layers"]["rate"] = 100
+    flown = mission(data)
+    served = Served(flown, tmp_path)
+    result = fly_layers(flown, backend=served)
+    assert result.success, result.failures
+    assert served.world_there.positions()[:, 2].max() < 0.05
+    assert result.no_film is not None
+    # what the drones believed is what the log has
+    assert "sim.x" not in result.log.signals
+    assert np.isfinite(result.log.signals["stateEstimate.x"]).all()
+
+
+def test_a_stopped_drone_is_told_of(tmp_path):
+    data = hover(2, may_fail=["b"])
+    flown = mission(data)
+    served = Served(flown, tmp_path)
+    experiment = make_experiment(flown, served)
+    try:
+        experiment.takeoff()
+        experiment.run(2.5)
+        served.world_there.drones[1].emergency_stop()
+        experiment.run(1.0)
+        assert [agent.failure is None for agent in experiment.agents] == [True, False]
+        assert experiment.agents[1].failure.startswith("b: locked up")
+        assert served.world_there.positions()[0, 2] == pytest.approx(0.5, abs=0.05)
+    finally:
+        served.close()
+
+
+def test_poses_that_are_old_count_as_unknown(tmp_path):
+    served = Served(mission(hover()), tmp_path)
+    try:
+        assert np.isfinite(served.poses().position).all()
+        served._clock = lambda: served.world_there.time + 1.0
+        assert np.isnan(served.poses().position).all()
+    finally:
+        served.close()
+
+
+def test_a_kind_that_the_handler_was_not_made_for_is_refused(tmp_path):
+    served = Served(mission(hover()), tmp_path)
+    try:
+        with pytest.raises(RangeError, match="kind is 'vel', allowed: fpqr"):
+            served.send([0], Twist(np.zeros((1, 3)), np.zeros((1, 3))), "vel")
+    finally:
+        served.close()
+    with pytest.raises(RangeError, match="allowed: fpqr, frpy, vel, xyz"):
+        HardwareBackend({"a": "udp://127.0.0.1:19850"}, "thrust", connects=False)
