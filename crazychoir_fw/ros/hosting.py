@@ -32,6 +32,10 @@ ANSWERED = "answered"
 READY = "/ready"
 """Topic on which each process says that it has found its partners."""
 
+_WARM_UP_ROUNDS = 10
+_WARM_UP_S = 20.0  # [s], wall, at most
+_PAUSE_S = 0.3  # [s], wall: the longest round while somebody has not been heard of
+
 
 class RemoteGuidance:
     """A guidance somewhere else: what it has asked for, as far as that was heard here."""
@@ -228,6 +232,28 @@ class HostedExperiment(Experiment):
         while not self.ready.issuperset(processes) and time.monotonic() < deadline:
             self._executor.spin_once(timeout_sec=0.05)
         return sorted(set(processes) - self.ready)
+
+    def warm_up(self) -> None:
+        """Say a few times how things are, while the drones rest, so that everybody knows pose and time.
+
+        Afterwards everybody is waited for. The number of rounds is always the same, so that the flight is.
+        """
+        answers, deadline = self.node.answers, time.monotonic() + _WARM_UP_S
+        # the time comes first, so that nobody takes the first pose for an old one
+        self.node.publish_clock()
+        pause = time.monotonic() + _PAUSE_S
+        while time.monotonic() < pause:
+            self._executor.spin_once(timeout_sec=0.05)
+        for _ in range(_WARM_UP_ROUNDS):
+            self.node.publish()
+            pause = time.monotonic() + (_PAUSE_S if self.node.pace.lockstep else 0.0)
+            while time.monotonic() < pause or (not answers.is_complete and time.monotonic() < deadline):
+                self._executor.spin_once(timeout_sec=0.01)
+                if not answers.missing and answers.is_complete:
+                    break
+            self.backend.advance(self.period)
+        if self.node.pace.lockstep:
+            answers.expect_all()
 
     def step(self) -> None:
         """Fly one round: say how things are, hear what is to be done, do it."""

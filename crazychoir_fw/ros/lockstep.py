@@ -27,6 +27,10 @@ class Answers:
         self.parties = frozenset(self.parties)
         self._waiting: set[Party] = set()
 
+    def expect_all(self) -> None:
+        """From now on everybody is waited for, also who has not answered yet."""
+        self.heard = set(self.parties)
+
     def ask(self) -> None:
         """A new odometry goes out: everybody who lives is waited for."""
         self._waiting = self.heard - self.silent

@@ -179,6 +179,7 @@ def fly_hosted(mission: LayeredMission, options: RosOptions, *arguments: Any) ->
                 f"{', '.join(late[:3])}{' and others' if len(late) > 3 else ''}: not found on ROS domain "
                 f"{options.domain} within {_BOOT_S:g} s"
             )
+        experiment.warm_up()
         return experiment
 
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -131,13 +132,16 @@ def run_part(mission: Any, part: Part, lockstep: bool = True, patience: float = 
     """
     context = Context()
     rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
+    for sign in (signal.SIGINT, signal.SIGTERM):
+        # an exception in the middle of a callback would be told as its failure
+        signal.signal(sign, lambda *_: context.try_shutdown())
     try:
         executor = make_executor(context)
         nodes = make_nodes(mission, part, lockstep, patience, context)
         for node in nodes:
             executor.add_node(node)
         spin(executor, nodes, part.name, context)
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except ExternalShutdownException:
         pass
     finally:
         rclpy.try_shutdown(context=context)

@@ -302,7 +302,11 @@ class SimulationNode(LayerNode):
             self._mocap_rows.columns["orientation"] = truth.orientation
             self._publish_rows(self._mocap, self._mocap_rows, nanoseconds)
         self.last_step_wall = time.perf_counter()
-        self._publish_rows([self._clock_publisher], self._clock_rows, nanoseconds)
+        self.publish_clock()
+
+    def publish_clock(self) -> None:
+        """Say what time it is."""
+        self._publish_rows([self._clock_publisher], self._clock_rows, round(self.host.time * 1e9))
 
     def _publish_rows(self, publishers: Sequence[Any], rows: Rows, nanoseconds: int) -> None:
         rows.stamp(nanoseconds)
@@ -371,8 +375,8 @@ class SimulationNode(LayerNode):
 
     def _is_time(self, executor: Any) -> bool:
         if self.pace.speed is None:
-            if not self.pace.lockstep:
-                executor.spin_once(timeout_sec=0.0)
+            if not self.pace.lockstep or not self.answers.is_anybody_there:
+                work_off(executor)
             return True
         now = time.monotonic()
         period = self.period / self.pace.speed
@@ -384,3 +388,12 @@ class SimulationNode(LayerNode):
             return False
         self._due += period
         return True
+
+
+def work_off(executor: Any) -> None:
+    """Work on what has come so far, and wait for nothing."""
+    # a task queues up behind all events that are there
+    done: list[bool] = []
+    executor.create_task(lambda: done.append(True))
+    while not done:
+        executor.spin_once(timeout_sec=0.1)
