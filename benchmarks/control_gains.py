@@ -3,7 +3,8 @@
     python benchmarks/control_gains.py --markdown gains.md --figure gains.png --json gains.json
 
 `HierarchicalController` gives commands at 100 Hz to the simulated onboard software, from the onboard estimate (motion
-capture). References have position, velocity, acceleration, jerk and yaw. Figures are of the true motion.
+capture) or from the truth. References have position, velocity, acceleration, jerk and yaw. Figures are of the true
+motion.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ RADIUS = 1.0  # [m]
 SPEED = 1.5  # [m/s], on the circle
 PICK_UP = 2.0  # [s], until the circle has its speed
 PERIOD = 0.01  # [s] between two samples
+LOST = 0.5  # [m] from the reference at the end
 
 
 def estimated_pose(drone: Drone, gyro: Array, time: float) -> Pose:
@@ -48,6 +50,12 @@ def estimated_pose(drone: Drone, gyro: Array, time: float) -> Pose:
     estimate = drone.struct.onboard.estimate
     q, v, p = estimate.attitudeQuaternion, estimate.velocity, estimate.position
     return Pose(np.array([p.x, p.y, p.z]), np.array([q.x, q.y, q.z, q.w]), np.array([v.x, v.y, v.z]), gyro, time)
+
+
+def true_pose(drone: Drone, time: float) -> Pose:
+    """Return what is so."""
+    quat_xyzw = np.roll(drone.true_quat_wxyz, -1)
+    return Pose(drone.true_position, quat_xyzw, drone.true_velocity, drone.true_rates, time)
 
 
 def take_off(time: float) -> Reference:
@@ -108,7 +116,11 @@ def controller(gains: str, mass: float, kind: str) -> HierarchicalController:
 
 
 def flyer(
-    law: HierarchicalController, kind: str, reference: Callable[[float], Reference], delay: int
+    law: HierarchicalController,
+    kind: str,
+    reference: Callable[[float], Reference],
+    delay: int = 0,
+    knows_truth: bool = False,
 ) -> type[MotorCtrl]:
     """Return a class that flies by the law, along a reference of the simulated time (s), some steps late."""
     on_the_way: deque[Twist] = deque()
@@ -116,7 +128,10 @@ def flyer(
 
     class Flyer(parent):  # type: ignore[valid-type, misc]
         def step(self) -> None:
-            law.set_pose(estimated_pose(self.drone, self.gyro, self.time))
+            if knows_truth:
+                law.set_pose(true_pose(self.drone, self.time))
+            else:
+                law.set_pose(estimated_pose(self.drone, self.gyro, self.time))
             law.set_reference(reference(self.time))
             twist = law.step(self.time)
             if twist is not None:
@@ -129,7 +144,13 @@ def flyer(
 
 
 def fly(
-    gains: str, flight: str, platform: str = "cf2", kind: str = "fpqr", delay: int = 0, seed: int = 1
+    gains: str,
+    flight: str,
+    platform: str = "cf2",
+    kind: str = "fpqr",
+    delay: int = 0,
+    knows_truth: bool = False,
+    seed: int = 1,
 ) -> tuple[Array, Array]:
     """Fly; return true positions and those of the reference (m), shape (T, 3) each, one per 10 ms."""
     law = controller(gains, platform_mass(platform), kind)
@@ -141,7 +162,7 @@ def fly(
         time -= start
         return take_off(time) if time < begin else path(time - begin)
 
-    config = DroneConfig("cf1", platform=platform, motor_ctrl=flyer(law, kind, reference, delay))
+    config = DroneConfig("cf1", platform=platform, motor_ctrl=flyer(law, kind, reference, delay, knows_truth))
     world = World([config], seed=seed, visuals=False)
     drone = world.drones[0]
     world.run(start + begin)
@@ -149,8 +170,8 @@ def fly(
     for _ in range(round(seconds / PERIOD)):
         world.run(PERIOD)
         rows.append((drone.true_position.copy(), reference(world.time).position))
-    if drone.failure is not None or not drone.is_flying:
-        raise RuntimeError(f"{gains} {flight}: {drone.failure or drone.supervisor_state}")
+    if drone.failure is not None:
+        raise RuntimeError(f"{gains}: {flight}: {drone.failure}")
     true, wanted = (np.array(column) for column in zip(*rows, strict=True))
     return true, wanted
 
@@ -158,6 +179,8 @@ def fly(
 def figures(flight: str, true: Array, wanted: Array) -> dict[str, float]:
     """Return what a flight is judged by."""
     distance = np.linalg.norm(true - wanted, axis=1)
+    if distance[-1] > LOST:
+        return {f"{flight}_lost_m": float(distance[-1])}
     if flight in ("hover", "circle"):
         late = len(distance) // 2
         return {f"{flight}_rms_mm": 1000 * float(np.sqrt(np.mean(distance[late:] ** 2)))}
@@ -173,11 +196,11 @@ def figures(flight: str, true: Array, wanted: Array) -> dict[str, float]:
 
 def markdown(rows: list[dict[str, Any]]) -> str:
     """Return the figures as a table."""
-    names = [name for name in rows[0] if not name.startswith("_")]
+    names = list(dict.fromkeys(name for row in rows for name in row))
     lines = ["| " + " | ".join(name.replace("_", " ") for name in names) + " |", "|---" * len(names) + "|"]
     for row in rows:
-        shown = [f"{row[name]:.3g}" if isinstance(row[name], float) else str(row[name]) for name in names]
-        lines.append("| " + " | ".join(shown) + " |")
+        values = [row.get(name, "") for name in names]
+        lines.append("| " + " | ".join(f"{v:.3g}" if isinstance(v, float) else v for v in values) + " |")
     return "\n".join(lines) + "\n"
 
 
@@ -211,6 +234,7 @@ def main() -> None:
     parser.add_argument("--platform", default="cf2", choices=("cf2", "cf21bl"))
     parser.add_argument("--kind", default="fpqr", choices=("fpqr", "frpy"))
     parser.add_argument("--delay", type=int, default=0, help="steps of 10 ms that a command is on its way")
+    parser.add_argument("--truth", action="store_true", help="control by the true motion, not by the estimate")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--markdown", type=Path)
     parser.add_argument("--figure", type=Path, help="needs all flights")
@@ -222,7 +246,9 @@ def main() -> None:
         row: dict[str, Any] = {"gains": gains}
         tracks[gains] = {}
         for flight in options.flights:
-            tracks[gains][flight] = fly(gains, flight, options.platform, options.kind, options.delay, options.seed)
+            tracks[gains][flight] = fly(
+                gains, flight, options.platform, options.kind, options.delay, options.truth, options.seed
+            )
             row |= figures(flight, *tracks[gains][flight])
         rows.append(row)
     print(markdown(rows))

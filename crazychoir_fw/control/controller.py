@@ -69,6 +69,7 @@ class CrazyflieController(ABC):
 
     def set_reference(self, reference: Reference) -> None:
         """Hand a reference to the trajectory handler."""
+        self._forgotten = None
         self.traj_handler.update(reference)
 
     def clear_reference(self) -> None:

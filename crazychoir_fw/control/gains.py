@@ -103,8 +103,8 @@ POSITION_GAINS: Mapping[str, PositionGains] = {
     "webots": PositionGains(k_p=(0.400, 0.400, 1.250), k_v=(0.200, 0.200, 0.400)),
     "vicon": PositionGains(k_p=(0.720, 0.720, 1.500), k_v=(0.120, 0.120, 0.400)),
     "mujoco": PositionGains(
-        k_p=(12.0, 12.0, 14.0),
-        k_v=(5.0, 5.0, 6.5),
+        k_p=(10.0, 10.0, 12.0),
+        k_v=(5.0, 5.0, 6.0),
         k_i=(0.5, 0.5, 0.5),
         per_kilogram=True,
         error_limit=1.0,
@@ -119,7 +119,7 @@ POSITION_GAINS: Mapping[str, PositionGains] = {
 ATTITUDE_GAINS: Mapping[str, AttitudeGains] = {
     "webots": AttitudeGains(k_r=(16.0, 16.0, 0.2), k_w=(0.56, 0.56, 0.07)),
     "vicon": AttitudeGains(k_r=(12.0, 12.0, 8.0), k_w=(0.10, 0.10, 0.08)),
-    "mujoco": AttitudeGains(k_r=(8.0, 8.0, 2.0), k_w=(0.0, 0.0, 0.0)),
+    "mujoco": AttitudeGains(k_r=(9.0, 9.0, 2.0), k_w=(0.0, 0.0, 0.0)),
 }
 """Gain sets of `GeometryAttitudeCtrl`."""
 

@@ -14,7 +14,7 @@ from crazychoir_fw import control, guidance, planning
 from crazychoir_fw.errors import CrazychoirError, MissionError, RangeError, UnknownNameError
 from crazychoir_fw.experiment.agent import Agent
 from crazychoir_fw.experiment.control_group import ControlGroup
-from crazychoir_fw.guidance.gains import GAINS, BearingGains
+from crazychoir_fw.guidance.gains import FORMATION_GAINS, FormationGains
 from crazychoir_fw.guidance.graph import Graph
 from crazychoir_fw.user_code import describe, load_module
 
@@ -208,7 +208,7 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any) -> Any:
 
 def _formation_gains(given: Mapping[str, Any]) -> Any:
     """Return a set of formation gains that differs from another one."""
-    return _gains("layers.guidance.gains", given, GAINS, BearingGains, "webots")
+    return _gains("layers.guidance.gains", given, FORMATION_GAINS, FormationGains, "webots")
 
 
 def _gains(key: str, given: Mapping[str, Any], sets: Mapping[str, Any], kind: type, default: str) -> Any:

@@ -177,8 +177,11 @@ class Judge:
         """Return how far each drone is from its place at the end (m), shape (N,); NaN where it has none."""
         if self._final is None:
             return np.full(self._at.shape[1], np.nan)
-        mean = np.mean(self._at[self._final], axis=0)
-        errors = np.linalg.norm(mean - self.places(), axis=1)
+        if self.formation is None:
+            # who is still under way is compared with where he is to be then
+            errors = np.linalg.norm(np.mean(self._at[self._final] - self._wanted[self._final], axis=0), axis=1)
+        else:
+            errors = np.linalg.norm(np.mean(self._at[self._final], axis=0) - self.places(), axis=1)
         return np.where(self._up[self._final].all(axis=0), errors, np.nan)
 
     def tracking(self) -> tuple[Array, Array]:

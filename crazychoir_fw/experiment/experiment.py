@@ -14,6 +14,7 @@ from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.experiment.agent import Agent, Phase
 from crazychoir_fw.experiment.backend import Backend, one_of
 from crazychoir_fw.experiment.control_group import ControlGroup
+from crazychoir_fw.guidance import BearingFormation, GuidanceGroup
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.user_code import describe
 
@@ -105,6 +106,10 @@ class Experiment:
         self._commands = np.zeros((len(agents), 4))
         self._seen: Pose | None = None  # of each drone, without gaps
         self._known = np.zeros(len(agents), bool)
+        self._together: GuidanceGroup | None = None
+        """Guidance of ours decides for all drones at once; what a user brings speaks for itself alone."""
+        if agents and all(isinstance(agent.guidance, BearingFormation) for agent in agents):
+            self._together = GuidanceGroup([agent.guidance for agent in agents], sends=False)
 
     # ---------------------------------------------------------------- buttons
 
@@ -255,13 +260,23 @@ class Experiment:
 
     def _decide(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
         """Let guidance speak, then hear, then decide."""
+        if self._together is not None and len(agents) == len(self.agents):
+            try:
+                for agent in agents:
+                    agent.guidance.set_pose(one_of(poses, agent.index))
+                decisions = self._together.step(now)
+                for agent, outputs in zip(agents, decisions, strict=True):
+                    self._take(agent, outputs, poses, now)
+            except Exception:
+                self._together = None  # who it was turns out when each decides for itself
+            return
         for agent in agents:
             guidance = agent.guidance
             try:
                 guidance.set_pose(one_of(poses, agent.index))
-                if not agent.in_round and hasattr(guidance, "begin_round"):
+                if hasattr(guidance, "begin_round"):
                     guidance.begin_round(now)
-                    agent.in_round = True
+                    agent.in_round = guidance.round_open
             except Exception as error:  # a user's code may raise anything, and stops its own drone only
                 self._fail_by(agent, guidance, error)
         for agent in agents:
@@ -269,13 +284,10 @@ class Experiment:
             if agent.phase is Phase.FAILED:
                 continue
             try:
-                if not agent.in_round:
-                    outputs = guidance.step(now)
-                elif guidance.is_complete(now):
-                    agent.in_round = False
-                    outputs = guidance.finish_round(now)
-                else:
-                    continue
+                # all have sent: rounds that are complete end at once, the others wait for their deadline
+                is_over = agent.in_round and guidance.is_complete(now)
+                outputs = guidance.finish_round(now) if is_over else guidance.step(now)
+                _check_reference(outputs.reference)
                 self._take(agent, outputs, poses, now)
             except Exception as error:
                 self._fail_by(agent, guidance, error)
@@ -289,12 +301,8 @@ class Experiment:
             return
         if outputs.trajectory is not None:
             self._plan(agent, list(outputs.trajectory), one_of(poses, agent.index), now)
-        reference = outputs.reference
-        if reference is not None and agent.planner is None:
-            wanted = reference.position if reference.acceleration is None else reference.acceleration
-            if wanted is not None and not np.isfinite(wanted).all():
-                raise RangeError(f"asks for {np.asarray(wanted)}, allowed: finite numbers")
-            agent.reference = reference
+        if agent.planner is None and outputs.reference is not None:
+            agent.reference = outputs.reference
         lost = getattr(agent.guidance, "lost", None)
         if lost is not None and lost != agent.lost:
             self._note_neighbors(agent, frozenset(lost))
@@ -432,6 +440,20 @@ _PHASES = {phase: number for number, phase in enumerate(Phase)}
 
 def _parts(poses: Pose) -> tuple[Array, Array, Array, Array]:
     return poses.position, poses.orientation, poses.velocity, poses.angular  # type: ignore[return-value]
+
+
+def _check_reference(reference: Reference | None) -> None:
+    """Refuse numbers that are none before they reach a controller that others share.
+
+    Raises:
+        RangeError: If there are some.
+    """
+    if reference is None:
+        return
+    for name in ("position", "velocity", "acceleration", "jerk"):
+        value = getattr(reference, name)
+        if value is not None and not (np.shape(value) == (3,) and np.isfinite(value).all()):
+            raise RangeError(f"asks for the {name} {np.asarray(value)}, allowed: three finite numbers")
 
 
 def _button(guidance: Any, name: str) -> Callable[[float], None]:

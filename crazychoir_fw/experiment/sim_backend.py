@@ -174,13 +174,24 @@ def estimates(world: World) -> Callable[[], Pose]:
     parts = swarm_parts(world)
     count = len(world.drones)
 
+    # writing through a view costs a third of stacking
+    values = np.zeros((count, 13))
+    cells = [
+        (part.numbers if len(parts) > 1 else slice(None), k, part.views[name])
+        for part in parts
+        for k, name in enumerate((*_ESTIMATE, *_GYRO))
+    ]
+
     def read() -> Pose:
-        values = np.empty((count, 13))
-        for part in parts:
-            own = np.stack([part.views[name] for name in (*_ESTIMATE, *_GYRO)], axis=-1)
-            values[part.numbers] = own
+        for rows, k, view in cells:
+            values[rows, k] = view
+        read_now = values.copy()
+        return _pose(read_now)
+
+    def _pose(values: Array) -> Pose:
         quat = values[:, 3:7]
-        quat = np.where(np.any(quat, axis=1, keepdims=True), quat, _IDENTITY)  # before the filter runs it is zero
+        if not quat.any(axis=1).all():
+            quat = np.where(np.any(quat, axis=1, keepdims=True), quat, _IDENTITY)  # before the filter runs it is zero
         return Pose(values[:, :3], quat, values[:, 7:10], np.radians(values[:, 10:13]), world.time)
 
     return read

@@ -92,7 +92,6 @@ class BearingFormation(CFDistributedFeedback):
         self._integrates = bool(np.any(self.gains.k_i) or np.any(self.gains.takeoff_k_i))
         self._start: Array | None = None
         self._hold: Array | None = None
-        self._previous: float | None = None
         self._trim = np.zeros(3)
         self._shared_integral = np.zeros(3)
 
@@ -146,7 +145,8 @@ class BearingFormation(CFDistributedFeedback):
 
     def respond(self, neigh_data: dict[int, Pose], now: float) -> Reference | None:
         """Return what a follower asks for."""
-        period = self._period(now)
+        period = self.period(now)
+        self.previous_round = now
         if self.is_leader:
             return None
         if self.legacy:
@@ -154,9 +154,9 @@ class BearingFormation(CFDistributedFeedback):
         u = self._formation(neigh_data, period) if self._phase is Phase.FLIGHT else self._vertical(now, period)
         return Reference(acceleration=self._limited(u))
 
-    def _period(self, now: float) -> float:
+    def period(self, now: float) -> float:
         """Return how long it is since the round before (s)."""
-        previous, self._previous = self._previous, now
+        previous = self.previous_round
         return 0.0 if previous is None else min(max(now - previous, 0.0), _LONGEST_STEP)
 
     def _limited(self, u: Array) -> Array:
@@ -176,14 +176,18 @@ class BearingFormation(CFDistributedFeedback):
             self._start = position.copy()
         reference = self._start.copy()
         end = self.height if self._phase is Phase.TAKEOFF else TOUCHDOWN_HEIGHT
-        way = self.height / self.takeoff_time * (now - self._begin)
-        reference[2] += math.copysign(min(way, abs(end - reference[2])), end - reference[2])
-        return self._toward(position - reference, period, None)
+        speed, left = self.height / self.takeoff_time, end - reference[2]
+        way = speed * (now - self._begin)
+        velocity = self._velocity()
+        if self.gains.takeoff_follows_speed and way < abs(left):
+            velocity = velocity - np.array([0.0, 0.0, math.copysign(speed, left)])
+        reference[2] += math.copysign(min(way, abs(left)), left)
+        return self._toward(position - reference, velocity, period, None)
 
-    def _toward(self, error: Array, period: float, within: Array | None) -> Array:
-        """Return the acceleration that takes an error of position back, all of it or a part."""
+    def _toward(self, error: Array, velocity: Array, period: float, within: Array | None) -> Array:
+        """Return the acceleration that takes errors of position and velocity back, all of them or a part."""
         gains = self.gains
-        feedback = gains.takeoff_k_p * error + gains.takeoff_k_d * self._velocity()
+        feedback = gains.takeoff_k_p * error + gains.takeoff_k_d * velocity
         rate = gains.takeoff_k_i * error
         if within is not None:
             feedback, rate = within @ feedback, within @ rate
@@ -220,21 +224,15 @@ class BearingFormation(CFDistributedFeedback):
         if law.undetermined is not None:
             if self._hold is None:
                 self._hold = self._position().copy()
-            u = u + self._toward(self._position() - self._hold, period, law.undetermined)
+            u = u + self._toward(self._position() - self._hold, self._velocity(), period, law.undetermined)
         else:
             self._hold = None
         return u + self._trim
 
-    def integrated(self, u: Array, rate: Array, now: float) -> Array:
-        """Return the acceleration of the formation law, with integral and limit, of its parts that others computed.
-
-        Args:
-            u: The law without integrals (m/s^2), shape (3,).
-            rate: Rate of the trim (m/s^3), shape (3,).
-            now: Time (s).
-        """
-        self._integrate(rate, self._period(now))
-        return self._limited(u + self._trim)
+    def keep_trim_in(self, array: Array) -> None:
+        """Keep what the integrals ask for in an array of somebody else, shape (3,)."""
+        array[:] = self._trim
+        self._trim = array
 
     def _legacy_integral(self, neigh_data: dict[int, Pose]) -> Array:
         """Return the part of the one integral that the original keeps for all neighbors."""

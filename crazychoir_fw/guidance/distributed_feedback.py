@@ -81,7 +81,7 @@ class CFDistributedFeedback(CFGuidance):
         self.on_lost = on_lost
         self.on_rejoined = on_rejoined
         self.round_open = False
-        self._round_begin = 0.0
+        self.round_begin = 0.0
         self._neighbors: Sequence[int] = communicator.in_neighbors  # those of the open round
         self._awaited: Sequence[int] = communicator.in_neighbors  # and whom it waits for
         self._lost: set[int] = set()
@@ -90,6 +90,10 @@ class CFDistributedFeedback(CFGuidance):
         self._last_heard: dict[int, float] = {}
         self._next_look = -math.inf
         self._last_outputs = Outputs()
+        self.previous_round: float | None = None
+        """When the round before was finished (s)."""
+        self.changes = 0
+        """How often the neighbors that it hears have changed."""
 
     @property
     def lost(self) -> frozenset[int]:
@@ -106,7 +110,7 @@ class CFDistributedFeedback(CFGuidance):
 
     def begin_round(self, now: float) -> bool:
         """Send the own pose; False if there is none yet, or a round is open."""
-        if self.round_open or self.current_pose is None:
+        if self.round_open or self.current_pose is None or self.current_pose.position is None:
             self._look(now)
             return False
         communicator = self.communicator
@@ -121,7 +125,7 @@ class CFDistributedFeedback(CFGuidance):
             self._neighbors = into
             self._choose_awaited()
             communicator.neighbors_send(self.current_pose, out)
-        self._round_begin = now
+        self.round_begin = now
         self.round_open = True
         return True
 
@@ -132,7 +136,7 @@ class CFDistributedFeedback(CFGuidance):
         if not self.communicator.synchronous_mode or self.communicator.has_round(self._awaited):
             return True
         self._look(now)
-        return now - self._round_begin >= self.deadline or self.communicator.has_round(self._awaited)
+        return now - self.round_begin >= self.deadline or self.communicator.has_round(self._awaited)
 
     def finish_round(self, now: float) -> Outputs:
         """Receive, and return what to ask for; the round ends, complete or not."""
@@ -170,9 +174,14 @@ class CFDistributedFeedback(CFGuidance):
         return data
 
     @property
-    def is_troubled(self) -> bool:
-        """Whether a neighbor is lost or behind."""
-        return bool(self._lost or self._behind)
+    def has_stragglers(self) -> bool:
+        """Whether a neighbor counts rounds by itself, far behind, so that it is heard but not waited for."""
+        return bool(self._behind)
+
+    @property
+    def heard_neighbors(self) -> Sequence[int]:
+        """Neighbors that it waits for: those of the graph that are neither lost nor behind."""
+        return self._awaited
 
     def respond(self, neigh_data: dict[int, Pose], now: float) -> Reference | None:
         """Return the reference of any phase of flight."""
@@ -208,7 +217,6 @@ class CFDistributedFeedback(CFGuidance):
                 if heard != self._heard[neighbor] and neighbor in self._lost:
                     self._lost.discard(neighbor)
                     changed = True
-                    self.neighbors_changed(now)
                     if self.on_rejoined is not None:
                         self.on_rejoined(self.agent_id, neighbor, now)
                 self._heard[neighbor] = heard
@@ -216,7 +224,6 @@ class CFDistributedFeedback(CFGuidance):
             elif now - self._last_heard[neighbor] >= self.silence and neighbor not in self._lost:
                 self._lost.add(neighbor)
                 changed = True
-                self.neighbors_changed(now)
                 if self.on_lost is not None:
                     self.on_lost(self.agent_id, neighbor, now)
             behind = 0 <= communicator.newest_label(neighbor) < communicator.current_label - _LATE_ROUNDS
@@ -227,10 +234,8 @@ class CFDistributedFeedback(CFGuidance):
             self._choose_awaited()
 
     def _choose_awaited(self) -> None:
+        self.changes += 1
         self._awaited = [one for one in self._neighbors if one not in self._lost and one not in self._behind]
-
-    def neighbors_changed(self, now: float) -> None:
-        """Called when a neighbor was lost or has come back."""
 
 
 def is_usable(pose: Any) -> bool:

@@ -29,6 +29,8 @@ class FormationGains:
     """Take-off and landing of followers: per metre per second (1/s)."""
     takeoff_k_i: ArrayLike = 0.0
     """Take-off and landing of followers: per metre second (1/s^3)."""
+    takeoff_follows_speed: bool = False
+    """Take-off and landing brake against the speed of the reference; otherwise against any, and lag behind."""
     per_neighbor: bool = False
     """Divide what the neighbors add up to by how many they are: one set serves sparse and dense graphs."""
     largest_trim: float = 2.0
@@ -43,11 +45,9 @@ class FormationGains:
                 raise RangeError(
                     f"gains: {field.name} is {getattr(self, field.name)}, allowed: 0 or more, one or three"
                 )
-            if field.name.startswith(("k_", "takeoff_")):
+            if "k_" in field.name:
                 object.__setattr__(self, field.name, np.broadcast_to(value, 3))
 
-
-_TAKEOFF_MUJOCO = {"takeoff_k_p": (3.0, 3.0, 4.0), "takeoff_k_d": (3.2, 3.2, 4.0), "takeoff_k_i": (0.3, 0.3, 0.8)}
 
 FORMATION_GAINS: dict[str, FormationGains] = {
     "webots": FormationGains(),
@@ -61,12 +61,15 @@ FORMATION_GAINS: dict[str, FormationGains] = {
         takeoff_k_i=(0.0, 0.0, 1.0),
     ),
     "mujoco": FormationGains(
-        k_p=(0.5, 0.5, 2.0),
-        k_v=(3.0, 3.0, 3.0),
-        k_i=(0.0, 0.0, 0.2),
+        k_p=4.0,
+        k_v=5.0,
+        k_i=(0.0, 0.0, 0.5),
+        takeoff_k_p=(4.0, 4.0, 5.0),
+        takeoff_k_d=4.0,
+        takeoff_k_i=(2.0, 2.0, 2.5),
+        takeoff_follows_speed=True,
         per_neighbor=True,
-        largest_acceleration=4.0,
-        **_TAKEOFF_MUJOCO,
+        largest_acceleration=2.0,
     ),
 }
 """``webots``, ``huge`` and ``vicon`` are the original's; ``mujoco`` is tuned for the simulated vehicle."""

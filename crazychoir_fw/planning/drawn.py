@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.messages import TrajectoryPoint
-from crazychoir_fw.planning.allocation import trapezoidal_times
+from crazychoir_fw.planning.allocation import allocate_times, trapezoidal_times
 from crazychoir_fw.planning.curves import Polynomial, cubic_spline, minimum_snap
 from crazychoir_fw.planning.curves.waypoints import checked_points
 from crazychoir_fw.planning.limits import GENTLE, LimitReport, Limits, fit_duration
@@ -136,8 +136,8 @@ def fit_drawn(
 
     Args:
         points: Samples (m), shape (m, 3), or what `read_drawn` returned.
-        times: When each was drawn (s), shape (m,); None finds times by stopping at each sample that is kept, and then
-            flies as fast as limits allow.
+        times: When each was drawn (s), shape (m,); None flies as fast as limits allow, with minimum snap by
+            `allocate_times`, with splines by stretching what stopping at each sample that is kept would take.
         distance: How far samples are apart that are kept (m).
         time_scale: What times are multiplied by; above 1 is slower.
         origin: Where the samples' (0, 0, 0) lies in the world (m), for drawings relative to their first point.
@@ -158,8 +158,12 @@ def fit_drawn(
         drawn = Drawn(drawn.points + np.asarray(origin, dtype=float), drawn.times)
     few = thinned(drawn, distance)
     is_timed = few.times is not None
-    knots = (few.times - few.times[0]) * time_scale if is_timed else trapezoidal_times(few.points, limits or GENTLE)
-
+    if is_timed:
+        knots = (few.times - few.times[0]) * time_scale
+    elif method == "minimum_snap":
+        knots = allocate_times(few.points, limits or GENTLE).times
+    else:
+        knots = trapezoidal_times(few.points, limits or GENTLE)
     curve = _METHODS[method](knots, few.points)
     curve, slowdown, report = fit_duration(
         curve.stretched, limits or Limits(), may_shrink=not is_timed and bool(limits)

@@ -1,13 +1,14 @@
 """Trajectories for the memory of a Crazyflie, and for missions (planner-commander dossier sections 4.1 and 5.1).
 
-The memory holds pieces of degree 7 of x, y, z and yaw. Curves of at most that degree fit exactly; a yaw along the path, and
-curves of more pieces than there is room for, are fitted, and what is lost is measured.
+The memory holds pieces of degree 7 of x, y, z and yaw. Curves of at most that degree fit exactly; a yaw along the path,
+and curves of more pieces than there is room for, are fitted, and what is lost is measured.
 """
 
 from __future__ import annotations
 
 import heapq
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -85,7 +86,7 @@ def to_pieces(trajectory: Trajectory | Polynomial, *, max_pieces: int = MEMORY_P
         raise RangeError(f"to_pieces: max_pieces is {max_pieces}, allowed: 1 or more")
     curve = trajectory.curve
     knots = _merged(curve, max_pieces)
-    yaws = [_fitted_yaw(trajectory, a, b) for a, b in zip(knots[:-1], knots[1:], strict=True)]
+    yaws = [_fitted_yaw(trajectory, a, b) for a, b in pairwise(knots)]
     # the yaw takes what room is left
     while len(yaws) < max_pieces:
         worst = max(range(len(yaws)), key=lambda k: yaws[k][1])
@@ -116,12 +117,24 @@ def to_compressed(trajectory: Trajectory | Polynomial, *, tolerance: float = 0.0
     # yaw along a path is cut finer than the knots of the curve; the shortest segment has 3 bytes
     pieces = max(2 * len(trajectory.curve), MEMORY_PIECES)
     while True:
-        start, segments = compress(to_pieces(trajectory, max_pieces=pieces).rows, tolerance)
+        rows = _whole_milliseconds(to_pieces(trajectory, max_pieces=pieces).rows)
+        start, segments = compress(rows, tolerance)
         size = len(pack_compressed(start, segments))
         if size <= MEMORY_BYTES:
             break
         pieces = min(pieces - 1, int(len(segments) * MEMORY_BYTES / size))
     return OnboardCompressed(start, segments, size, *_errors(trajectory, decompress(start, segments)))
+
+
+def _whole_milliseconds(rows: NDArray[np.float32]) -> Array:
+    """Return pieces that begin at whole milliseconds; each path stays, so that what is rounded does not add up."""
+    rows = rows.astype(float)
+    knots = np.concatenate([[0.0], np.cumsum(rows[:, -1])])
+    durations = np.maximum(np.diff(np.round(knots, 3)), 0.001)
+    stretch = rows[:, -1] / durations
+    rows[:, :-1] *= np.tile(stretch[:, None] ** np.arange(_SIZE), 4)
+    rows[:, -1] = durations
+    return rows
 
 
 def _trajectory(trajectory: Trajectory | Polynomial) -> Trajectory:

@@ -9,14 +9,17 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw._core import lib
+from crazychoir_fw.core import platform_names
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.planning.curves import Polynomial
+from crazychoir_fw.thrust import platform_max_thrust
 
 Array = NDArray[np.float64]
 
 GRAVITY = 9.81  # [m/s^2]
 _SAMPLES = 32  # of a piece, before the highest place is looked at more closely
-_CLOSER = 33
+_CLOSER = 17
 _ROUNDING = 1.0 + 1e-6  # peaks are found by sampling
 _THRUST_SHARE = 0.8  # of the full thrust; what is left is for control
 _TILT = math.radians(20.0)  # what the onboard PID position controller asks for at most
@@ -90,10 +93,6 @@ class Limits:
         Raises:
             UnknownNameError: If there is no such platform.
         """
-        from crazychoir_fw._core import lib
-        from crazychoir_fw.core import platform_names
-        from crazychoir_fw.thrust import platform_max_thrust
-
         full = platform_max_thrust(platform)
         facts = lib.cf_platform_facts(platform_names().index(platform))
         return cls(
@@ -167,11 +166,13 @@ def check_limits(curve: Polynomial, limits: Limits) -> LimitReport:
         if allowed is None:
             continue
         sign = -1.0 if name == "least_thrust" else 1.0
-        k = int(np.argmax(sign * measure(coarse, limits)))
-        near = np.linspace(times[max(k - 1, 0)], times[min(k + 1, len(times) - 1)], _CLOSER)
-        closer = measure(_Motion(curve, near), limits)
-        best = int(np.argmax(sign * closer))
-        loads.append(Load(name, float(closer[best]), float(allowed), float(near[best])))
+        at, values = times, measure(coarse, limits)
+        for _ in range(2):
+            k = int(np.argmax(sign * values))
+            at = np.linspace(at[max(k - 1, 0)], at[min(k + 1, len(at) - 1)], _CLOSER)
+            values = measure(_Motion(curve, at), limits)
+        best = int(np.argmax(sign * values))
+        loads.append(Load(name, float(values[best]), float(allowed), float(at[best])))
     return LimitReport(tuple(loads))
 
 
@@ -229,14 +230,14 @@ def fit_duration(
             good = (factor, curve, report)
             if factor <= fails * 1.001 or (not may_shrink and factor <= 1.0):
                 break
-            wished = factor * min(max(_wish(report), 0.5), 0.9995)
+            wished = factor * min(max(_wish(report, limits), 0.5), 0.9995)
             # below what is known to fail there is nothing to find
             factor = math.sqrt(fails * factor) if wished <= fails else wished
             factor = factor if may_shrink else max(factor, 1.0)
         else:
             fails = max(fails, factor)
             bad.append((factor, curve, report))
-            wished = factor * min(max(_wish(report), 1.0005), 2.0)
+            wished = factor * min(max(_wish(report, limits), 1.0005), 2.0)
             if good is not None:
                 if good[0] <= fails * 1.001:
                     break
@@ -249,6 +250,13 @@ def fit_duration(
     return curve, factor, report
 
 
-def _wish(report: LimitReport) -> float:
+def _wish(report: LimitReport, limits: Limits) -> float:
     """Return the factor by which the duration should grow, judged by how loads fall with it."""
-    return max((load.share ** (1.0 / _POWERS.get(load.name, 2.0)) for load in report.loads), default=1.0)
+    # only what thrust is above or below that of hovering changes with time
+    hover = {"thrust", "least_thrust"}
+    rest = (limits.mass or 0.0) * GRAVITY
+    shares = {
+        load.name: max((load.peak - rest) / (load.allowed - rest), 0.0) if load.name in hover else load.share
+        for load in report.loads
+    }
+    return max((share ** (1.0 / _POWERS.get(name, 2.0)) for name, share in shares.items()), default=1.0)

@@ -6,17 +6,18 @@ installation of ROS 2.
 
 import os
 from importlib import import_module
-from importlib.util import find_spec
 from typing import Any
 
 # drones of somebody else on the same network should not hear us: wider discovery is a choice
 os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
 
-if find_spec("rclpy") is None:
+try:
+    import rclpy  # noqa: F401
+except ModuleNotFoundError as error:
     raise ImportError(
-        "crazychoir_fw.ros needs rclpy, which is not installed: run pip install 'crazychoir-fw[ros]', "
+        f"crazychoir_fw.ros needs {error.name}, which is not installed: run pip install 'crazychoir-fw[ros]', "
         "or source an installation of ROS 2"
-    )
+    ) from error
 
 # Nodes under the names of the paper, and the strategies that its listings hand to them. Looked up when they are asked
 # for, so that a process imports what it uses.

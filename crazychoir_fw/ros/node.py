@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.callback_groups import CallbackGroup
 from rclpy.clock import ClockChange, JumpThreshold, TimeJump
@@ -59,8 +60,8 @@ class LayerNode(Node):
             node_name: Its fixed name, such as "controller".
             agent_id: Number of the drone; None asks parameter and namespace.
             namespace_pattern: Namespace of drone i; the parameter ``namespace_pattern`` comes before it.
-            parameters: Values of parameters, as given on the command line; lists and arrays of numbers may mix whole
-                ones and others. ``{"use_sim_time": True}`` follows ``/clock``.
+            parameters: Values of parameters, as given on the command line; lists may mix whole numbers and others,
+                and arrays are laid out row by row. ``{"use_sim_time": True}`` follows ``/clock``.
             context: Context of rclpy; None is the default one.
             swarm_wide: The node serves all drones: it lives in the root namespace, and `agent_id` is -1.
 
@@ -288,9 +289,9 @@ def _namespace(pattern: str, agent_id: int) -> str:
 
 
 def _plain(value: Any) -> Any:
-    """Return arrays of NumPy as lists, and mixed lists of numbers as such of floating-point ones."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
+    """Return arrays of NumPy as flat lists, row by row, and mixed lists of numbers as such of floating-point ones."""
+    if isinstance(value, np.ndarray | np.generic):
+        value = value.ravel().tolist() if value.ndim else value.item()
     if isinstance(value, Sequence) and not isinstance(value, str | bytes):
         value = list(value)
         if any(isinstance(item, float) for item in value):

@@ -1,8 +1,8 @@
 """Records every log variable of every drone, and the true motion, at a fixed rate.
 
-A sample costs one array copy per variable, whatever the number of drones (see `swarm_views`). Drones with different
-providers have different variables: a signal that a drone lacks is NaN in its column, and one that counts in whole
-numbers becomes a float for the others then, without losing a digit.
+A sample copies the stretches of memory that hold log variables, a few calls whatever the number of drones (see
+`swarm_views`). Drones with different providers have different variables: a signal that a drone lacks is NaN in its
+column, and one that counts in whole numbers becomes a float for the others then, without losing a digit.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class FlightRecorder:
         # where each drone has its velocities in qvel, (N, 6)
         self._dofs = np.array([drone.qvel_address for drone in world.drones])[:, None] + np.arange(6)
         self._times: list[float] = []
-        self._samples: list[dict[str, list[NDArray]]] = [{name: [] for name in part.views} for part in self._parts]
+        self._samples: list[list[NDArray[np.uint8]]] = [[] for _ in self._parts]
         self._qpos: list[NDArray[np.float64]] = []
         self._motion: list[NDArray[np.float64]] = []
         self._requests: list[int] = []  # before each sample
@@ -58,8 +58,7 @@ class FlightRecorder:
         self._times.append(self._world.time)
         for part, samples in zip(self._parts, self._samples, strict=True):
             part.refresh()
-            for name, view in part.views.items():
-                samples[name].append(view.copy())
+            samples.append(part.copy())
         self._qpos.append(self._world.data.qpos.copy())
         self._motion.append(self._world.data.qvel[self._dofs])
         self._requests.append(len(self._world.journal))
@@ -102,8 +101,7 @@ class FlightRecorder:
         """Return every log variable of the swarm, shape (T, N)."""
         found: dict[str, list[tuple[NDArray[np.intp], NDArray[Any]]]] = {}
         for part, samples in zip(self._parts, self._samples, strict=True):
-            for name, view in part.views.items():
-                taken = np.array(samples[name], dtype=view.dtype).reshape(-1, len(view))
+            for name, taken in part.signals(samples).items():
                 found.setdefault(name, []).append((part.numbers, taken))
         return {name: _joined(own, len(self._world.drones)) for name, own in found.items()}
 

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from crazychoir_fw.simulation.world import World
 
 
+_GAP = 64  # [bytes] between variables that are copied along: a line of the cache costs less than a call
+
+
 class SwarmPart:
     """Drones of a world with the same provider, at equal distances in memory."""
 
@@ -36,10 +39,52 @@ class SwarmPart:
             for name, variable in log_table(drones[0].provider_number).items()
         }
         """Each log variable of these drones as a live view of the world's memory, shape (n,)."""
+        self._lay_out()
 
     def _view(self, offset: int, dtype: np.dtype) -> NDArray[Any]:
         cell = self._first.memory[offset : offset + dtype.itemsize].view(dtype)
         return as_strided(cell, shape=(len(self.numbers),), strides=(self._stride,), writeable=False)
+
+    def copy(self) -> NDArray[np.uint8]:
+        """Return the memory that all log variables live in, shape (n, bytes); `signals` takes it apart.
+
+        Variables lie in a few stretches: copying those costs a tenth of copying each variable.
+        """
+        return np.concatenate(self._stretches, axis=1)
+
+    def signals(self, copies: Sequence[NDArray[np.uint8]]) -> dict[str, NDArray[Any]]:
+        """Return each log variable, shape (T, n), of T copies."""
+        taken = np.array(copies, np.uint8).reshape(len(copies), len(self.numbers), -1)
+        found = {}
+        for name, (place, dtype) in self._places.items():
+            cells = np.ascontiguousarray(taken[:, :, place : place + dtype.itemsize])
+            found[name] = cells.view(dtype)[..., 0]
+        return found
+
+    def _lay_out(self) -> None:
+        """Find the stretches of memory that hold log variables, and where in a copy each variable is."""
+        table = log_table(self._first.provider_number)
+        by_offset = sorted((variable.offset, variable.dtype, name) for name, variable in table.items())
+        stretches: list[list[int]] = []
+        for offset, dtype, _ in by_offset:
+            if stretches and offset <= stretches[-1][1] + _GAP:
+                stretches[-1][1] = max(stretches[-1][1], offset + dtype.itemsize)
+            else:
+                stretches.append([offset, offset + dtype.itemsize])
+        self._stretches = [
+            as_strided(
+                self._first.memory[begin:end],
+                shape=(len(self.numbers), end - begin),
+                strides=(self._stride, 1),
+                writeable=False,
+            )
+            for begin, end in stretches
+        ]
+        self._places: dict[str, tuple[int, np.dtype]] = {}
+        begins = np.concatenate([[0], np.cumsum([end - begin for begin, end in stretches])])
+        for name, variable in table.items():
+            at = next(k for k, (begin, end) in enumerate(stretches) if begin <= variable.offset < end)
+            self._places[name] = (int(begins[at]) + variable.offset - stretches[at][0], variable.dtype)
 
     def refresh(self) -> None:
         """Bring those log variables up to date that are only computed for readers."""

@@ -113,7 +113,7 @@ def test_the_estimator_finds_the_velocity_behind_noise_drops_and_wrong_markers()
             if pose.time > 0.3:
                 t0 = estimate.time
                 errors.append(estimate.velocity - np.array([np.cos(t0), -np.sin(t0), 0.5]))
-    # 1 mm of noise, 40 1/s behind the low-pass: sqrt(2 (1 - 0.6) / (1 + 0.6)) 0.001 / 0.01 = 0.05 m/s
+    # 1 mm of noise becomes 40 1/s sqrt(2 / (1 + 0.6)) 1 mm = 0.045 m/s; a delay of 20 ms at 1 m/s^2 adds to it
     assert np.sqrt(np.mean(np.square(errors))) < 0.07
 
 

@@ -1,0 +1,110 @@
+"""Nodes in one process, on a domain of their own, under simulated time that the test makes."""
+
+import os
+import random
+import time
+
+import pytest
+
+# before anything of ROS reads it: tests that run beside each other must not hear each other
+os.environ["ROS_DOMAIN_ID"] = str(random.SystemRandom().randint(1, 100))
+os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
+
+import rclpy
+from rclpy.executors import SingleThreadedExecutor, TimeoutException
+from rosgraph_msgs.msg import Clock
+
+from crazychoir_fw.ros.conversions import to_stamp
+
+QUIET = 0.002  # [s], after which nothing more is expected to come
+PATIENCE = 20.0  # [s], of the wall clock, for what must come
+
+
+class Bench:
+    """Nodes, an executor, a clock, and somebody who listens and speaks."""
+
+    def __init__(self, context):
+        self.context = context
+        self.executor = SingleThreadedExecutor(context=context)
+        self.user = rclpy.create_node("user", context=context)
+        self.executor.add_node(self.user)
+        self.clock = self.user.create_publisher(Clock, "/clock", 10)
+        self.nodes = []
+
+    def add(self, node):
+        """Let a node work; returns it."""
+        self.executor.add_node(node)
+        self.nodes.append(node)
+        return node
+
+    def make(self, kind, *args, parameters=None, **options):
+        """Add a node of a class, under simulated time."""
+        parameters = {"use_sim_time": True, **(parameters or {})}
+        return self.add(kind(*args, parameters=parameters, context=self.context, **options))
+
+    def hear(self, kind, topic):
+        """Return a list into which the messages of a topic go."""
+        heard = []
+        self.user.create_subscription(kind, topic, heard.append, 100)
+        return heard
+
+    def speaker(self, kind, topic, listeners=1):
+        """Return a publisher that is connected."""
+        publisher = self.user.create_publisher(kind, topic, 10)
+        self.until(lambda: publisher.get_subscription_count() >= listeners)
+        return publisher
+
+    def drain(self):
+        """Work on whatever is there; errors of callbacks come out."""
+        while self._work(QUIET):
+            pass
+
+    def until(self, happened):
+        """Work until something has happened."""
+        end = time.monotonic() + PATIENCE
+        while not happened():
+            assert time.monotonic() < end, "waited in vain"
+            self._work(0.05)
+
+    def at(self, now):
+        """Let simulated time be so much (s), and whatever is due then happen."""
+        self.until(lambda: self.clock.get_subscription_count() >= len(self._followers()))
+        self.clock.publish(Clock(clock=to_stamp(now)))
+        self.until(lambda: all(node.get_clock().now().nanoseconds == round(now * 1e9) for node in self._followers()))
+        self.drain()
+
+    def _followers(self):
+        return [node for node in self.nodes if node.get_parameter("use_sim_time").value]
+
+    def _work(self, timeout):
+        try:
+            handler, _, _ = self.executor.wait_for_ready_callbacks(timeout_sec=timeout)
+        except TimeoutException:
+            return False
+        handler()
+        if handler.exception() is not None:
+            raise handler.exception()
+        return True
+
+    def close(self):
+        for node in [*self.nodes, self.user]:
+            node.destroy_node()
+        self.executor.shutdown()
+
+
+@pytest.fixture
+def ros_context():
+    """A context of rclpy."""
+    context = rclpy.Context()
+    rclpy.init(context=context, args=[])
+    yield context
+    if context.ok():
+        rclpy.shutdown(context=context)
+
+
+@pytest.fixture
+def bench(ros_context):
+    """A bench for nodes."""
+    made = Bench(ros_context)
+    yield made
+    made.close()

@@ -1,0 +1,180 @@
+"""Plain data to messages and back, and what is refused."""
+
+import math
+
+import numpy as np
+import pytest
+from geometry_msgs.msg import PoseStamped, Transform, Vector3
+from geometry_msgs.msg import Twist as TwistMessage
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from nav_msgs.msg import Odometry
+from rclpy.serialization import deserialize_message, serialize_message
+from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectoryPoint
+
+from crazychoir_fw.errors import RangeError, UnknownNameError
+from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
+from crazychoir_fw.ros import conversions as to
+
+numbers = st.floats(-1e6, 1e6)
+threes = st.lists(numbers, min_size=3, max_size=3).map(np.array)
+times = st.floats(0.0, 1e6)
+angles = st.floats(-3.1, 3.1)
+quaternions = st.lists(st.floats(-1.0, 1.0), min_size=4, max_size=4).filter(lambda q: np.linalg.norm(q) > 0.1)
+attitudes = quaternions.map(lambda q: np.array(q) / np.linalg.norm(q))
+few = settings(max_examples=30)
+
+
+def over_the_wire(message):
+    return deserialize_message(serialize_message(message), type(message))
+
+
+@few
+@given(threes, attitudes, threes, threes, times)
+def test_a_pose_survives_odometry(position, attitude, velocity, angular, time):
+    pose = to.odometry_to_pose(over_the_wire(to.pose_to_odometry(Pose(position, attitude, velocity, angular, time))))
+    np.testing.assert_array_equal(pose.position, position)
+    np.testing.assert_allclose(pose.orientation, attitude, atol=1e-12)
+    np.testing.assert_array_equal(pose.velocity, velocity)
+    np.testing.assert_array_equal(pose.angular, angular)
+    assert pose.time == pytest.approx(time, abs=1e-9) or (pose.time is None and time < 1e-9)
+
+
+@few
+@given(threes, attitudes)
+def test_a_pose_survives_motion_capture(position, attitude):
+    pose = to.pose_stamped_to_pose(over_the_wire(to.pose_to_pose_stamped(Pose(position, attitude))))
+    np.testing.assert_array_equal(pose.position, position)
+    np.testing.assert_allclose(pose.orientation, attitude, atol=1e-12)
+    assert pose.velocity is None and pose.time is None
+
+
+@few
+@given(threes, threes)
+def test_a_command_survives(linear, angular):
+    twist = to.message_to_twist(over_the_wire(to.twist_to_message(Twist(linear, angular))))
+    np.testing.assert_array_equal(twist.linear, linear)
+    np.testing.assert_array_equal(twist.angular, angular)
+
+
+@few
+@given(threes, st.none() | threes, st.none() | threes, angles, st.none() | numbers)
+def test_a_full_state_survives(position, velocity, acceleration, yaw, yaw_rate):
+    reference = Reference(position, velocity, acceleration, None, yaw, yaw_rate)
+    back = to.message_to_reference(over_the_wire(to.reference_to_message(reference, "fullstate")), "fullstate")
+    np.testing.assert_array_equal(back.position, position)
+    # one message holds both: where one is known the other is zero
+    if velocity is None and yaw_rate is None:
+        assert back.velocity is None and back.yaw_rate is None
+    else:
+        np.testing.assert_array_equal(back.velocity, np.zeros(3) if velocity is None else velocity)
+        assert back.yaw_rate == (0.0 if yaw_rate is None else yaw_rate)
+    if acceleration is None:
+        assert back.acceleration is None
+    else:
+        np.testing.assert_array_equal(back.acceleration, acceleration)
+    assert back.yaw == pytest.approx(yaw, abs=1e-9)
+
+
+@few
+@given(threes)
+def test_vectors_survive_as_what_they_are(vector):
+    position = to.message_to_reference(to.reference_to_message(Reference(position=vector), "position"), "position")
+    np.testing.assert_array_equal(position.position, vector)
+    assert position.acceleration is None
+    message = to.reference_to_message(Reference(acceleration=vector), "acceleration")
+    np.testing.assert_array_equal(to.message_to_reference(message, "acceleration").acceleration, vector)
+
+
+@few
+@given(st.lists(st.tuples(st.floats(0.0, 1000.0), threes, threes, threes, threes), min_size=1, max_size=5))
+def test_a_trajectory_survives(rows):
+    points = [TrajectoryPoint(*row) for row in rows]
+    message = over_the_wire(to.points_to_joint_trajectory(points, 7))
+    assert message.joint_names == ["Agent_7"]
+    for point, back in zip(points, to.joint_trajectory_to_points(message), strict=True):
+        assert back.time_s == pytest.approx(point.time_s, abs=1e-9)
+        for name in ("position", "velocity", "acceleration", "jerk"):
+            np.testing.assert_array_equal(getattr(back, name), getattr(point, name))
+
+
+def test_the_jerk_travels_as_effort_and_zeros_may_be_left_out():
+    message = to.points_to_joint_trajectory([TrajectoryPoint(1.5, np.ones(3), jerk=np.array([1.0, 2.0, 3.0]))], 0)
+    assert list(message.points[0].effort) == [1.0, 2.0, 3.0]
+    assert (message.points[0].time_from_start.sec, message.points[0].time_from_start.nanosec) == (1, 500_000_000)
+    bare = JointTrajectory(points=[JointTrajectoryPoint(positions=[1.0, 2.0, 3.0])])
+    np.testing.assert_array_equal(to.joint_trajectory_to_points(bare)[0].velocity, 0.0)
+
+
+@few
+@given(times)
+def test_times_are_kept_to_the_nanosecond(time):
+    assert to.seconds(to.to_stamp(time)) == pytest.approx(time, abs=1e-9)
+    assert to.to_stamp(time).nanosec < 1_000_000_000
+
+
+def bad_odometry(**changes):
+    message = to.pose_to_odometry(Pose(np.ones(3), np.array([0.0, 0.0, 0.0, 1.0])))
+    message.pose.pose.position.x = changes.get("x", 1.0)
+    message.pose.pose.orientation.w = changes.get("w", 1.0)
+    message.twist.twist.linear.z = changes.get("vz", 0.0)
+    message.twist.twist.angular.y = changes.get("q", 0.0)
+    return message
+
+
+def trajectory(**point):
+    return JointTrajectory(points=[JointTrajectoryPoint(**{"positions": [0.0, 0.0, 1.0], **point})])
+
+
+@pytest.mark.parametrize(
+    ("work", "words"),
+    [
+        (lambda: to.odometry_to_pose(bad_odometry(x=math.nan)), "odometry: position is .nan"),
+        (lambda: to.odometry_to_pose(bad_odometry(w=0.5)), "odometry: orientation .* length 1"),
+        (lambda: to.odometry_to_pose(bad_odometry(w=math.nan)), "odometry: orientation"),
+        (lambda: to.odometry_to_pose(bad_odometry(vz=math.inf)), "odometry: velocity"),
+        (lambda: to.odometry_to_pose(bad_odometry(q=math.nan)), "odometry: angular"),
+        (lambda: to.pose_stamped_to_pose(PoseStamped()), None),
+        (lambda: to.pose_to_odometry(Pose()), "position is not given"),
+        (lambda: to.pose_to_odometry(Pose(np.zeros(2))), r"position has shape \(2,\), allowed: \(3,\)"),
+        (lambda: to.pose_to_odometry(Pose(np.zeros(3), np.zeros(3))), r"orientation has shape \(3,\)"),
+        (lambda: to.pose_to_odometry(Pose(np.zeros(3), time=-1.0)), "time is -1.0"),
+        (lambda: to.to_duration(math.nan), "duration is nan"),
+        (lambda: to.message_to_twist(TwistMessage(angular=Vector3(y=math.nan))), "cmd_vel: angular"),
+        (lambda: to.twist_to_message(Twist(np.full(3, np.inf), np.zeros(3))), "linear is"),
+        (lambda: to.twist_to_message(Twist(np.zeros((2, 3)), np.zeros((2, 3)))), r"linear has shape \(2, 3\)"),
+        (lambda: to.reference_to_message(Reference(), "acceleration"), "acceleration is not given"),
+        (lambda: to.reference_to_message(Reference(np.zeros(3), yaw=math.nan), "fullstate"), "yaw is nan"),
+        (lambda: to.message_to_reference(Vector3(x=math.nan), "position"), "reference: position"),
+        (lambda: to.message_to_reference(MultiDOFJointTrajectoryPoint(), "fullstate"), "0 transforms, allowed: one"),
+        (
+            lambda: to.message_to_reference(MultiDOFJointTrajectoryPoint(transforms=[Transform()] * 2), "fullstate"),
+            "2 transforms",
+        ),
+        (lambda: to.joint_trajectory_to_points(JointTrajectory()), "no point"),
+        (lambda: to.joint_trajectory_to_points(trajectory(positions=[1.0])), "point 0: position has shape"),
+        (lambda: to.joint_trajectory_to_points(trajectory(velocities=[1.0] * 4)), "point 0: velocity has shape"),
+        (lambda: to.joint_trajectory_to_points(trajectory(effort=[math.nan] * 3)), "point 0: jerk is"),
+        (lambda: to.points_to_joint_trajectory([TrajectoryPoint(-1.0, np.zeros(3))], 0), "duration is -1.0"),
+    ],
+)
+def test_what_is_no_number_or_of_the_wrong_size_is_refused_by_name(work, words):
+    if words is None:  # an identity attitude is what messages begin with
+        work()
+        return
+    with pytest.raises(RangeError, match=words):
+        work()
+
+
+def test_unknown_kinds_are_refused():
+    with pytest.raises(UnknownNameError, match="position, acceleration, fullstate"):
+        to.reference_to_message(Reference(np.zeros(3)), "velocity")
+    with pytest.raises(UnknownNameError, match="'jerk'"):
+        to.message_to_reference(Vector3(), "jerk")
+
+
+def test_frames_are_those_of_the_table():
+    message = to.pose_to_odometry(Pose(np.zeros(3)))
+    assert (message.header.frame_id, message.child_frame_id) == ("odom", "base_link")
+    assert isinstance(message, Odometry) and message.pose.pose.orientation.w == 1.0
+    assert to.pose_to_pose_stamped(Pose(np.zeros(3))).header.frame_id == "world"

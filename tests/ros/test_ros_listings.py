@@ -1,0 +1,63 @@
+"""The listings of the paper run as printed, but for the lines that import."""
+
+import subprocess
+import sys
+
+import pytest
+
+SPIN = """
+import rclpy
+from rclpy.executors import ExternalShutdownException
+{listing}
+# within the executor: elsewhere it could come between a publisher and its message
+node.create_timer(1.0, rclpy.shutdown)
+try:
+    rclpy.spin(node)
+except ExternalShutdownException:
+    pass
+print("spun", node.get_fully_qualified_name())
+"""
+
+CONTROLLER = """
+from crazychoir_fw.ros import AccelerationTraj, FlatnessAccelerationCtrl, FPQRSender, GeometryAttitudeCtrl
+from crazychoir_fw.ros import HierarchicalController
+rclpy.init()
+node = HierarchicalController(
+    pos_strategy=FlatnessAccelerationCtrl(),
+    attitude_strategy=GeometryAttitudeCtrl(),
+    command_sender=FPQRSender(),
+    traj_handler=AccelerationTraj(),
+)
+"""
+
+GUIDANCE = """
+from crazychoir_fw.ros import BearingFormation
+rclpy.init()
+node = BearingFormation(update_frequency=100.0, pose_handler='pubsub', pose_topic='odom')
+"""
+
+INTEGRATOR = """
+from crazychoir_fw.ros import CrazyflieIntegrator
+rclpy.init()
+node = CrazyflieIntegrator(integration_freq=100)
+"""
+
+# agent 0 is seen along x: 3 rows of 3 N numbers, those of the agent itself are zero
+PROJECTION = [0.0, 0.0, 0.0, *[0.0] * 3, 0.0, 1.0, 0.0, *[0.0] * 3, 0.0, 0.0, 1.0, *[0.0] * 3]
+FORMATION = ["-p", "N:=2", "-p", "in_neigh:=[0]", "-p", "out_neigh:=[0]", "-p", f"ort_proj:={PROJECTION}"]
+
+
+@pytest.mark.parametrize(
+    ("listing", "arguments", "name"),
+    [
+        (CONTROLLER, [], "/agent_1/controller"),
+        (GUIDANCE, FORMATION, "/agent_1/guidance"),
+        (INTEGRATOR, ["-p", "init_pos:=[0.0, 0.0, 1.0]"], "/agent_1/integrator"),
+    ],
+)
+def test_a_listing_runs(listing, arguments, name):
+    program = SPIN.format(listing=listing)
+    command = [sys.executable, "-c", program, "--ros-args", "-r", "__ns:=/agent_1", "-p", "agent_id:=1", *arguments]
+    run = subprocess.run(command, capture_output=True, text=True, timeout=120)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout.strip() == f"spun {name}"
