@@ -23,6 +23,11 @@ Array = NDArray[np.float64]
 STALE_S = 0.5
 """Age (s) at which the pose of a drone counts as unknown: it gets no commands then, and its handler takes over."""
 
+SUPERVISOR = "supervisor.info"
+_WATCHED = {SUPERVISOR: 10.0, "pm.vbat": 1.0}  # [Hz]
+_ENDS = {1 << 5: "tumbled", 1 << 6: "locked up", 1 << 7: "crashed"}
+"""Bits of the supervisor that end a flight."""
+
 _HANDLERS = {
     "fpqr": "RadioHandlerFPQR",
     "frpy": "RadioHandlerFRPY",
@@ -70,6 +75,7 @@ class HardwareBackend:
         self.names = list(uris)
         self.masses = np.broadcast_to(np.asarray(masses, float), (len(self.names),)).copy()
         self.kind = kind
+        options.setdefault("log", dict(_WATCHED))
         self.handler: RadioHandler = getattr(radio, _HANDLERS[kind])(dict(uris), odometry_hz=odometry_hz, **options)
         self._drones = list(self.handler)
         self._clock = self.handler.options.clock
@@ -179,7 +185,13 @@ class HardwareBackend:
         found = dict(self._refusals)
         for i, drone in enumerate(self._drones):
             if not drone.is_connected:
-                found.setdefault(i, f"{self.names[i]}: the link was lost {drone.reason}".rstrip())
+                found.setdefault(i, f"{self.names[i]}: the link was lost")
+                continue
+            seen = drone.latest.get(SUPERVISOR)
+            if seen is not None and self._clock() - seen.received_s < STALE_S:
+                for bit, what in _ENDS.items():
+                    if int(seen.value) & bit:
+                        found.setdefault(i, f"{self.names[i]}: {what} at {self.time:.2f} s")
         return found
 
     def record(self, extra: dict[str, Array]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 
-from crazychoir_fw.errors import MissionError
+from crazychoir_fw.errors import CrazychoirError, MissionError
 from crazychoir_fw.mission.fleet import Layout
 from crazychoir_fw.mission.layers import Graph
 from crazychoir_fw.mission.schema import LayeredMission
@@ -20,6 +20,7 @@ def check_layers(mission: LayeredMission) -> None:
     names = [drone.id for drone in mission.fleet]
     _check_guidance(mission, names)
     _check_graph(mission, names)
+    _check_formation(mission)
     _check_control(mission)
     _check_buttons(mission, names)
     _check_criteria(mission)
@@ -89,6 +90,20 @@ def _check_graph(mission: LayeredMission, names: list[str]) -> None:
             "layers.communication.graph is missing: BearingFormation needs who talks to whom, such as complete or "
             f"[[{names[0]}, {names[min(1, len(names) - 1)]}]]"
         )
+
+
+def _check_formation(mission: LayeredMission) -> None:
+    """Refuse a formation that leaders and bearings do not determine, or that has two places in one."""
+    if mission.layers.guidance.kind != "BearingFormation":
+        return
+    from crazychoir_fw.experiment.agents import formation_of, graph_of, leads
+    from crazychoir_fw.guidance.bearing import check_formation
+
+    leaders = [i for i in range(len(mission.fleet)) if leads(mission, i)]
+    try:
+        check_formation(formation_of(mission), graph_of(mission), leaders)
+    except CrazychoirError as error:
+        raise MissionError(f"layers.guidance: {error}") from None
 
 
 def _check_control(mission: LayeredMission) -> None:
