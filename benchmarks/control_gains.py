@@ -217,7 +217,8 @@ def draw(path: Path, tracks: dict[str, dict[str, tuple[Array, Array]]]) -> None:
             true, _ = flights[flight]
             axes.plot(np.arange(len(true)) * PERIOD, true[:, column], label=gains)
         right.plot(*flights["circle"][0][:, :2].T, label=gains)
-    right.plot(*flights["circle"][1][:, :2].T, "k:", label="reference")
+    lap = flights["circle"][1][-round(2.0 * np.pi * RADIUS / SPEED / PERIOD) :]
+    right.plot(*lap[:, :2].T, "k:", label="reference")
     left.set(title="step of 1 m", xlabel="time (s)", ylabel="x (m)", xlim=(0, 6))
     middle.set(title="climb of 1 m", xlabel="time (s)", ylabel="z (m)", xlim=(0, 6))
     right.set(title=f"circle at {SPEED} m/s", xlabel="x (m)", ylabel="y (m)", aspect="equal")

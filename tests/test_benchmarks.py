@@ -11,6 +11,7 @@ BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 SMALLEST = {
     "endurance.py": ["--hours", "0.02"],
     "flight_matrix.py": ["--platforms", "cf2", "--controllers", "pid", "--positioning", "mocap"],
+    "control_gains.py": ["--sets", "mujoco", "--flights", "hover"],
     # every seed throws the same, and whatever must hold is looked at: exceptions, replies, memory, the other client
     "fuzz_server.py": ["--datagrams", "30000", "--flood", "10000", "--seed", "3"],
     "log_cost.py": ["--drones", "1", "--seconds", "0.05", "--repeats", "1"],
