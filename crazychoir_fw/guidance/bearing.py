@@ -153,7 +153,7 @@ def free_followers(formation: ArrayLike, graph: Graph, leaders: Iterable[int]) -
         return []
     _, singular, rows = np.linalg.svd(block)
     free = rows[singular <= _SINGULAR * max(1.0, singular[0])]
-    moves = np.abs(free).reshape(len(free), -1, 3).max(axis=(0, 2), initial=0.0)
+    moves = np.abs(free).reshape(len(free), len(block) // 3, 3).max(axis=(0, 2), initial=0.0)
     followers = [agent for agent in range(graph.size) if agent not in set(leading)]
     return [agent for agent, move in zip(followers, moves, strict=True) if move > 1e-4]
 
