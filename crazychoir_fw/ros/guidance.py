@@ -25,13 +25,14 @@ from crazychoir_fw.guidance import Outputs, TimeVaryingCommunicator
 from crazychoir_fw.messages import Pose
 from crazychoir_fw.ros.communicator import RosTransport
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory, reference_to_message
-from crazychoir_fw.ros.names import BUTTONS, LATEST, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.stalling import StallingClock
 from crazychoir_fw.ros.wire import vector3_bytes
 
 _CLOSE = 1.5  # periods between poses, for which each pose makes a step
+_SAME_PRESS = 0.05  # [s]
 _LOOK_EVERY = 0.05  # [s], wall: at rounds that wait
 
 Build = Callable[["GuidanceNode"], Any]
@@ -98,10 +99,13 @@ class GuidanceNode(LayerNode):
         self._idle_publisher = self.create_publisher(Bool, "idle", LATEST)
         self._empty = Empty()
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
+        self._last_press: tuple[str, float] | None = None
         for name, topic in BUTTONS.items():
             # all drones at once, or this one alone
             for where in (topic.name, topic.name.lstrip("/")):
                 self.listen(topic, lambda _, pressed=name: self.press(pressed), where)
+        for where in (f"/{LAST_BUTTON}", LAST_BUTTON):
+            self.create_subscription(String, where, self._take_last_button, LATEST)
         if self._has_rounds:
             self._lost_publisher = self.create_publisher(String, "lost_neighbors", 10)
             self.create_timer(_LOOK_EVERY, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -135,9 +139,18 @@ class GuidanceNode(LayerNode):
 
     def press(self, button: str) -> None:
         """Press a button: ``takeoff``, ``land``, ``stop``, ``start``."""
+        now, before = self._time.now(), self._last_press
+        if before is not None and before[0] == button and now - before[1] < _SAME_PRESS:
+            return  # it was heard both ways
+        self._last_press = (button, now)
         method = getattr(self.guidance, button, None)
         if method is not None:
-            method(self._time.now())
+            method(now)
+
+    def _take_last_button(self, message: String) -> None:
+        """Who was started in the middle of a flight, joins it."""
+        if self._last_press is None and message.data in BUTTONS:
+            self.press(message.data)
 
     @property
     def current_pose(self) -> Pose:

@@ -22,7 +22,7 @@ from crazychoir_fw.experiment.experiment import Experiment, Names
 from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points, message_to_reference, points_to_joint_trajectory
-from crazychoir_fw.ros.names import BUTTONS, LATEST, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.simulation import Pace, SimulationNode
 from crazychoir_fw.ros.wire import vector3_numbers
 
@@ -142,8 +142,9 @@ class HostedExperiment(Experiment):
         groups = [] if kind == "xyz" else [RemoteGroup(self.node, kind)]
         super().__init__(backend, agents, groups, layers.rate, mission.log_rate, observe)  # type: ignore[arg-type]
         self._buttons: dict[str, Any] = {name: self.node.announce(topic) for name, topic in BUTTONS.items()}
+        self._last_button = self.node.create_publisher(String, f"/{LAST_BUTTON}", LATEST)
         self._own_presses = dict.fromkeys(BUTTONS, 0)
-        self._button_of: dict[tuple[str, int], Any] = {}
+        self._button_of: dict[tuple[str, int], tuple[Any, Any]] = {}
         self._trajectories = [self.node.announce(TRAJ_PARAMS, self.node.topic_of(i, "traj_params")) for i in range(count)]
         self._listen(mission, remote, kind)
         self.ready: set[str] = set()
@@ -203,10 +204,12 @@ class HostedExperiment(Experiment):
         if drones is None:
             self._own_presses[button] += 1
             self._buttons[button].publish(Empty())
+            self._last_button.publish(String(data=button))
             return
         for agent in self._chosen(drones):
-            key = (button, agent.index)
-            self._button_of[key].publish(Empty())
+            press, last = self._button_of[button, agent.index]
+            press.publish(Empty())
+            last.publish(String(data=button))
 
     def prepare(self, phases: Sequence[Any]) -> None:
         """Make publishers for buttons of single drones, so that they are known when they are needed."""
@@ -215,7 +218,11 @@ class HostedExperiment(Experiment):
                 topic = BUTTONS[phase.name]
                 for agent in self._chosen(phase.button.drones):
                     where = self.node.topic_of(agent.index, topic.name.lstrip("/"))
-                    self._button_of[phase.name, agent.index] = self.node.announce(topic, where)
+                    last = self.node.topic_of(agent.index, LAST_BUTTON)
+                    self._button_of[phase.name, agent.index] = (
+                        self.node.announce(topic, where),
+                        self.node.create_publisher(String, last, LATEST),
+                    )
 
     def _pressed(self, button: str) -> None:
         """Somebody pressed a button: this flight itself, or a person."""

@@ -15,6 +15,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from crazychoir_fw.errors import CrazychoirError, MissionError, RangeError
@@ -48,6 +49,8 @@ class RosOptions:
     """Longest wait of a guidance for its neighbors while simulated time stands still (s, wall)."""
     restart: bool = False
     """Whether processes that end are started again."""
+    folder: Path | None = None
+    """Where ``processes.json`` is written, which says who is which process."""
     parts: tuple[str, ...] = ()
     """Names of all processes beside the host."""
 
@@ -97,7 +100,8 @@ def fly_as_processes(mission: LayeredMission, options: RosOptions, host: Callabl
     options = replace(options, domain=domain, parts=tuple(part.name for part in parts))
     lockstep = options.lockstep and mission.backend != "hardware"
     options = replace(options, lockstep=lockstep)
-    supervisor = Supervisor()
+    register = None if options.folder is None else options.folder / "processes.json"
+    supervisor = Supervisor(register=register)
     flight = _Flight(supervisor, mission, options, parts)
     before = signal.signal(signal.SIGTERM, _interrupt)
     print(f"ROS domain {domain}: {len(parts)} processes of layers and the host", flush=True)
