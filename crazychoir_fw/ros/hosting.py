@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.context import Context
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import Empty, String
 
 from crazychoir_fw.errors import CrazychoirError
@@ -149,7 +150,9 @@ class HostedExperiment(Experiment):
         self._listen(mission, remote, kind)
         self.ready: set[str] = set()
         """Processes that have found their partners."""
-        self.node.create_subscription(String, READY, lambda message: self.ready.add(message.data), LATEST)
+        # many say it at once, and none of them may push another one out
+        everything = QoSProfile(depth=1000, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+        self.node.create_subscription(String, READY, lambda message: self.ready.add(message.data), everything)
 
     def _listen(self, mission: Any, remote: Sequence[RemoteGuidance], kind: str) -> None:
         node = self.node
