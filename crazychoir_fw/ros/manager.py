@@ -86,13 +86,16 @@ def check(mission: Any, options: RosOptions) -> LayeredMission:
     return mission
 
 
-def fly_as_processes(mission: LayeredMission, options: RosOptions, host: Callable[[RosOptions], int]) -> int:
+def fly_as_processes(
+    mission: LayeredMission, options: RosOptions, host: Callable[[RosOptions], int], quiet: bool = False
+) -> int:
     """Fly a mission as processes, to its end. Returns the exit code of the host.
 
     Args:
         mission: The mission.
         options: How.
         host: Flies it where the drones are, with `fly_hosted`; runs in a process of its own.
+        quiet: Whether nothing is printed of the processes.
     """
     domain = free_domain() if options.domain is None else options.domain
     os.environ["ROS_DOMAIN_ID"] = str(domain)
@@ -101,10 +104,11 @@ def fly_as_processes(mission: LayeredMission, options: RosOptions, host: Callabl
     lockstep = options.lockstep and mission.backend != "hardware"
     options = replace(options, lockstep=lockstep)
     register = None if options.folder is None else options.folder / "processes.json"
-    supervisor = Supervisor(register=register)
+    supervisor = Supervisor(quiet, register=register)
     flight = _Flight(supervisor, mission, options, parts)
     before = signal.signal(signal.SIGTERM, _interrupt)
-    print(f"ROS domain {domain}: {len(parts)} processes of layers and the host", flush=True)
+    if not quiet:
+        print(f"ROS domain {domain}: {len(parts)} processes of layers and the host", flush=True)
     try:
         return flight.run(host)
     except KeyboardInterrupt:

@@ -140,6 +140,8 @@ class SimulationNode(LayerNode):
         """How many steps have been made."""
         self.last_step_wall = 0.0
         """When the latest odometry went out (s, steady clock)."""
+        self.latencies: list[float] | None = None
+        """From an odometry to the command that answers it (s, wall), if somebody put a list here."""
         self.when_stepped: list[Callable[[float], None]] = []
         """Called with the time after each step, before the odometry goes out."""
         self._kind = command
@@ -223,6 +225,8 @@ class SimulationNode(LayerNode):
                 return
             self._linear[index], self._angular[index] = numbers[:3], numbers[3:]
             self._fresh[index] = not self._idle[index]
+            if self.latencies is not None:
+                self.latencies.append(time.perf_counter() - self.last_step_wall)
             self._answer(party)
 
         return take
