@@ -1,7 +1,7 @@
 """What all nodes have in common: names, parameters, work on the clock of ROS."""
 
-import subprocess
-import sys
+import importlib
+import os
 
 import numpy as np
 import pytest
@@ -9,6 +9,7 @@ import rclpy
 from geometry_msgs.msg import Vector3
 from std_msgs.msg import Empty
 
+import crazychoir_fw.ros
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.ros.conversions import message_to_reference
 from crazychoir_fw.ros.names import ACCELERATION, TOPICS
@@ -169,9 +170,10 @@ def test_the_table_is_that_of_the_dossier():
     assert depths["/visualization_marker"] == (1, 1)
 
 
-def test_discovery_stays_on_this_machine_unless_the_user_says_so():
-    program = "import os; name = 'ROS_AUTOMATIC_DISCOVERY_RANGE'; os.environ.pop(name, 0); "
-    program += "{}import crazychoir_fw.ros; print(os.environ[name])"
-    for before, wanted in (("", "LOCALHOST"), ("os.environ[name] = 'SUBNET'; ", "SUBNET")):
-        run = subprocess.run([sys.executable, "-c", program.format(before)], capture_output=True, text=True, check=True)
-        assert run.stdout.strip() == wanted
+@pytest.mark.parametrize(("before", "wanted"), [(None, "LOCALHOST"), ("SUBNET", "SUBNET")])
+def test_discovery_stays_on_this_machine_unless_the_user_says_so(before, wanted, monkeypatch):
+    monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE")
+    if before is not None:
+        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", before)
+    importlib.reload(crazychoir_fw.ros)
+    assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == wanted
