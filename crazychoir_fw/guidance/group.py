@@ -53,6 +53,8 @@ class GuidanceGroup:
         self._sends = sends
         self._changes = -1  # of everybody's neighbors, when the law was made
         self._can_decide = False
+        self.was_together = False
+        """Whether the step before was one product for all."""
         self._law = self._integral = self._trims = np.zeros((0, 0))
 
     def _knows(self, agent: CFDistributedFeedback) -> bool:
@@ -91,10 +93,12 @@ class GuidanceGroup:
     def step(self, now: float) -> list[Outputs]:
         """Return what each agent asks for at a time (s), in the order of the agents."""
         if not self._sends and self._together and self._is_settled():
+            self.was_together = True
             return self._step_together(now)
         for agent in self._feedback:
             agent.begin_round(now)
-        if self._together and self._is_plain(now):
+        self.was_together = self._together and self._is_plain(now)
+        if self.was_together:
             return self._step_together(now)
         return [self._step_alone(agent, now) for agent in self.agents]
 
@@ -133,7 +137,10 @@ class GuidanceGroup:
             return False
         previous = self._feedback[0].previous_round
         return previous is not None and all(
-            agent.phase is Phase.FLIGHT and not agent.round_open and agent.previous_round == previous
+            agent.phase is Phase.FLIGHT
+            and not agent.round_open
+            and agent.hears_all
+            and agent.previous_round == previous
             for agent in self._feedback
         )
 
