@@ -56,6 +56,10 @@ class Agent:
     """What it follows at present."""
     home: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     """Where it stood when its motors began to turn (m, world), shape (3,)."""
+    has_flown: bool = False
+    """Whether it was clearly off the floor since its motors began to turn."""
+    low_since: float | None = None
+    """Since when it lies on the floor though nobody told it to (s)."""
     in_round: bool = False
     """Whether its guidance waits for neighbors."""
     lost: frozenset[int] = frozenset()

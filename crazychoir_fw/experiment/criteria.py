@@ -253,9 +253,12 @@ class Judge:
         if criteria.min_distance_m is not None:
             found.append(self._distance(criteria.min_distance_m, counted, names))
         if criteria.landed and self.windows and self.windows[-1].name == "land":
-            late = [name for name, down, counts in zip(names, self.landed(), counted, strict=True) if counts and not down]
+            # what became of those that failed is said elsewhere
+            last = np.asarray(self.log.signals["layers.phase"])[-1]
+            asked = counted & (last != _PHASES[Phase.FAILED]) & (last != _PHASES[Phase.GROUND])
+            late = [name for name, down, counts in zip(names, self.landed(), asked, strict=True) if counts and not down]
             sentence = f"{', '.join(late)}: did not land" if late else "all landed"
-            found.append(Verdict("landed", True, float(len(names) - len(late)), not late, sentence))
+            found.append(Verdict("landed", True, float(self.landed().sum()), not late, sentence))
         return found
 
     def _distance(self, limit: float, counted: NDArray[np.bool_], names: Sequence[str]) -> Verdict:

@@ -24,6 +24,9 @@ Names = str | Iterable[str] | None
 TOUCHDOWN_M = 0.05
 """Height above its start at which the motors of a landing drone stop (m)."""
 
+_FLOWN_M = 0.2  # above its start, a drone has flown
+_FALLEN_S = 1.0  # on the floor, after which it is not about to go on
+_FLOOR_M = 0.1  # what starts higher does not start on a floor
 _LANDING_SPEED = 0.5  # [m/s], at which a drone that passes the floor has not come to land
 _ROUNDS_PER_LOOK = 4  # rounds between two looks at who failed
 PARTS = ("simulation", "guidance", "planning", "control", "sending", "record")
@@ -108,7 +111,7 @@ class Experiment:
         self._known = np.zeros(len(agents), bool)
         self._together: GuidanceGroup | None = None
         """Guidance of ours decides for all drones at once; what a user brings speaks for itself alone."""
-        if agents and all(isinstance(agent.guidance, BearingFormation) for agent in agents):
+        if agents and all(type(agent.guidance) is BearingFormation for agent in agents):
             self._together = GuidanceGroup([agent.guidance for agent in agents], sends=False)
 
     # ---------------------------------------------------------------- buttons
@@ -181,6 +184,7 @@ class Experiment:
                 self._fail(agent, f"{agent.name}: nobody knows where it is")
                 continue
             agent.phase = Phase.FLYING
+            agent.has_flown, agent.low_since = False, None
             agent.home = poses.position[agent.index].copy()
             self._guarded(agent, agent.guidance.set_pose, one_of(poses, agent.index))
             # until somebody says otherwise
@@ -349,15 +353,30 @@ class Experiment:
             agent
             for agent in up
             if agent.phase is Phase.LANDING
-            and poses.position[agent.index, 2] < max(0.0, agent.home[2]) + TOUCHDOWN_M
+            and poses.position[agent.index, 2] < (agent.home[2] if agent.home[2] < _FLOOR_M else 0.0) + TOUCHDOWN_M
             and abs(poses.velocity[agent.index, 2]) < _LANDING_SPEED
         ]
         if landed:
             self._touch_down(landed)
         if self._rounds % _ROUNDS_PER_LOOK == 0:
+            self._look_for_fallen(up, poses)
             for i, sentence in self.backend.failures().items():
                 if self.agents[i].is_up:
                     self._fail(self.agents[i], sentence)
+
+    def _look_for_fallen(self, up: Sequence[Agent], poses: Pose) -> None:
+        """Stop who came down though nobody told it to: it may lie on its feet, and no supervisor minds."""
+        now = self.time
+        for agent in up:
+            height = poses.position[agent.index, 2] - (agent.home[2] if agent.home[2] < _FLOOR_M else 0.0)
+            if height > _FLOWN_M:
+                agent.has_flown = True
+            if not agent.has_flown or agent.phase is not Phase.FLYING or height > TOUCHDOWN_M:
+                agent.low_since = None
+            elif agent.low_since is None:
+                agent.low_since = now
+            elif now - agent.low_since > _FALLEN_S:
+                self._fail(agent, f"{agent.name}: came down at {agent.low_since:.2f} s")
 
     def _touch_down(self, agents: Sequence[Agent]) -> None:
         """Turn motors off after a landing."""

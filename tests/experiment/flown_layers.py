@@ -13,8 +13,10 @@ def formation(**changes):
         "name": "square",
         "backend": "integrator",
         "seed": 1,
+        "log_rate": 25,
         "drones": [{"id": name, "position": start} for name, start in zip(NAMES, STARTS, strict=True)],
         "layers": {
+            "rate": 50,
             "odometry": "truth",
             "communication": {"graph": "complete"},
             "guidance": {
@@ -27,7 +29,7 @@ def formation(**changes):
             "planning": {"class": "Spline"},
             "control": {"gains": "mujoco"},
         },
-        "flight": [{"takeoff": {"duration": 3}}, {"start": {"duration": 12}}, {"land": {"duration": 3}}],
+        "flight": [{"takeoff": {"duration": 3}}, {"start": {"duration": 8}}, {"land": {"duration": 3}}],
     }
     return {**data, **changes}
 
@@ -37,8 +39,10 @@ def hover(count=1, **changes):
     data = {
         "name": "hover",
         "backend": "integrator",
+        "log_rate": 25,
         "drones": [{"id": NAMES[i], "position": [float(i), 0.0]} for i in range(count)],
         "layers": {
+            "rate": 50,
             "odometry": "truth",
             "guidance": {"class": "SimpleGuidance", "height": 0.5},
             "planning": {"class": "Spline"},

@@ -41,7 +41,7 @@ def test_words_alone_are_buttons_with_nothing_set():
         ("layers.communication.graph", {"random": {"probabilty": 0.5}}, "did you mean 'probability'"),
         ("layers.communication.graph", [["a", "b"], ["a", "c"], ["a", "d"]], "ambiguous"),
         ("layers.communication.deadline_s", 0.0, "[0.001, 10]"),
-        ("layers.rate", 33, "one of 10, 20, 25"),
+        ("layers.rate", 33, "one of 10, 20, 25, 50, 100 Hz"),
         ("layers.odometry", "gps", "one of estimate, truth, mocap"),
         ("layers.control.sender", "FPQSender", "did you mean 'FPQRSender'"),
         ("layers.control.sender", "VelSender", "must be FPQRSender or FRPYSender"),
@@ -55,12 +55,12 @@ def test_words_alone_are_buttons_with_nothing_set():
         ("flight", [{"trajectory": {"file": "no.csv"}}], "cannot be read"),
         ("criteria", {"bearing_error": 1.0}, "did you mean 'bearing_error_deg'"),
         ("criteria", {"position_error_m": -1.0}, "[0, 1000] m"),
-        ("log_rate", 30, "divisor of 100 Hz"),
+        ("log_rate", 30, "divisor of 50 Hz"),
         ("backend", "simulation", "one of sim, integrator, hardware"),
         ("backend", "hardware", "drones[0].uri is missing"),
         ("integrator.drag", [1, 2], "rotor, or three numbers"),
         ("hardware.odometry_hz", 200, "[10, 100] Hz"),
-        ("faults", [{"kick": {"at": 1, "delta_v": [1, 0, 0]}}], "faults are for the backend sim"),
+        ("faults", [{"kick": {"at": 1, "impulse": [0.01, 0, 0]}}], "faults are for the backend sim"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_sentence(path, value, said):

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crazychoir_fw.errors import RangeError
@@ -62,12 +62,14 @@ def test_peak_speed_of_a_go_to_is_twice_the_mean():
     assert curve.velocity(np.linspace(0, 5, 1001)).max() == pytest.approx(0.4)
 
 
+@settings(max_examples=40)
 @given(intervals, seeds)
 def test_splines_go_through_all_points(intervals, seed):
     times, points, _, curve = some_spline(intervals, seed)
     np.testing.assert_allclose(curve.position(times - times[0]), points, atol=1e-8)
 
 
+@settings(max_examples=40)
 @given(intervals, seeds)
 def test_velocity_and_acceleration_are_continuous(intervals, seed):
     *_, curve = some_spline(intervals, seed)
@@ -77,6 +79,7 @@ def test_velocity_and_acceleration_are_continuous(intervals, seed):
         np.testing.assert_allclose(curve.at(np.nextafter(inner, 0), order), curve.at(inner, order), atol=1e-9 * scale)
 
 
+@settings(max_examples=40)
 @given(intervals, seeds)
 def test_boundary_values_are_met(intervals, seed):
     _, _, boundary, curve = some_spline(intervals, seed)

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crazychoir_fw.attitude import rotation
@@ -68,6 +68,7 @@ def test_time_is_stretched_until_every_kind_of_limit_holds_and_binds(name, limit
     assert check_limits(curve.stretched(factor * 0.99), limits).holds is False
 
 
+@settings(max_examples=30)
 @given(st.integers(2, 6), st.integers(0, 1000), st.floats(0.2, 3.0), st.floats(0.2, 5.0))
 def test_limits_hold_everywhere_on_the_stretched_curve(count, seed, speed, acceleration):
     rng = np.random.default_rng(seed)

@@ -35,6 +35,7 @@ def test_two_points_make_the_rest_to_rest_polynomial():
     np.testing.assert_allclose(curve.coefficients, expected.coefficients, atol=1e-12)
 
 
+@settings(max_examples=25)
 @given(intervals, seeds)
 def test_curves_are_smooth_and_go_through_the_points(intervals, seed):
     _, times, points = some_waypoints(intervals, seed)
@@ -47,6 +48,7 @@ def test_curves_are_smooth_and_go_through_the_points(intervals, seed):
         np.testing.assert_allclose(before, curve.at(inner, order), atol=1e-6 * scale)
 
 
+@settings(max_examples=25)
 @given(intervals, seeds)
 def test_no_neighbor_has_less_snap(intervals, seed):
     rng, times, points = some_waypoints(intervals, seed)
@@ -66,6 +68,7 @@ def vars_of(state):
     return np.array([state.velocity, state.acceleration, state.jerk])
 
 
+@settings(max_examples=25)
 @given(intervals, seeds)
 def test_given_velocities_and_boundary_values_are_met(intervals, seed):
     rng, times, points = some_waypoints(intervals, seed)
@@ -81,6 +84,7 @@ def test_given_velocities_and_boundary_values_are_met(intervals, seed):
             np.testing.assert_allclose(curve.velocity(time), velocity, atol=1e-6)
 
 
+@settings(max_examples=25)
 @given(intervals, seeds)
 def test_gradient_of_the_least_snap(intervals, seed):
     _, times, points = some_waypoints(intervals, seed)

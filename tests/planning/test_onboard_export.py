@@ -38,6 +38,7 @@ curves = st.builds(
 )
 
 
+@settings(max_examples=20)
 @given(curves)
 def test_pieces_that_fit_are_exact(curve):
     onboard = to_pieces(curve)
@@ -74,11 +75,13 @@ def test_more_pieces_than_the_memory_holds_are_fitted():
 
 
 def test_compressed_trajectories_fit_the_memory():
-    finer = fit_drawn(np.tile(FIGURE8, (4, 1)), np.arange(1600) / 10.0, distance=0.05).curve
+    # three axes of degree 7 take 45 bytes a piece
+    finer = minimum_snap(np.arange(100.0), np.random.default_rng(1).uniform(-1, 1, (100, 3)))
     onboard = to_compressed(finer)
     assert onboard.size <= 4096
     assert len(onboard.segments) < len(finer)
-    assert onboard.position_error < 0.01
+    # a tenth of the pieces have to go
+    assert onboard.position_error < 0.02
 
 
 @pytest.mark.parametrize("make", [to_pieces, to_compressed])

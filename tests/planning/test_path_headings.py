@@ -2,12 +2,13 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crazychoir_fw.planning import PathHeading, minimum_snap
 
 
+@settings(max_examples=30)
 @given(st.integers(0, 200), st.floats(-3.0, 3.0), st.floats(0.5, 4.0))
 def test_yaw_is_continuous_and_turns_no_faster_than_allowed(seed, yaw, max_rate):
     points = np.random.default_rng(seed).uniform(-1, 1, (5, 3))

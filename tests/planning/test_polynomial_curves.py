@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
@@ -32,6 +32,7 @@ def test_degree_7_has_the_numbers_of_the_original(power, values):
     np.testing.assert_allclose(curve.position(2.0), [0.56875, 1.0, 0.25], atol=1e-12)
 
 
+@settings(max_examples=40)
 @given(states, states, durations)
 def test_degree_7_meets_all_boundary_values(start, end, duration):
     curve = point_to_point(start, end, duration)
@@ -41,6 +42,7 @@ def test_degree_7_meets_all_boundary_values(start, end, duration):
         np.testing.assert_allclose(curve.end(order), last, atol=1e-6 * scale)
 
 
+@settings(max_examples=40)
 @given(st.lists(states, min_size=2, max_size=5), durations)
 def test_pieces_through_states_join_up_to_the_jerk(knots, duration):
     curve = through_states(knots, np.arange(len(knots)) * duration)
@@ -51,6 +53,7 @@ def test_pieces_through_states_join_up_to_the_jerk(knots, duration):
         np.testing.assert_allclose(just_before, expected[1:], atol=1e-6 / min(duration, 1.0) ** 7)
 
 
+@settings(max_examples=40)
 @given(states, states, durations, st.floats(0.2, 5.0), st.floats(0.0, 1.0))
 def test_derivatives_fall_by_powers_of_the_time_scale(start, end, duration, factor, place):
     curve = point_to_point(start, end, duration)

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from crazychoir_fw.attitude import quaternion_xyzw
@@ -125,6 +125,7 @@ def test_legacy_polynomial_knows_only_the_last_point():
 
 
 @pytest.mark.parametrize("make", FULL)
+@settings(max_examples=25)
 @given(elapsed=st.floats(0.0, 6.0), seed=st.integers(0, 100))
 def test_planning_anew_in_flight_is_smooth(make, elapsed, seed):
     rng = np.random.default_rng(seed)

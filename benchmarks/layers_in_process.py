@@ -1,0 +1,52 @@
+"""How fast layers fly a swarm in one process, and where the time goes.
+
+    python benchmarks/layers_in_process.py [--seconds 20] [--threads 2]
+
+Bearing formations of 4, 11 and 30 drones (the missions in examples/) on simulated drones with their onboard software,
+after their take-off. Compare runs side by side only: other programs on the machine change every number.
+"""
+
+import argparse
+import time
+from pathlib import Path
+
+from crazychoir_fw.experiment.experiment import PARTS
+from crazychoir_fw.mission.layered_flight import make_backend, make_experiment
+from crazychoir_fw.mission.loader import load_mission
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+
+
+def measure(name: str, backend: str, seconds: float, threads: int) -> str:
+    """Return one row of the table."""
+    mission = load_mission(EXAMPLES / f"{name}.yaml", backend=backend)
+    experiment = make_experiment(mission, make_backend(mission, threads))
+    experiment.takeoff()
+    experiment.run(5.0)
+    experiment.start()
+    experiment.run(1.0)
+    experiment.shares.update(dict.fromkeys(PARTS, 0.0))
+    wall, cpu = time.perf_counter(), time.process_time()
+    experiment.run(seconds)
+    wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
+    rounds = seconds / experiment.period
+    parts = " ".join(f"{1e6 * experiment.shares[part] / rounds:10.0f}" for part in PARTS)
+    drones = len(experiment.agents)
+    return f"{backend:10} {drones:6} {seconds / wall:9.1f} {1e6 * wall / rounds:9.0f} {1e6 * cpu / rounds:9.0f} {parts}"
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seconds", type=float, default=20.0, help="simulated time of each measurement (s)")
+    parser.add_argument("--threads", type=int, default=2, help="threads of the simulation")
+    given = parser.parse_args()
+    print("times in microseconds per round of 10 ms")
+    print(f"{'backend':10} {'drones':>6} {'x real':>9} {'round':>9} {'CPU':>9} " + " ".join(f"{p:>10}" for p in PARTS))
+    for backend in ("sim", "integrator"):
+        for name in ("bearing_formation", "letter_s", "grid_30"):
+            print(measure(name, backend, given.seconds, given.threads), flush=True)
+
+
+if __name__ == "__main__":
+    main()
