@@ -3,9 +3,9 @@
     python benchmarks/ros_swarm.py                      # 10 and 30 drones, all layers in one process and one per drone
     python benchmarks/ros_swarm.py --drones 4 --processes per-node
 
-Every drone has guidance that exchanges poses with four neighbors, a controller, and odometry at 100 Hz; two of them lead
-and have a trajectory handler. In lockstep the simulation waits for every command, so that the real-time factor is the
-pace of the slowest; the latency is from an odometry to the command that answers it.
+Every drone has guidance that exchanges poses with four neighbors, a controller, and odometry at 100 Hz; two of them
+lead and have a trajectory handler. In lockstep the simulation waits for every command, so that the real-time
+factor is the pace of the slowest; the latency is from an odometry to the command that answers it.
 """
 
 import argparse
@@ -66,7 +66,7 @@ def measure(mission, options, seconds, result):
     pace = Pace(options.speed, options.lockstep, 30.0, unattended=True)
     experiment = HostedExperiment(mission, make_backend(mission), executor, pace, None, context)
     booting = time.perf_counter()
-    late = experiment.wait_for(options.parts, 300.0)
+    late = experiment.wait_for([part.name for part in options.parts], 300.0)
     booted = time.perf_counter() - booting
     experiment.warm_up()
     experiment.takeoff()
@@ -100,7 +100,9 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=5.0, help="simulated")
     parser.add_argument("--pace", type=float, help="real-time factor to keep instead of lockstep")
     args = parser.parse_args()
-    print(f"{'drones':>6} {'processes':>10} {'x real time':>11} {'odometry':>9} {'median':>9} {'p99':>9} {'boot':>7} host")
+    print(
+        f"{'drones':>6} {'processes':>10} {'x real time':>11} {'odometry':>9} {'median':>9} {'p99':>9} {'boot':>7} host"
+    )
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for count in args.drones:

@@ -3,12 +3,12 @@
 Press the buttons with ``crazychoir ros takeoff``, ``start``, ``land``, ``stop``, or with ``ros2 topic pub``.
 """
 
-from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 
 from crazychoir_fw.mission import load_mission
-from crazychoir_fw.ros.process import parts_of
+from crazychoir_fw.ros.parts import parts_of
+from launch import LaunchDescription
 
 
 def processes(context):
@@ -39,7 +39,9 @@ def generate_launch_description():
     return LaunchDescription(
         [
             DeclareLaunchArgument(
-                "mission", default_value="examples/bearing_formation.yaml", description="mission file with layers (YAML)"
+                "mission",
+                default_value="examples/bearing_formation.yaml",
+                description="mission file (YAML)",
             ),
             DeclareLaunchArgument("processes", default_value="per-node", description="per-node, per-drone or one"),
             DeclareLaunchArgument("speed", default_value="1.0", description="simulated seconds per second"),

@@ -2,9 +2,10 @@
 
 import json
 
-from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
+
+from launch import LaunchDescription
 
 
 def node(context):
@@ -12,9 +13,9 @@ def node(context):
     uris = LaunchConfiguration("uris").perform(context).split(",")
     kind = LaunchConfiguration("kind").perform(context)
     run = (
-        "import rclpy; from crazychoir_fw.ros import RadioHandler{0}; rclpy.init(); node = RadioHandler{0}()\n"
+        f"import rclpy; from crazychoir_fw.ros import RadioHandler{kind}; rclpy.init(); node = RadioHandler{kind}()\n"
         "try: rclpy.spin(node)\nexcept KeyboardInterrupt: pass\nfinally: node.destroy_node()"
-    ).format(kind)
+    )
     words = ["-p", f"uris:={json.dumps(uris)}", "-p", f"agent_ids:={json.dumps(list(range(len(uris))))}"]
     return [ExecuteProcess(name="radio", cmd=["python3", "-c", run, "--ros-args", *words], output="screen")]
 

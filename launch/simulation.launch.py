@@ -1,8 +1,9 @@
 """Host the drones of a mission: ``ros2 launch crazychoir_fw simulation.launch.py mission:=MISSION.yaml``."""
 
-from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, ExecuteProcess
 from launch.substitutions import LaunchConfiguration
+
+from launch import LaunchDescription
 
 
 def generate_launch_description():

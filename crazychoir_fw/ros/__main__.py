@@ -1,4 +1,4 @@
-"""`python -m crazychoir_fw.ros`: single processes of a mission, for launch files and for whoever starts them by hand."""
+"""`python -m crazychoir_fw.ros`: single processes of a mission, for launch files and people."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ def layers(
     lockstep: Annotated[bool, typer.Option(help="Whether guidance answers each tick.")] = False,
 ) -> None:
     """Be some layers of some drones until interrupted."""
-    from crazychoir_fw.ros.process import LAYERS, Part, run_part
+    from crazychoir_fw.ros.parts import LAYERS, Part
+    from crazychoir_fw.ros.process import run_part
 
     loaded = _load(mission)
     names = [one.id for one in loaded.fleet]
@@ -33,7 +34,9 @@ def layers(
                 raise typer.BadParameter(f"'{word}', allowed: {', '.join(known)}")
     numbers = tuple(i for i, name in enumerate(names) if not drone or name in drone)
     chosen = tuple(one for one in LAYERS if not layer or one in layer)
-    raise typer.Exit(run_part(loaded, Part("/".join([*(drone or []), *(layer or [])]) or "layers", numbers, chosen), lockstep))
+    raise typer.Exit(
+        run_part(loaded, Part("/".join([*(drone or []), *(layer or [])]) or "layers", numbers, chosen), lockstep)
+    )
 
 
 @app.command()
@@ -70,7 +73,7 @@ def simulation(
         rclpy.try_shutdown()
 
 
-def _load(path: Path):  # noqa: ANN202
+def _load(path: Path):
     from crazychoir_fw.errors import CrazychoirError
     from crazychoir_fw.mission import load_mission
     from crazychoir_fw.ros.manager import RosOptions, check

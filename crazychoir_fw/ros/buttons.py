@@ -61,9 +61,7 @@ class Buttons(LayerNode):
         """Return how many nodes listen to a button."""
         return int(self._publishers_of[button].get_subscription_count())
 
-    def press_when_heard(
-        self, button: str, timeout: float = 5.0, settle: float = 0.3, urgent: bool = False
-    ) -> int:
+    def press_when_heard(self, button: str, timeout: float = 5.0, settle: float = 0.3, urgent: bool = False) -> int:
         """Wait until somebody listens, and press a button once. Returns how many listened.
 
         Args:

@@ -1,8 +1,8 @@
 """Guidance as ROS 2 nodes, with the class names and arguments of the paper's listings.
 
-A round is never waited for in a callback: it begins at a tick of the clock, messages of neighbors come in as they come,
-and whichever completes it lets the node decide. A round whose messages do not come ends at its deadline: by the clock of
-ROS, and also by the clock on the wall, since simulated time may stand still while a simulation waits for this very node.
+A round is never waited for in a callback: it begins with a pose, messages of neighbors come in as they come, and
+whichever completes it lets the node decide. A round whose messages do not come ends at its deadline: by the clock of
+ROS, and also by the clock on the wall, since simulated time may stand still while a simulation waits for this node.
 
 Who is silent is told on ``lost_neighbors`` (`std_msgs/String`, "lost agent_3", "rejoined agent_3") and to the log.
 """
@@ -228,15 +228,15 @@ class GuidanceNode(LayerNode):
 
     def declare_start(self) -> list[float] | None:
         """Declare ``init_pos`` and return it."""
-        return self.declare("init_pos", None, "start position (m, world); by default the first pose", list[float], length=3)
+        return self.declare(
+            "init_pos", None, "start position (m, world); by default the first pose", list[float], length=3
+        )
 
     def declare_communicator(self, kind: type = TimeVaryingCommunicator, **options: Any) -> Any:
         """Declare ``N``, ``in_neigh`` and ``out_neigh``, and return a communicator over topics."""
         size = self.declare("N", 1, "number of agents", low=1)
         heard = self.declare("in_neigh", [], "neighbors that this agent hears", list[int], low=0, high=size - 1)
-        hearers = self.declare(
-            "out_neigh", heard, "neighbors that hear this agent", list[int], low=0, high=size - 1
-        )
+        hearers = self.declare("out_neigh", heard, "neighbors that hear this agent", list[int], low=0, high=size - 1)
         return self.make_communicator(size, heard or [], hearers or [], kind, **options)
 
     def make_communicator(
@@ -337,7 +337,9 @@ class GoToGuidance(GuidanceNode):
             node.declare("N", 1, "number of agents", low=1)
             flat = node.declare("goals", [], "goals: t, x, y, z of each (s; m, world)", list[float]) or []
             if len(flat) % 4:
-                raise RangeError(f"{node.get_fully_qualified_name()}: goals has {len(flat)} numbers, allowed: 4 per goal")
+                raise RangeError(
+                    f"{node.get_fully_qualified_name()}: goals has {len(flat)} numbers, allowed: 4 per goal"
+                )
             goals = [tuple(flat[k : k + 4]) for k in range(0, len(flat), 4)]
             return plain.GoToGuidance(
                 agent_id=node.agent_id,

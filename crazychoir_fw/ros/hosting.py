@@ -6,6 +6,7 @@ are asked by topics: odometry goes out, commands come in, round by round.
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -24,6 +25,7 @@ from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points, message_to_reference, points_to_joint_trajectory
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.parts import Part
 from crazychoir_fw.ros.simulation import Pace, SimulationNode
 from crazychoir_fw.ros.wire import vector3_numbers
 
@@ -134,7 +136,13 @@ class HostedExperiment(Experiment):
         if kind != "xyz":
             answers["cmd_vel"] = range(count)
         self.node = SimulationNode(
-            _Drones(backend), command=kind, rate=layers.rate, pace=pace, answers=answers, obeys_idle=False, context=context
+            _Drones(backend),
+            command=kind,
+            rate=layers.rate,
+            pace=pace,
+            answers=answers,
+            obeys_idle=False,
+            context=context,
         )
         self._executor = executor
         executor.add_node(self.node)
@@ -146,7 +154,9 @@ class HostedExperiment(Experiment):
         self._last_button = self.node.create_publisher(String, f"/{LAST_BUTTON}", LATEST)
         self._own_presses = dict.fromkeys(BUTTONS, 0)
         self._button_of: dict[tuple[str, int], tuple[Any, Any]] = {}
-        self._trajectories = [self.node.announce(TRAJ_PARAMS, self.node.topic_of(i, "traj_params")) for i in range(count)]
+        self._trajectories = [
+            self.node.announce(TRAJ_PARAMS, self.node.topic_of(i, "traj_params")) for i in range(count)
+        ]
         self._listen(mission, remote, kind)
         self.ready: set[str] = set()
         """Processes that have found their partners."""
@@ -172,9 +182,7 @@ class HostedExperiment(Experiment):
             if follows == "fullstate":
                 node.listen(topic, take, node.topic_of(i, topic.name))
             else:
-                node.create_subscription(
-                    topic.type, node.topic_of(i, topic.name), take, topic.subscribe_qos, raw=True
-                )
+                node.create_subscription(topic.type, node.topic_of(i, topic.name), take, topic.subscribe_qos, raw=True)
 
     # ---------------------------------------------------------------- buttons
 
@@ -242,6 +250,29 @@ class HostedExperiment(Experiment):
         while not self.ready.issuperset(processes) and time.monotonic() < deadline:
             self._executor.spin_once(timeout_sec=0.05)
         return sorted(set(processes) - self.ready)
+
+    def watch_deaths(self, reading: int, parts: Sequence[Part]) -> None:
+        """Wait no more for processes that have ended.
+
+        Args:
+            reading: End of a pipe that their supervisor writes their names to, one a line.
+            parts: What each of them does.
+        """
+        os.set_blocking(reading, False)
+        by_name = {part.name: part for part in parts}
+
+        def look() -> None:
+            try:
+                words = os.read(reading, 65536).decode().split("\n")
+            except BlockingIOError:
+                return
+            for part in (by_name[word] for word in words if word in by_name):
+                for i in part.agents:
+                    for layer, topic in (("guidance", ANSWERED), ("control", "cmd_vel")):
+                        if layer in part.layers:
+                            self.node.answers.bury((i, topic))
+
+        self.node.while_waiting = look
 
     def warm_up(self) -> None:
         """Say a few times how things are, while the drones rest, so that everybody knows pose and time.

@@ -59,6 +59,12 @@ class Answers:
         """Who has not been heard of at all."""
         return frozenset(self.parties) - self.heard
 
+    def bury(self, party: Party) -> None:
+        """Somebody is known to have ended: he is waited for no more until heard again."""
+        if party in self.heard:
+            self.silent.add(party)
+            self._waiting.discard(party)
+
     def give_up(self) -> list[Party]:
         """Wait no longer. Returns who is silent from now on."""
         late = sorted(self._waiting)

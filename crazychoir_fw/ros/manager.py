@@ -20,7 +20,8 @@ from typing import Any
 
 from crazychoir_fw.errors import CrazychoirError, MissionError, RangeError
 from crazychoir_fw.mission.schema import LayeredMission
-from crazychoir_fw.ros.process import Part, parts_of, run_part
+from crazychoir_fw.ros.parts import Part, parts_of
+from crazychoir_fw.ros.process import run_part
 from crazychoir_fw.ros.simulation import Pace
 from crazychoir_fw.ros.supervise import Supervisor
 
@@ -51,8 +52,10 @@ class RosOptions:
     """Whether processes that end are started again."""
     folder: Path | None = None
     """Where ``processes.json`` is written, which says who is which process."""
-    parts: tuple[str, ...] = ()
-    """Names of all processes beside the host."""
+    parts: tuple[Part, ...] = ()
+    """All processes beside the host."""
+    deaths: int | None = None
+    """Pipe from which the host learns who has ended."""
 
 
 def free_domain() -> int:
@@ -100,7 +103,7 @@ def fly_as_processes(
     domain = free_domain() if options.domain is None else options.domain
     os.environ["ROS_DOMAIN_ID"] = str(domain)
     parts = parts_of(mission, options.processes)
-    options = replace(options, domain=domain, parts=tuple(part.name for part in parts))
+    options = replace(options, domain=domain, parts=tuple(parts))
     lockstep = options.lockstep and mission.backend != "hardware"
     options = replace(options, lockstep=lockstep)
     register = None if options.folder is None else options.folder / "processes.json"
@@ -133,7 +136,8 @@ class _Flight:
         self._parts = parts
 
     def run(self, host: Callable[[RosOptions], int]) -> int:
-        options, supervisor = self._options, self._supervisor
+        reading, writing = os.pipe()
+        options, supervisor = replace(self._options, deaths=reading), self._supervisor
         supervisor.start(HOST, partial(host, options), captured=False)
         for part in self._parts:
             work = partial(run_part, self._mission, part, options.lockstep, options.patience)
@@ -143,7 +147,10 @@ class _Flight:
             for child in supervisor.watch(1.0):
                 if child.name == HOST:
                     return int(child.process.exitcode or 0)
-                supervisor.say(f"{child.name} ended {how(child.process.exitcode)} after {time.monotonic() - began:.1f} s")
+                os.write(writing, f"{child.name}\n".encode())
+                supervisor.say(
+                    f"{child.name} ended {how(child.process.exitcode)} after {time.monotonic() - began:.1f} s"
+                )
                 if options.restart:
                     supervisor.restart(child.name)
                     supervisor.say(f"{child.name} started again")
@@ -181,13 +188,15 @@ def fly_hosted(mission: LayeredMission, options: RosOptions, *arguments: Any) ->
     def make(flown: LayeredMission, backend: Any, observe: Any) -> HostedExperiment:
         experiment = HostedExperiment(flown, backend, executor, pace, observe, context)
         experiment.prepare(flown.flight)
-        late = experiment.wait_for(options.parts, _BOOT_S)
+        late = experiment.wait_for([part.name for part in options.parts], _BOOT_S)
         if late:
             raise CrazychoirError(
                 f"{', '.join(late[:3])}{' and others' if len(late) > 3 else ''}: not found on ROS domain "
                 f"{options.domain} within {_BOOT_S:g} s"
             )
         experiment.warm_up()
+        if options.deaths is not None:
+            experiment.watch_deaths(options.deaths, options.parts)
         return experiment
 
     try:

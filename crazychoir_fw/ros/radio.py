@@ -1,4 +1,4 @@
-"""Radio handlers as ROS 2 nodes: one per Crazyradio, with the class names of the original (features dossier section 13).
+"""Radio handlers as ROS 2 nodes, one per Crazyradio, with the names of the original (features dossier section 13).
 
 A handler has threads of its own. What they hear goes through a queue, and is published by the node's executor; what may
 take seconds, such as a take-off, is done in a thread beside it.
@@ -73,7 +73,8 @@ class RadioHandler(LayerNode):
         uris = self.declare("uris", [], "URIs of the drones", list[str]) or []
         numbers = self.declare("agent_ids", list(range(len(uris))), "numbers of the drones", list[int], low=0)
         if not uris or len(numbers or []) != len(uris):
-            raise RangeError(f"radio: {len(uris)} uris and {len(numbers or [])} agent_ids, allowed: as many, and one or more")
+            given = f"{len(uris)} uris and {len(numbers or [])} agent_ids"
+            raise RangeError(f"radio: {given}, allowed: as many, and one or more")
         self.height = self.declare("takeoff_height", 0.5, "height of the take-off (m)", low=0.05, high=10.0)
         topic = self.declare("cmd_topic", self.cmd_topic, "topic of the commands")
         logs = self.declare("logger", False, "whether battery voltages are logged")
@@ -100,8 +101,8 @@ class RadioHandler(LayerNode):
         self.handler = make(dict(zip(self._number_of, uris, strict=True)), **options)
         self.handler.on_odometry = self._heard_odometry
         self.handler.on_log = self._heard_log
-        self.handler.on_state = lambda agent, state, why: self._say(self._states[agent], lambda: f"{state} {why}".strip())
-        self.handler.on_event = lambda agent, kind, text: self._say(self._states[agent], lambda: f"{kind} {text}")
+        self.handler.on_state = lambda agent, state, why: self._say(agent, f"{state} {why}".strip())
+        self.handler.on_event = lambda agent, kind, text: self._say(agent, f"{kind} {text}")
         # a button must not wait for the seconds that another one takes; a stop least of all
         self._workers = ThreadPoolExecutor(max_workers=4, thread_name_prefix="radio")
         self._listen(dict(zip(self._number_of, uris, strict=True)), topic, forwards)
@@ -168,8 +169,8 @@ class RadioHandler(LayerNode):
 
     # ---------------------------------------------------------------- out
 
-    def _say(self, publisher: Any, text: Callable[[], str]) -> None:
-        self._spoken.put((publisher, lambda: String(data=text())))
+    def _say(self, agent: str, text: str) -> None:
+        self._spoken.put((self._states[agent], lambda: String(data=text)))
 
     def _heard_odometry(self, agent: str, seen: Any) -> None:
         def message() -> Any:

@@ -99,7 +99,7 @@ class SimulationNode(LayerNode):
         *,
         command: str = "fpqr",
         rate: float = 100.0,
-        pace: Pace = Pace(),  # noqa: B008 - frozen
+        pace: Pace = Pace(),
         answers: Mapping[str, Sequence[int]] | None = None,
         imu: bool = False,
         mocap_noise: float | None = None,
@@ -140,6 +140,8 @@ class SimulationNode(LayerNode):
         """How many steps have been made."""
         self.last_step_wall = 0.0
         """When the latest odometry went out (s, steady clock)."""
+        self.while_waiting: Callable[[], None] = lambda: None
+        """Called now and then while answers are waited for."""
         self.latencies: list[float] | None = None
         """From an odometry to the command that answers it (s, wall), if somebody put a list here."""
         self.when_stepped: list[Callable[[float], None]] = []
@@ -373,6 +375,7 @@ class SimulationNode(LayerNode):
                     )
                 break
             executor.spin_once(timeout_sec=min(remaining, 0.05))
+            self.while_waiting()
             if self._stopping or not self.context.ok():
                 return False
         return True

@@ -24,9 +24,9 @@ from crazychoir_fw.mission import load_mission
 from crazychoir_fw.ros.buttons import Buttons
 from crazychoir_fw.ros.lockstep import Answers
 from crazychoir_fw.ros.manager import RosOptions, check
-from crazychoir_fw.ros.names import BUTTONS
+from crazychoir_fw.ros.names import BUTTONS, LATEST
+from crazychoir_fw.ros.parts import parts_of
 from crazychoir_fw.ros.plugins import PluginHost
-from crazychoir_fw.ros.process import parts_of
 from crazychoir_fw.ros.radio import RadioHandlerFPQR, RadioHandlerXYZ
 from crazychoir_fw.ros.simulation import Pace, SimulationNode
 from crazychoir_fw.ros.stalling import StallingClock
@@ -197,9 +197,9 @@ def test_drones_of_a_world_are_topics(bench, world):
     node = bench.add(SimulationNode(PluginHost(world), command="vel", pace=Pace(None, True), context=bench.context))
     odometry = bench.hear(Odometry, "/agent_1/odom")
     speak = bench.speaker(Twist, "/agent_1/cmd_vel")
-    idle = bench.speaker(Bool, "/agent_1/idle")
+    idle = bench.user.create_publisher(Bool, "/agent_1/idle", LATEST)
+    bench.until(lambda: idle.get_subscription_count())
     bench.until(lambda: node._odom[1].get_subscription_count() > 0)
-    bench.until(lambda: node._clock_publisher.get_subscription_count() >= 0)
     climb = Twist()
     climb.linear.z = 0.5
     start = world.time
@@ -294,7 +294,9 @@ def test_what_drones_say_becomes_topics(bench):
     node = bench.add(RadioHandlerFPQR(make=FakeHandler, parameters=parameters, context=bench.context))
     heard, battery = bench.hear(Odometry, "/agent_3/cf_odom"), bench.hear(BatteryState, "/agent_3/battery")
     states = bench.hear(String, "/agent_3/radio_state")
-    bench.until(lambda: node._states["agent_3"].get_subscription_count() and node._odom["agent_3"].get_subscription_count())
+    bench.until(
+        lambda: node._states["agent_3"].get_subscription_count() and node._odom["agent_3"].get_subscription_count()
+    )
     bench.until(lambda: node._batteries["agent_3"].get_subscription_count())
     seen = types.SimpleNamespace(
         position=np.array([1.0, 2.0, 3.0]),
