@@ -3,7 +3,7 @@
     python benchmarks/ros_swarm.py                      # 10 and 30 drones, all layers in one process and one per drone
     python benchmarks/ros_swarm.py --drones 4 --processes per-node
 
-Every drone has guidance that exchanges poses with four neighbors, a controller, and odometry at 100 Hz; two of them
+Every drone has guidance that exchanges poses with up to six neighbors, a controller, and odometry at 100 Hz; two of them
 lead and have a trajectory handler. In lockstep the simulation waits for every command, so that the real-time
 factor is the pace of the slowest; the latency is from an odometry to the command that answers it.
 """
@@ -22,12 +22,12 @@ from crazychoir_fw.ros.manager import RosOptions, check, fly_as_processes
 
 
 def mission_of(count: int, backend: str, folder: Path):
-    """Return a mission of so many drones on a grid, each of which talks to the two before it."""
+    """Return a mission of so many drones on a grid, each of which talks to three before it."""
     ids = [f"agent_{i}" for i in range(count)]
     # off the grid, since bearings along one line determine no place
     jitter = np.random.default_rng(1).uniform(-0.15, 0.15, (count, 2))
     places = [[0.8 * (i % 6) + float(jitter[i, 0]), 0.8 * (i // 6) + float(jitter[i, 1])] for i in range(count)]
-    pairs = [[ids[i], ids[j]] for i in range(count) for j in (i - 1, i - 2) if j >= 0]
+    pairs = [[ids[i], ids[j]] for i in range(count) for j in (i - 1, i - 2, i - 6) if j >= 0]
     mission = {
         "name": "ros_swarm",
         "backend": backend,

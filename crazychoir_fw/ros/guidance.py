@@ -87,7 +87,7 @@ class GuidanceNode(LayerNode):
         """The plain guidance."""
         self._has_rounds = hasattr(self.guidance, "begin_round")
         self._in_round = False
-        self._pose_time, self._pose_step = -math.inf, math.inf
+        self._pose_time, self._pose_step, self._is_led = -math.inf, math.inf, False
         self._time = StallingClock(self._latest_time, self.patience)
         self._lost: frozenset[int] = frozenset()
         self._idle: bool | None = None
@@ -121,7 +121,8 @@ class GuidanceNode(LayerNode):
         if pose.time is None or pose.time == self._pose_time:
             return
         self._pose_step, self._pose_time = pose.time - self._pose_time, pose.time
-        if self.is_simulated_time and self._is_led_by_poses(pose.time):
+        self._is_led = self.is_simulated_time and self._is_led_by_poses(pose.time)
+        if self._is_led:
             self._work()
 
     def _is_led_by_poses(self, now: float) -> bool:
@@ -133,9 +134,9 @@ class GuidanceNode(LayerNode):
         return 0.0 < self._pose_step <= limit and now - self._pose_time <= limit
 
     def _latest_time(self) -> float:
-        """Return the time (s): that of the newest pose where simulated poses are ahead of the clock."""
-        now = self.now()
-        return max(now, self._pose_time) if self._is_led_by_poses(now) and self.is_simulated_time else now
+        """Return the time (s): that of the newest pose where simulated poses lead."""
+        # asking the clock of a node takes 20 µs
+        return self._pose_time if self._is_led else self.now()
 
     def press(self, button: str) -> None:
         """Press a button: ``takeoff``, ``land``, ``stop``, ``start``."""
@@ -160,7 +161,8 @@ class GuidanceNode(LayerNode):
     # ---------------------------------------------------------------- rounds
 
     def _tick(self, now: float) -> None:
-        if not (self.is_simulated_time and self._is_led_by_poses(now)):
+        self._is_led = self._is_led and self._is_led_by_poses(now)
+        if not self._is_led:
             self._work()
 
     def _work(self) -> None:
