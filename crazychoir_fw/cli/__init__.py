@@ -12,6 +12,7 @@ from crazychoir_fw.cli.fly import fly
 from crazychoir_fw.cli.info import info
 from crazychoir_fw.cli.radio_budget import radio_budget
 from crazychoir_fw.cli.replay import replay
+from crazychoir_fw.cli.ros import ros
 from crazychoir_fw.cli.run import run
 from crazychoir_fw.cli.serve import serve
 from crazychoir_fw.cli.shim import install_shim
@@ -36,6 +37,7 @@ app.command()(vehicle)
 app.command()(radio_budget)
 app.add_typer(app_commands, name="app")
 firmware.command()(install_shim)
+app.add_typer(ros, name="ros")
 app.add_typer(firmware, name="firmware")
 
 __all__ = ["app"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of
@@ -11,9 +12,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.cli.fly import Request
 
 
-def fly_as_nodes(
-    request: Request, processes: str, domain: int | None, pace: float | None, restart: bool
-) -> int:
+def fly_as_nodes(request: Request, processes: str, domain: int | None, pace: float | None, restart: bool) -> int:
     """Fly a mission as processes; returns the exit code.
 
     Args:
@@ -34,6 +33,9 @@ def fly_as_nodes(
     try:
         options = RosOptions(processes, domain, pace, lockstep=pace is None, restart=restart)
         mission = check(load(request), options)
+        folder = request.out if request.out is not None else Path("out") / mission.name
+        folder.mkdir(parents=True, exist_ok=True)
+        options = replace(options, folder=folder)
         return fly_as_processes(mission, options, lambda ready: attempt(replace(request, ros=ready)))
     except CrazychoirError as error:
         complain_of(error)

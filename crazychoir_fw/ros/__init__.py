@@ -35,7 +35,11 @@ _NAMES_IN = {
     "crazychoir_fw.ros.mocap": "MocapOdometry MocapSimulator",
     "crazychoir_fw.ros.node": "LayerNode",
     "crazychoir_fw.ros.pose_sources": "pose_subscribe",
-    "crazychoir_fw.ros.simulation": "SimulationNode",
+    "crazychoir_fw.ros.radio": (
+        "RadioHandler RadioHandlerFPQR RadioHandlerFRPY RadioHandlerVel RadioHandlerVelLightHouse RadioHandlerXYZ "
+        "RadioHandlerXYZLightHouse"
+    ),
+    "crazychoir_fw.ros.simulation": "Pace SimulationNode",
     "crazychoir_fw.ros.trajectory": (
         "AccelerationTrajHandler FullStateTrajHandler MinimumSnap Polynomial7th Spline SplinePosition TrajectoryHandler"
     ),

@@ -61,12 +61,13 @@ class Buttons(LayerNode):
         """Return how many nodes listen to a button."""
         return int(self._publishers_of[button].get_subscription_count())
 
-    def press_when_heard(self, button: str, timeout: float = 5.0, settle: float = 0.3) -> int:
+    def press_when_heard(self, button: str, timeout: float = 5.0, settle: float = 0.3, urgent: bool = False) -> int:
         """Wait until somebody listens, and press a button once. Returns how many listened.
 
         Args:
             button: Which one.
             timeout: Longest wait for the first listener (s, wall clock).
+            urgent: Whether it is pressed for the first listeners at once, and for the others as they are found.
             settle: How long no further listener must have come (s, wall clock): a swarm is not found all at once.
 
         Raises:
@@ -79,6 +80,8 @@ class Buttons(LayerNode):
             found = self.listeners(button)
             if found != count:
                 count, since = found, now
+                if urgent:
+                    self.press(button)
             if count and now - since >= settle:
                 break
             if now >= deadline:
@@ -86,6 +89,7 @@ class Buttons(LayerNode):
                     break
                 raise StateError(f"nobody listens to {BUTTONS[button].name} on this ROS domain")
             time.sleep(0.02)
-        self.press(button)
+        if not urgent:
+            self.press(button)
         self._publishers_of[button].wait_for_all_acked()
         return count

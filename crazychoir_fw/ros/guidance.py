@@ -1,8 +1,8 @@
 """Guidance as ROS 2 nodes, with the class names and arguments of the paper's listings.
 
-A round is never waited for in a callback: it begins at a tick of the clock, messages of neighbors come in as they come,
-and whichever completes it lets the node decide. A round whose messages do not come ends at its deadline: by the clock of
-ROS, and also by the clock on the wall, since simulated time may stand still while a simulation waits for this very node.
+A round is never waited for in a callback: it begins with a pose, messages of neighbors come in as they come, and
+whichever completes it lets the node decide. A round whose messages do not come ends at its deadline: by the clock of
+ROS, and also by the clock on the wall, since simulated time may stand still while a simulation waits for this node.
 
 Who is silent is told on ``lost_neighbors`` (`std_msgs/String`, "lost agent_3", "rejoined agent_3") and to the log.
 """
@@ -25,13 +25,14 @@ from crazychoir_fw.guidance import Outputs, TimeVaryingCommunicator
 from crazychoir_fw.messages import Pose
 from crazychoir_fw.ros.communicator import RosTransport
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory, reference_to_message
-from crazychoir_fw.ros.names import BUTTONS, LATEST, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.stalling import StallingClock
 from crazychoir_fw.ros.wire import vector3_bytes
 
 _CLOSE = 1.5  # periods between poses, for which each pose makes a step
+_SAME_PRESS = 0.05  # [s]
 _LOOK_EVERY = 0.05  # [s], wall: at rounds that wait
 
 Build = Callable[["GuidanceNode"], Any]
@@ -86,7 +87,7 @@ class GuidanceNode(LayerNode):
         """The plain guidance."""
         self._has_rounds = hasattr(self.guidance, "begin_round")
         self._in_round = False
-        self._pose_time, self._pose_step = -math.inf, math.inf
+        self._pose_time, self._pose_step, self._is_led = -math.inf, math.inf, False
         self._time = StallingClock(self._latest_time, self.patience)
         self._lost: frozenset[int] = frozenset()
         self._idle: bool | None = None
@@ -98,10 +99,13 @@ class GuidanceNode(LayerNode):
         self._idle_publisher = self.create_publisher(Bool, "idle", LATEST)
         self._empty = Empty()
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
+        self._last_press: tuple[str, float] | None = None
         for name, topic in BUTTONS.items():
             # all drones at once, or this one alone
             for where in (topic.name, topic.name.lstrip("/")):
                 self.listen(topic, lambda _, pressed=name: self.press(pressed), where)
+        for where in (f"/{LAST_BUTTON}", LAST_BUTTON):
+            self.create_subscription(String, where, self._take_last_button, LATEST)
         if self._has_rounds:
             self._lost_publisher = self.create_publisher(String, "lost_neighbors", 10)
             self.create_timer(_LOOK_EVERY, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -117,7 +121,8 @@ class GuidanceNode(LayerNode):
         if pose.time is None or pose.time == self._pose_time:
             return
         self._pose_step, self._pose_time = pose.time - self._pose_time, pose.time
-        if self.is_simulated_time and self._is_led_by_poses(pose.time):
+        self._is_led = self.is_simulated_time and self._is_led_by_poses(pose.time)
+        if self._is_led:
             self._work()
 
     def _is_led_by_poses(self, now: float) -> bool:
@@ -129,15 +134,24 @@ class GuidanceNode(LayerNode):
         return 0.0 < self._pose_step <= limit and now - self._pose_time <= limit
 
     def _latest_time(self) -> float:
-        """Return the time (s): that of the newest pose where simulated poses are ahead of the clock."""
-        now = self.now()
-        return max(now, self._pose_time) if self._is_led_by_poses(now) and self.is_simulated_time else now
+        """Return the time (s): that of the newest pose where simulated poses lead."""
+        # asking the clock of a node takes 20 µs
+        return self._pose_time if self._is_led else self.now()
 
     def press(self, button: str) -> None:
         """Press a button: ``takeoff``, ``land``, ``stop``, ``start``."""
+        now, before = self._time.now(), self._last_press
+        if before is not None and before[0] == button and now - before[1] < _SAME_PRESS:
+            return  # it was heard both ways
+        self._last_press = (button, now)
         method = getattr(self.guidance, button, None)
         if method is not None:
-            method(self._time.now())
+            method(now)
+
+    def _take_last_button(self, message: String) -> None:
+        """Who was started in the middle of a flight, joins it."""
+        if self._last_press is None and message.data in BUTTONS:
+            self.press(message.data)
 
     @property
     def current_pose(self) -> Pose:
@@ -147,7 +161,8 @@ class GuidanceNode(LayerNode):
     # ---------------------------------------------------------------- rounds
 
     def _tick(self, now: float) -> None:
-        if not (self.is_simulated_time and self._is_led_by_poses(now)):
+        self._is_led = self._is_led and self._is_led_by_poses(now)
+        if not self._is_led:
             self._work()
 
     def _work(self) -> None:
@@ -215,15 +230,15 @@ class GuidanceNode(LayerNode):
 
     def declare_start(self) -> list[float] | None:
         """Declare ``init_pos`` and return it."""
-        return self.declare("init_pos", None, "start position (m, world); by default the first pose", list[float], length=3)
+        return self.declare(
+            "init_pos", None, "start position (m, world); by default the first pose", list[float], length=3
+        )
 
     def declare_communicator(self, kind: type = TimeVaryingCommunicator, **options: Any) -> Any:
         """Declare ``N``, ``in_neigh`` and ``out_neigh``, and return a communicator over topics."""
         size = self.declare("N", 1, "number of agents", low=1)
         heard = self.declare("in_neigh", [], "neighbors that this agent hears", list[int], low=0, high=size - 1)
-        hearers = self.declare(
-            "out_neigh", heard, "neighbors that hear this agent", list[int], low=0, high=size - 1
-        )
+        hearers = self.declare("out_neigh", heard, "neighbors that hear this agent", list[int], low=0, high=size - 1)
         return self.make_communicator(size, heard or [], hearers or [], kind, **options)
 
     def make_communicator(
@@ -324,7 +339,9 @@ class GoToGuidance(GuidanceNode):
             node.declare("N", 1, "number of agents", low=1)
             flat = node.declare("goals", [], "goals: t, x, y, z of each (s; m, world)", list[float]) or []
             if len(flat) % 4:
-                raise RangeError(f"{node.get_fully_qualified_name()}: goals has {len(flat)} numbers, allowed: 4 per goal")
+                raise RangeError(
+                    f"{node.get_fully_qualified_name()}: goals has {len(flat)} numbers, allowed: 4 per goal"
+                )
             goals = [tuple(flat[k : k + 4]) for k in range(0, len(flat), 4)]
             return plain.GoToGuidance(
                 agent_id=node.agent_id,

@@ -6,6 +6,7 @@ are asked by topics: odometry goes out, commands come in, round by round.
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -13,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.context import Context
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import Empty, String
 
 from crazychoir_fw.errors import CrazychoirError
@@ -22,7 +24,8 @@ from crazychoir_fw.experiment.experiment import Experiment, Names
 from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points, message_to_reference, points_to_joint_trajectory
-from crazychoir_fw.ros.names import BUTTONS, LATEST, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.parts import Part
 from crazychoir_fw.ros.simulation import Pace, SimulationNode
 from crazychoir_fw.ros.wire import vector3_numbers
 
@@ -31,6 +34,10 @@ ANSWERED = "answered"
 
 READY = "/ready"
 """Topic on which each process says that it has found its partners."""
+
+_WARM_UP_ROUNDS = 10
+_WARM_UP_S = 20.0  # [s], wall, at most
+_PAUSE_S = 0.3  # [s], wall: the longest round while somebody has not been heard of
 
 
 class RemoteGuidance:
@@ -129,7 +136,13 @@ class HostedExperiment(Experiment):
         if kind != "xyz":
             answers["cmd_vel"] = range(count)
         self.node = SimulationNode(
-            _Drones(backend), command=kind, rate=layers.rate, pace=pace, answers=answers, obeys_idle=False, context=context
+            _Drones(backend),
+            command=kind,
+            rate=layers.rate,
+            pace=pace,
+            answers=answers,
+            obeys_idle=False,
+            context=context,
         )
         self._executor = executor
         executor.add_node(self.node)
@@ -138,13 +151,18 @@ class HostedExperiment(Experiment):
         groups = [] if kind == "xyz" else [RemoteGroup(self.node, kind)]
         super().__init__(backend, agents, groups, layers.rate, mission.log_rate, observe)  # type: ignore[arg-type]
         self._buttons: dict[str, Any] = {name: self.node.announce(topic) for name, topic in BUTTONS.items()}
+        self._last_button = self.node.create_publisher(String, f"/{LAST_BUTTON}", LATEST)
         self._own_presses = dict.fromkeys(BUTTONS, 0)
-        self._button_of: dict[tuple[str, int], Any] = {}
-        self._trajectories = [self.node.announce(TRAJ_PARAMS, self.node.topic_of(i, "traj_params")) for i in range(count)]
+        self._button_of: dict[tuple[str, int], tuple[Any, Any]] = {}
+        self._trajectories = [
+            self.node.announce(TRAJ_PARAMS, self.node.topic_of(i, "traj_params")) for i in range(count)
+        ]
         self._listen(mission, remote, kind)
         self.ready: set[str] = set()
         """Processes that have found their partners."""
-        self.node.create_subscription(String, READY, lambda message: self.ready.add(message.data), LATEST)
+        # many say it at once, and none of them may push another one out
+        everything = QoSProfile(depth=1000, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+        self.node.create_subscription(String, READY, lambda message: self.ready.add(message.data), everything)
 
     def _listen(self, mission: Any, remote: Sequence[RemoteGuidance], kind: str) -> None:
         node = self.node
@@ -164,9 +182,7 @@ class HostedExperiment(Experiment):
             if follows == "fullstate":
                 node.listen(topic, take, node.topic_of(i, topic.name))
             else:
-                node.create_subscription(
-                    topic.type, node.topic_of(i, topic.name), take, topic.subscribe_qos, raw=True
-                )
+                node.create_subscription(topic.type, node.topic_of(i, topic.name), take, topic.subscribe_qos, raw=True)
 
     # ---------------------------------------------------------------- buttons
 
@@ -199,10 +215,12 @@ class HostedExperiment(Experiment):
         if drones is None:
             self._own_presses[button] += 1
             self._buttons[button].publish(Empty())
+            self._last_button.publish(String(data=button))
             return
         for agent in self._chosen(drones):
-            key = (button, agent.index)
-            self._button_of[key].publish(Empty())
+            press, last = self._button_of[button, agent.index]
+            press.publish(Empty())
+            last.publish(String(data=button))
 
     def prepare(self, phases: Sequence[Any]) -> None:
         """Make publishers for buttons of single drones, so that they are known when they are needed."""
@@ -211,7 +229,11 @@ class HostedExperiment(Experiment):
                 topic = BUTTONS[phase.name]
                 for agent in self._chosen(phase.button.drones):
                     where = self.node.topic_of(agent.index, topic.name.lstrip("/"))
-                    self._button_of[phase.name, agent.index] = self.node.announce(topic, where)
+                    last = self.node.topic_of(agent.index, LAST_BUTTON)
+                    self._button_of[phase.name, agent.index] = (
+                        self.node.announce(topic, where),
+                        self.node.create_publisher(String, last, LATEST),
+                    )
 
     def _pressed(self, button: str) -> None:
         """Somebody pressed a button: this flight itself, or a person."""
@@ -228,6 +250,51 @@ class HostedExperiment(Experiment):
         while not self.ready.issuperset(processes) and time.monotonic() < deadline:
             self._executor.spin_once(timeout_sec=0.05)
         return sorted(set(processes) - self.ready)
+
+    def watch_deaths(self, reading: int, parts: Sequence[Part]) -> None:
+        """Wait no more for processes that have ended.
+
+        Args:
+            reading: End of a pipe that their supervisor writes their names to, one a line.
+            parts: What each of them does.
+        """
+        os.set_blocking(reading, False)
+        by_name = {part.name: part for part in parts}
+
+        def look() -> None:
+            try:
+                words = os.read(reading, 65536).decode().split("\n")
+            except BlockingIOError:
+                return
+            for part in (by_name[word] for word in words if word in by_name):
+                for i in part.agents:
+                    for layer, topic in (("guidance", ANSWERED), ("control", "cmd_vel")):
+                        if layer in part.layers:
+                            self.node.answers.bury((i, topic))
+
+        self.node.while_waiting = look
+
+    def warm_up(self) -> None:
+        """Say a few times how things are, while the drones rest, so that everybody knows pose and time.
+
+        Afterwards everybody is waited for. The number of rounds is always the same, so that the flight is.
+        """
+        answers, deadline = self.node.answers, time.monotonic() + _WARM_UP_S
+        # the time comes first, so that nobody takes the first pose for an old one
+        self.node.publish_clock()
+        pause = time.monotonic() + _PAUSE_S
+        while time.monotonic() < pause:
+            self._executor.spin_once(timeout_sec=0.05)
+        for _ in range(_WARM_UP_ROUNDS):
+            self.node.publish()
+            pause = time.monotonic() + (_PAUSE_S if self.node.pace.lockstep else 0.0)
+            while time.monotonic() < pause or (not answers.is_complete and time.monotonic() < deadline):
+                self._executor.spin_once(timeout_sec=0.01)
+                if not answers.missing and answers.is_complete:
+                    break
+            self.backend.advance(self.period)
+        if self.node.pace.lockstep:
+            answers.expect_all()
 
     def step(self) -> None:
         """Fly one round: say how things are, hear what is to be done, do it."""

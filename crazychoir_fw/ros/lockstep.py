@@ -27,6 +27,10 @@ class Answers:
         self.parties = frozenset(self.parties)
         self._waiting: set[Party] = set()
 
+    def expect_all(self) -> None:
+        """From now on everybody is waited for, also who has not answered yet."""
+        self.heard = set(self.parties)
+
     def ask(self) -> None:
         """A new odometry goes out: everybody who lives is waited for."""
         self._waiting = self.heard - self.silent
@@ -54,6 +58,12 @@ class Answers:
     def missing(self) -> frozenset[Party]:
         """Who has not been heard of at all."""
         return frozenset(self.parties) - self.heard
+
+    def bury(self, party: Party) -> None:
+        """Somebody is known to have ended: he is waited for no more until heard again."""
+        if party in self.heard:
+            self.silent.add(party)
+            self._waiting.discard(party)
 
     def give_up(self) -> list[Party]:
         """Wait no longer. Returns who is silent from now on."""

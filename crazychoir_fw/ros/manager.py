@@ -15,11 +15,13 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from crazychoir_fw.errors import CrazychoirError, MissionError, RangeError
 from crazychoir_fw.mission.schema import LayeredMission
-from crazychoir_fw.ros.process import Part, parts_of, run_part
+from crazychoir_fw.ros.parts import Part, parts_of
+from crazychoir_fw.ros.process import run_part
 from crazychoir_fw.ros.simulation import Pace
 from crazychoir_fw.ros.supervise import Supervisor
 
@@ -48,8 +50,12 @@ class RosOptions:
     """Longest wait of a guidance for its neighbors while simulated time stands still (s, wall)."""
     restart: bool = False
     """Whether processes that end are started again."""
-    parts: tuple[str, ...] = ()
-    """Names of all processes beside the host."""
+    folder: Path | None = None
+    """Where ``processes.json`` is written, which says who is which process."""
+    parts: tuple[Part, ...] = ()
+    """All processes beside the host."""
+    deaths: int | None = None
+    """Pipe from which the host learns who has ended."""
 
 
 def free_domain() -> int:
@@ -83,24 +89,29 @@ def check(mission: Any, options: RosOptions) -> LayeredMission:
     return mission
 
 
-def fly_as_processes(mission: LayeredMission, options: RosOptions, host: Callable[[RosOptions], int]) -> int:
+def fly_as_processes(
+    mission: LayeredMission, options: RosOptions, host: Callable[[RosOptions], int], quiet: bool = False
+) -> int:
     """Fly a mission as processes, to its end. Returns the exit code of the host.
 
     Args:
         mission: The mission.
         options: How.
         host: Flies it where the drones are, with `fly_hosted`; runs in a process of its own.
+        quiet: Whether nothing is printed of the processes.
     """
     domain = free_domain() if options.domain is None else options.domain
     os.environ["ROS_DOMAIN_ID"] = str(domain)
     parts = parts_of(mission, options.processes)
-    options = replace(options, domain=domain, parts=tuple(part.name for part in parts))
+    options = replace(options, domain=domain, parts=tuple(parts))
     lockstep = options.lockstep and mission.backend != "hardware"
     options = replace(options, lockstep=lockstep)
-    supervisor = Supervisor()
+    register = None if options.folder is None else options.folder / "processes.json"
+    supervisor = Supervisor(quiet, register=register)
     flight = _Flight(supervisor, mission, options, parts)
     before = signal.signal(signal.SIGTERM, _interrupt)
-    print(f"ROS domain {domain}: {len(parts)} processes of layers and the host", flush=True)
+    if not quiet:
+        print(f"ROS domain {domain}: {len(parts)} processes of layers and the host", flush=True)
     try:
         return flight.run(host)
     except KeyboardInterrupt:
@@ -125,7 +136,8 @@ class _Flight:
         self._parts = parts
 
     def run(self, host: Callable[[RosOptions], int]) -> int:
-        options, supervisor = self._options, self._supervisor
+        reading, writing = os.pipe()
+        options, supervisor = replace(self._options, deaths=reading), self._supervisor
         supervisor.start(HOST, partial(host, options), captured=False)
         for part in self._parts:
             work = partial(run_part, self._mission, part, options.lockstep, options.patience)
@@ -135,7 +147,10 @@ class _Flight:
             for child in supervisor.watch(1.0):
                 if child.name == HOST:
                     return int(child.process.exitcode or 0)
-                supervisor.say(f"{child.name} ended {how(child.process.exitcode)} after {time.monotonic() - began:.1f} s")
+                os.write(writing, f"{child.name}\n".encode())
+                supervisor.say(
+                    f"{child.name} ended {how(child.process.exitcode)} after {time.monotonic() - began:.1f} s"
+                )
                 if options.restart:
                     supervisor.restart(child.name)
                     supervisor.say(f"{child.name} started again")
@@ -173,12 +188,15 @@ def fly_hosted(mission: LayeredMission, options: RosOptions, *arguments: Any) ->
     def make(flown: LayeredMission, backend: Any, observe: Any) -> HostedExperiment:
         experiment = HostedExperiment(flown, backend, executor, pace, observe, context)
         experiment.prepare(flown.flight)
-        late = experiment.wait_for(options.parts, _BOOT_S)
+        late = experiment.wait_for([part.name for part in options.parts], _BOOT_S)
         if late:
             raise CrazychoirError(
                 f"{', '.join(late[:3])}{' and others' if len(late) > 3 else ''}: not found on ROS domain "
                 f"{options.domain} within {_BOOT_S:g} s"
             )
+        experiment.warm_up()
+        if options.deaths is not None:
+            experiment.watch_deaths(options.deaths, options.parts)
         return experiment
 
     try:

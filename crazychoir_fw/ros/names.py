@@ -65,6 +65,9 @@ def qos(depth: int) -> QoSProfile:
 LATEST = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 """Of what is said once, also for those who come later."""
 
+LAST_BUTTON = "last_button"
+"""Topic (`std_msgs/String`, latched) on which a flight says what was pressed last, to all or to one drone."""
+
 ODOM = Topic(
     "odom", Odometry, 10, 10, "pose and velocity (m, m/s, world), attitude (xyzw), angular velocity (rad/s, body)"
 )

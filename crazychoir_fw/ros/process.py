@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+import signal
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import rclpy
@@ -20,49 +20,11 @@ from crazychoir_fw.ros.controller import CrazyflieController
 from crazychoir_fw.ros.guidance import GuidanceNode
 from crazychoir_fw.ros.hosting import ANSWERED, READY
 from crazychoir_fw.ros.names import LATEST
+from crazychoir_fw.ros.parts import Part, layers_of_drone
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
-
-LAYERS = ("guidance", "planning", "control")
 
 _LOOK_EVERY = 0.05  # [s], wall: whether all partners are there
 _TRAFFIC = ("odom", "cmd_vel", "acceleration", "position", "fullstate", "answered", "clock")
-
-
-@dataclass(frozen=True)
-class Part:
-    """What one process does: some layers of some drones."""
-
-    name: str
-    agents: tuple[int, ...]
-    layers: tuple[str, ...]
-
-
-def parts_of(mission: Any, processes: str) -> list[Part]:
-    """Return the processes of a mission.
-
-    Args:
-        mission: The mission.
-        processes: ``per-node``: one per drone and layer; ``per-drone``; ``one`` for all layers of all drones.
-    """
-    count = len(mission.fleet)
-    if processes == "one":
-        return [Part("layers", tuple(range(count)), LAYERS)]
-    names = agents.names_of(mission)
-    if processes == "per-drone":
-        return [Part(names[i], (i,), LAYERS) for i in range(count)]
-    return [
-        Part(f"{names[i]}/{layer}", (i,), (layer,)) for i in range(count) for layer in layers_of_drone(mission, i)
-    ]
-
-
-def layers_of_drone(mission: Any, i: int) -> list[str]:
-    """Return which layers a drone has."""
-    has = {
-        "guidance": True,
-        "planning": mission.layers.planning is not None and agents.follows_trajectory(mission, i),
-        "control": mission.layers.control is not None,
-    }
-    return [layer for layer in LAYERS if has[layer]]
 
 
 def make_nodes(mission: Any, part: Part, lockstep: bool, patience: float, context: Context | None = None) -> list[Node]:
@@ -131,13 +93,16 @@ def run_part(mission: Any, part: Part, lockstep: bool = True, patience: float = 
     """
     context = Context()
     rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
+    for sign in (signal.SIGINT, signal.SIGTERM):
+        # an exception in the middle of a callback would be told as its failure
+        signal.signal(sign, lambda *_: context.try_shutdown())
     try:
         executor = make_executor(context)
         nodes = make_nodes(mission, part, lockstep, patience, context)
         for node in nodes:
             executor.add_node(node)
         spin(executor, nodes, part.name, context)
-    except (KeyboardInterrupt, ExternalShutdownException):
+    except ExternalShutdownException:
         pass
     finally:
         rclpy.try_shutdown(context=context)

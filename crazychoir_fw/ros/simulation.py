@@ -99,7 +99,7 @@ class SimulationNode(LayerNode):
         *,
         command: str = "fpqr",
         rate: float = 100.0,
-        pace: Pace = Pace(),  # noqa: B008 - frozen
+        pace: Pace = Pace(),
         answers: Mapping[str, Sequence[int]] | None = None,
         imu: bool = False,
         mocap_noise: float | None = None,
@@ -140,6 +140,10 @@ class SimulationNode(LayerNode):
         """How many steps have been made."""
         self.last_step_wall = 0.0
         """When the latest odometry went out (s, steady clock)."""
+        self.while_waiting: Callable[[], None] = lambda: None
+        """Called now and then while answers are waited for."""
+        self.latencies: list[float] | None = None
+        """From an odometry to the command that answers it (s, wall), if somebody put a list here."""
         self.when_stepped: list[Callable[[float], None]] = []
         """Called with the time after each step, before the odometry goes out."""
         self._kind = command
@@ -223,6 +227,8 @@ class SimulationNode(LayerNode):
                 return
             self._linear[index], self._angular[index] = numbers[:3], numbers[3:]
             self._fresh[index] = not self._idle[index]
+            if self.latencies is not None:
+                self.latencies.append(time.perf_counter() - self.last_step_wall)
             self._answer(party)
 
         return take
@@ -302,7 +308,11 @@ class SimulationNode(LayerNode):
             self._mocap_rows.columns["orientation"] = truth.orientation
             self._publish_rows(self._mocap, self._mocap_rows, nanoseconds)
         self.last_step_wall = time.perf_counter()
-        self._publish_rows([self._clock_publisher], self._clock_rows, nanoseconds)
+        self.publish_clock()
+
+    def publish_clock(self) -> None:
+        """Say what time it is."""
+        self._publish_rows([self._clock_publisher], self._clock_rows, round(self.host.time * 1e9))
 
     def _publish_rows(self, publishers: Sequence[Any], rows: Rows, nanoseconds: int) -> None:
         rows.stamp(nanoseconds)
@@ -365,14 +375,15 @@ class SimulationNode(LayerNode):
                     )
                 break
             executor.spin_once(timeout_sec=min(remaining, 0.05))
+            self.while_waiting()
             if self._stopping or not self.context.ok():
                 return False
         return True
 
     def _is_time(self, executor: Any) -> bool:
         if self.pace.speed is None:
-            if not self.pace.lockstep:
-                executor.spin_once(timeout_sec=0.0)
+            if not self.pace.lockstep or not self.answers.is_anybody_there:
+                work_off(executor)
             return True
         now = time.monotonic()
         period = self.period / self.pace.speed
@@ -384,3 +395,12 @@ class SimulationNode(LayerNode):
             return False
         self._due += period
         return True
+
+
+def work_off(executor: Any) -> None:
+    """Work on what has come so far, and wait for nothing."""
+    # a task queues up behind all events that are there
+    done: list[bool] = []
+    executor.create_task(lambda: done.append(True))
+    while not done:
+        executor.spin_once(timeout_sec=0.1)

@@ -13,9 +13,7 @@ class StallingClock:
     for ever. Waits that are shorter than the patience do not count, so that a slow machine changes nothing.
     """
 
-    def __init__(
-        self, clock: Callable[[], float], patience: float, wall: Callable[[], float] = time.monotonic
-    ) -> None:
+    def __init__(self, clock: Callable[[], float], patience: float, wall: Callable[[], float] = time.monotonic) -> None:
         """Go with a clock.
 
         Args:

@@ -6,6 +6,7 @@ Whoever supervises has imported what its processes need, and starts no threads; 
 from __future__ import annotations
 
 import ctypes
+import json
 import os
 import signal
 import sys
@@ -14,10 +15,13 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from datetime import datetime
 from multiprocessing import connection, get_context
+from pathlib import Path
 from typing import Any
 
 from honcho.colour import get_colours
 from honcho.printer import Message, Printer
+
+from crazychoir_fw.replacing import replacing
 
 _PR_SET_PDEATHSIG = 1
 _FORK: Any = get_context("fork")
@@ -52,6 +56,8 @@ class Supervisor:
     quiet: bool = False
     """Print nothing of them but their ends."""
     children: dict[str, Child] = field(default_factory=dict)
+    register: Path | None = None
+    """File (JSON) that says which process has which number; None writes none."""
 
     def __post_init__(self) -> None:
         self._colours = get_colours()
@@ -85,6 +91,10 @@ class Supervisor:
             os.close(writing)
         child.output, child.unread, child.ended = reading, b"", False
         child.starts += 1
+        if self.register is not None:
+            numbers = {one.name: one.process.pid for one in self.children.values()}
+            with replacing(self.register) as file:
+                file.write_text(json.dumps(numbers, indent=2) + "\n")
 
     def watch(self, timeout: float) -> list[Child]:
         """Print what has been said until something ends or time is over; returns whose process has ended."""

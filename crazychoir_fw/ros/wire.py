@@ -1,4 +1,4 @@
-"""Messages as they travel, bytes of CDR: what goes around a hundred times a second for every drone is not worth objects.
+"""Messages as they travel, bytes of CDR: what goes around a hundred times a second per drone is not worth objects.
 
 Filling and encoding an odometry message takes 36 µs, writing its numbers into bytes that are ready takes 3 µs; decoding
 one takes 120 µs (its covariances are 72 numbers), reading what is wanted 2 µs. Publishers of rclpy take such bytes as

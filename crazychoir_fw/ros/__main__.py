@@ -1,0 +1,88 @@
+"""`python -m crazychoir_fw.ros`: single processes of a mission, for launch files and people."""
+
+from __future__ import annotations
+
+import signal
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+app = typer.Typer(help="Processes of ROS 2 nodes.", no_args_is_help=True, add_completion=False)
+
+File = Annotated[Path, typer.Argument(help="Mission file (YAML) with layers.", metavar="MISSION.yaml")]
+
+
+@app.command()
+def layers(
+    mission: File,
+    drone: Annotated[list[str] | None, typer.Option(help="Id of a drone; repeatable. All without it.")] = None,
+    layer: Annotated[
+        list[str] | None, typer.Option(help="guidance, planning or control; repeatable. All without it.")
+    ] = None,
+    lockstep: Annotated[bool, typer.Option(help="Whether guidance answers each tick.")] = False,
+) -> None:
+    """Be some layers of some drones until interrupted."""
+    from crazychoir_fw.ros.parts import LAYERS, Part
+    from crazychoir_fw.ros.process import run_part
+
+    loaded = _load(mission)
+    names = [one.id for one in loaded.fleet]
+    for given, known in ((drone or [], names), (layer or [], LAYERS)):
+        for word in given:
+            if word not in known:
+                raise typer.BadParameter(f"'{word}', allowed: {', '.join(known)}")
+    numbers = tuple(i for i, name in enumerate(names) if not drone or name in drone)
+    chosen = tuple(one for one in LAYERS if not layer or one in layer)
+    raise typer.Exit(
+        run_part(loaded, Part("/".join([*(drone or []), *(layer or [])]) or "layers", numbers, chosen), lockstep)
+    )
+
+
+@app.command()
+def simulation(
+    mission: File,
+    speed: Annotated[float, typer.Option(help="Simulated seconds per second; 0 is as fast as possible.")] = 1.0,
+    lockstep: Annotated[bool, typer.Option(help="Whether time waits for the commands of all drones.")] = False,
+) -> None:
+    """Host the drones of a mission: odometry out, commands in, until interrupted. Buttons come from outside."""
+    import rclpy
+
+    from crazychoir_fw.mission.layered_flight import make_backend
+    from crazychoir_fw.ros.process import make_executor
+    from crazychoir_fw.ros.simulation import Pace, SimulationNode
+
+    loaded = _load(mission)
+    control = loaded.layers.control
+    rclpy.init(args=[])
+    context = rclpy.get_default_context()
+    signal.signal(signal.SIGTERM, lambda *_: context.try_shutdown())
+    executor = make_executor(context)
+    node = SimulationNode(
+        make_backend(loaded),
+        command="xyz" if control is None else control.command,
+        rate=loaded.layers.rate,
+        pace=Pace(speed or None, lockstep),
+    )
+    executor.add_node(node)
+    try:
+        node.run(executor)
+    except KeyboardInterrupt:
+        pass
+    finally:
+        rclpy.try_shutdown()
+
+
+def _load(path: Path):
+    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.mission import load_mission
+    from crazychoir_fw.ros.manager import RosOptions, check
+
+    try:
+        return check(load_mission(path), RosOptions())
+    except CrazychoirError as error:
+        raise typer.BadParameter(str(error)) from None
+
+
+if __name__ == "__main__":
+    app(prog_name="python -m crazychoir_fw.ros")

@@ -1,0 +1,227 @@
+"""Missions whose layers are processes: the same flight as in one process, and what happens when some of them die."""
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Empty, String
+
+from crazychoir_fw.mission import load_mission
+from crazychoir_fw.mission.layered_flight import fly_layers
+from crazychoir_fw.ros.names import qos
+from crazychoir_fw.ros.process import make_executor
+
+PATIENCE = 90.0  # [s], of the wall clock, for what must come
+
+MISSION = """
+name: near_the_goal
+backend: {backend}
+seed: 3
+drones:
+  - {{id: agent_0, position: [-0.7, -0.7]}}
+  - {{id: agent_1, position: [0.7, -0.7]}}
+  - {{id: agent_2, position: [0.6, 0.65]}}
+  - {{id: agent_3, position: [-0.6, 0.6]}}
+layers:
+  communication:
+    graph: [[agent_0, agent_1], [agent_0, agent_3], [agent_1, agent_2], [agent_1, agent_3], [agent_2, agent_3]]
+  guidance:
+    class: BearingFormation
+    leaders: [agent_0, agent_1]
+    formation: [[-0.7, -0.7], [0.7, -0.7], [0.7, 0.7], [-0.7, 0.7]]
+    height: 0.5
+    gains: mujoco
+  planning: {{class: Spline}}
+  control: {{gains: mujoco}}
+flight:
+  - takeoff: {{duration: 2.0}}
+  - start: {{duration: {start}}}
+criteria: {{min_distance_m: 0.3}}
+"""
+
+EMPTY, ODOMETRY, TWIST = "std_msgs/msg/Empty", "nav_msgs/msg/Odometry", "geometry_msgs/msg/Twist"
+LEADER = {
+    "odom": ODOMETRY,
+    "cmd_vel": TWIST,
+    "traj_params": "trajectory_msgs/msg/JointTrajectory",
+    "fullstate": "trajectory_msgs/msg/MultiDOFJointTrajectoryPoint",
+    "acceleration": "geometry_msgs/msg/Vector3",
+    "communicator": "std_msgs/msg/UInt8MultiArray",
+}
+TABLE = {
+    **{f"/agent_{i}/{name}": kind for i in (0, 1) for name, kind in LEADER.items()},
+    **{f"/agent_{i}/{name}": kind for i in (2, 3) for name, kind in LEADER.items() if name != "fullstate"},
+    "/clock": "rosgraph_msgs/msg/Clock",
+    **{name: EMPTY for name in ("/takeoff", "/land", "/stop", "/experiment_trigger")},
+}
+"""Section 2.2 of the features dossier, as far as this mission has it; a fullstate is a standard message."""
+
+DEPTHS = {"cmd_vel": 1, "acceleration": 1, "fullstate": 1, "traj_params": 1, "odom": 10}
+"""Of publishers."""
+
+
+class Flight:
+    """A mission flown as processes, and somebody who looks on."""
+
+    def __init__(self, folder: Path, mission: str, *options: str):
+        self.file = folder / "mission.yaml"
+        self.file.write_text(mission)
+        self.out = folder / "out"
+        self.domain = domain = random.SystemRandom().randint(1, 100)
+        code = "from crazychoir_fw.cli import app; app()"
+        command = [sys.executable, "-c", code, "fly", str(self.file), "--ros", "--no-video", "--out", str(self.out)]
+        self.log = folder / "log.txt"
+        with self.log.open("w") as log:
+            self.process = subprocess.Popen([*command, "--domain", str(domain), *options], stdout=log, stderr=log)
+        self.context = Context()
+        rclpy.init(args=[], context=self.context, domain_id=domain)
+        self.node = Node("onlooker", context=self.context)
+        self.executor = make_executor(self.context)
+        self.executor.add_node(self.node)
+        self.time = 0.0
+        self.node.create_subscription(Clock, "/clock", self._take_time, qos(10))
+
+    def _take_time(self, message):
+        self.time = message.clock.sec + message.clock.nanosec / 1e9
+
+    def until(self, condition, what):
+        """Work until something is so."""
+        deadline = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < deadline, f"{what}: not within {PATIENCE} s\n{self.log.read_text()[-3000:]}"
+            assert self.process.poll() is None, f"{what}: the flight has ended\n{self.log.read_text()[-3000:]}"
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def numbers(self):
+        """Return who is which process."""
+        return json.loads((self.out / "processes.json").read_text())
+
+    def close(self):
+        """End whatever still runs."""
+        rclpy.try_shutdown(context=self.context)
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+            try:
+                self.process.wait(30.0)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait()
+
+
+def is_running(number):
+    try:
+        os.kill(number, 0)
+    except ProcessLookupError:
+        return False
+    return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+def all_gone(numbers):
+    deadline = time.monotonic() + 30.0
+    while any(map(is_running, numbers)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    return not any(map(is_running, numbers))
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    """A flight to its end: what its graph was, which processes it had, its summary."""
+    folder = tmp_path_factory.mktemp("flown")
+    flight = Flight(folder, MISSION.format(backend="sim", start=2.0))
+    try:
+        flight.until(lambda: flight.time > 2.0, "the flight begins")
+        graph = dict(flight.node.get_topic_names_and_types())
+        depths = {
+            topic: {info.qos_profile.depth for info in flight.node.get_publishers_info_by_topic(topic)}
+            for topic in TABLE
+        }
+        numbers = flight.numbers()
+        assert flight.process.wait(PATIENCE) == 0, flight.log.read_text()[-3000:]
+        summary = json.loads((flight.out / "summary.json").read_text())
+        yield flight, graph, depths, numbers, summary
+    finally:
+        flight.close()
+
+
+def test_the_graph_is_that_of_the_table(flown):
+    _, graph, _, _, _ = flown
+    assert {topic: graph.get(topic) for topic in TABLE} == {topic: [kind] for topic, kind in TABLE.items()}
+    assert "/agent_2/fullstate" not in graph
+
+
+def test_publishers_keep_as_much_as_the_table_says(flown):
+    _, _, depths, _, _ = flown
+    for topic, found in depths.items():
+        name = topic.rpartition("/")[2]
+        # some discovery protocols do not tell
+        if name in DEPTHS and found != {0}:
+            assert found == {DEPTHS[name]}, topic
+
+
+def test_there_is_a_process_per_drone_and_layer_and_none_is_left(flown):
+    _, _, _, numbers, _ = flown
+    leaders = {f"agent_{i}/{layer}" for i in (0, 1) for layer in ("guidance", "planning", "control")}
+    followers = {f"agent_{i}/{layer}" for i in (2, 3) for layer in ("guidance", "control")}
+    assert set(numbers) == {"host"} | leaders | followers
+    assert all_gone(numbers.values())
+
+
+def test_it_is_the_flight_of_one_process(flown):
+    flight, _, _, _, summary = flown
+    alone = fly_layers(load_mission(flight.file), visuals=False).summary
+    assert summary["success"]
+    assert not [event for event in summary["events"] if event["kind"] in ("lost", "failure")]
+    for ours, theirs in zip(summary["drones"], alone["drones"], strict=True):
+        assert ours["position_error_m"] == pytest.approx(theirs["position_error_m"], abs=0.02)
+    assert summary["bearing_error_deg"] == pytest.approx(alone["bearing_error_deg"], abs=0.5)
+    # it has come nearer in both
+    assert summary["bearing_error_deg"] < 4.0
+
+
+def test_a_killed_follower_is_reported_the_others_go_on_and_it_joins_again(tmp_path):
+    flight = Flight(tmp_path, MISSION.format(backend="integrator", start=3000.0))
+    told, begun = [], []
+    listen = flight.node.create_subscription
+    listen(String, "/agent_2/lost_neighbors", lambda message: told.append(message.data), qos(10))
+    listen(Empty, "/experiment_trigger", begun.append, qos(10))
+    again = None
+    try:
+        flight.until(lambda: begun, "the experiment starts")
+        numbers = flight.numbers()
+        for layer in ("guidance", "control"):
+            os.kill(numbers.pop(f"agent_3/{layer}"), signal.SIGKILL)
+        flight.until(lambda: told == ["lost agent_3"], "its neighbor reports it")
+        when = flight.time
+        flight.until(lambda: flight.time > when + 1.0, "the others go on")
+        assert all(map(is_running, numbers.values()))
+        command = [
+            sys.executable,
+            "-m",
+            "crazychoir_fw.ros",
+            "layers",
+            str(flight.file),
+            "--drone",
+            "agent_3",
+            "--lockstep",
+        ]
+        again = subprocess.Popen(command, env={**os.environ, "ROS_DOMAIN_ID": str(flight.domain)})
+        flight.until(lambda: told == ["lost agent_3", "rejoined agent_3"], "it joins again")
+        # however the manager ends, its processes do
+        flight.process.kill()
+        flight.process.wait()
+        assert all_gone(numbers.values())
+    finally:
+        flight.close()
+        if again is not None:
+            again.terminate()
+            again.wait()
