@@ -23,8 +23,8 @@ def path_graph(N: int) -> Array:
 
 
 def ring_graph(N: int, link_type: str = "undirected") -> Array:
-    """Return the ring 0, 1, ..., N - 1, 0, shape (N, N); directed: each hears the one before it."""
-    return Graph.ring(N, directed=_is_directed(link_type)).adjacency.T
+    """Return the ring 0, 1, ..., N - 1, 0, shape (N, N); directed: each hears the next one."""
+    return Graph.ring(N, directed=_is_directed(link_type)).adjacency
 
 
 def binomial_random_graph(N: int, p: float, seed: int | None = None, link_type: str = "undirected") -> Array:
