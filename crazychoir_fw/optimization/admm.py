@@ -22,7 +22,7 @@ from crazychoir_fw.optimization.algorithm import Algorithm, Array, positive
 
 
 class ADMM(Algorithm):
-    """The agent's problem has `minimize(linear, curvature)` and `size`, as `QuadraticProblem` has; undirected graphs."""
+    """For undirected graphs. The agent's problem has `minimize(linear, curvature)` and `size`, as `QuadraticProblem`."""
 
     def __init__(
         self, agent: Agent, enable_log: bool = False, *, penalty: float = 1.0, relaxation: float = 0.5

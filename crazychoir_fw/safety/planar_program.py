@@ -1,7 +1,9 @@
 r"""The nearest point of the plane within half-planes and a square: an exact solver for many agents at once.
 
-Minimize :math:`|u - u_{des}|^2` where :math:`A u \le b` and :math:`|u|_\infty \le u_{max}`. The optimum is the desired
-point itself, its projection on one boundary, or where two boundaries cross: all of these are tried.
+Minimize :math:`|u - u_{des}|^2` where :math:`A u \le b` and :math:`|u|_\infty \le u_{max}`. Half-planes are added one
+by
+one: where the best point so far violates the next one, the new best point lies on its boundary, which leaves a program
+of one variable (Seidel 1991).
 """
 
 from __future__ import annotations
@@ -12,12 +14,14 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-9
-"""How far a solution may be beyond a half-plane (units of u), and beyond the square relative to its size."""
+"""How far a solution may be beyond a half-plane (units of u, where the square is smaller than 1; else relative to
+it)."""
 
+_PARALLEL = 1e-12
 _SQUARE = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 
 
-def nearest(desired: Array, A: Array, b: Array, limit: Array) -> tuple[Array, NDArray[np.bool_]]:
+def nearest(desired: Array, A: Array, b: Array, limit: Array | float) -> tuple[Array, NDArray[np.bool_]]:
     """Solve one program per agent.
 
     Args:
@@ -29,50 +33,56 @@ def nearest(desired: Array, A: Array, b: Array, limit: Array) -> tuple[Array, ND
     Returns:
         Nearest points, shape (N, 2), and whether there is one, shape (N,); where there is none the point is nan.
     """
-    size = np.broadcast_to(np.asarray(limit, dtype=np.float64), desired.shape[:1])[:, None]
-    length = np.linalg.norm(A, axis=-1)
+    size = np.broadcast_to(np.asarray(limit, dtype=np.float64), desired.shape[:1])
+    best = np.clip(desired, -size[:, None], size[:, None])
+    found = np.ones(len(desired), dtype=bool)
+    normals, sides = _that_matter(A, b, size)
+    slack = TOLERANCE * np.maximum(1.0, size)
+    for row in range(sides.shape[1]):
+        normal, side = normals[:, row], sides[:, row]
+        beyond = normal[:, 0] * best[:, 0] + normal[:, 1] * best[:, 1] - side
+        worse = np.flatnonzero(found & (beyond > 0.1 * slack))
+        if worse.size:
+            best[worse], found[worse] = _on_boundary(
+                desired[worse], normals[worse, : row + 1], sides[worse, : row + 1], size[worse], slack[worse]
+            )
+    best[~found] = np.nan
+    return best, found
+
+
+def _that_matter(A: Array, b: Array, size: Array) -> tuple[Array, Array]:
+    """Return half-planes that cut the square, normals of length 1, the tightest first."""
     with np.errstate(divide="ignore", invalid="ignore"):
+        length = np.hypot(A[..., 0], A[..., 1])
         normals = A / length[..., None]
         sides = b / length
-    # what no point of the square violates cannot matter, and so most neighbors do not
-    reach = size * np.abs(normals).sum(axis=-1)
-    matters = sides < reach  # false for nan
-    used = int(matters.sum(axis=1).max(initial=0))
-    if used:
-        # those that matter first; the rest of the row is filled with half-planes that hold everything
-        order = np.argsort(~matters, axis=1, kind="stable")[:, :used]
-        kept = np.take_along_axis(matters, order, axis=1)
-        normals = np.where(kept[..., None], np.take_along_axis(normals, order[..., None], axis=1), 0.0)
-        sides = np.where(kept, np.take_along_axis(sides, order, axis=1), np.inf)
-    else:
-        normals, sides = normals[:, :0], sides[:, :0]
-    normals = np.concatenate([normals, np.broadcast_to(_SQUARE, (len(desired), 4, 2))], axis=1)
-    sides = np.concatenate([sides, np.broadcast_to(size, (len(desired), 4))], axis=1)
-    points = _candidates(desired, normals, sides)
-    return _best(desired, points, normals, sides, TOLERANCE * np.maximum(1.0, size))
+    # what no point of the square violates cannot matter, and so most neighbors do not; false for nan
+    matters = sides < size[:, None] * (np.abs(normals[..., 0]) + np.abs(normals[..., 1]))
+    # a row of zeros that asks for the impossible
+    never = (length == 0.0) & (b < 0.0)
+    normals = np.where(matters[..., None], normals, 0.0)
+    sides = np.where(matters, sides, np.where(never, -np.inf, np.inf))
+    used = int((matters | never).sum(axis=1).max(initial=0))
+    order = np.argsort(sides, axis=1, kind="stable")[:, :used]
+    return np.take_along_axis(normals, order[..., None], axis=1), np.take_along_axis(sides, order, axis=1)
 
 
-def _candidates(desired: Array, normals: Array, sides: Array) -> Array:
-    """Return the desired point, its projections on boundaries, and where boundaries cross, shape (N, K, 2)."""
+def _on_boundary(
+    desired: Array, normals: Array, sides: Array, size: Array, slack: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """Return the nearest point on the boundary of the last half-plane, within the others and the square."""
+    normal = normals[:, -1]
+    start = desired - (np.sum(normal * desired, axis=1) - sides[:, -1])[:, None] * normal
+    along = np.stack([-normal[:, 1], normal[:, 0]], axis=1)
+    others = np.concatenate([normals[:, :-1], np.broadcast_to(_SQUARE, (len(desired), 4, 2))], axis=1)
+    limits = np.concatenate([sides[:, :-1], np.broadcast_to(size[:, None], (len(desired), 4))], axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
-        excess = np.einsum("nmk,nk->nm", normals, desired) - sides
-        projections = desired[:, None] - excess[..., None] * normals
-        first, second = np.triu_indices(normals.shape[1], 1)
-        one, two = normals[:, first], normals[:, second]
-        determinant = one[..., 0] * two[..., 1] - one[..., 1] * two[..., 0]
-        s, t = sides[:, first], sides[:, second]
-        crossings = np.stack([s * two[..., 1] - t * one[..., 1], t * one[..., 0] - s * two[..., 0]], axis=-1)
-        crossings = crossings / determinant[..., None]
-    return np.concatenate([desired[:, None], projections, crossings], axis=1)
-
-
-def _best(desired: Array, points: Array, normals: Array, sides: Array, slack: Array) -> tuple[Array, NDArray[np.bool_]]:
-    with np.errstate(invalid="ignore"):
-        beyond = np.einsum("nmk,npk->npm", normals, points) - sides[:, None]
-        # nan, of boundaries that do not cross, is no point
-        allowed = np.all(beyond <= slack[..., None], axis=-1)
-        distance = np.where(allowed, np.sum((points - desired[:, None]) ** 2, axis=-1), np.inf)
-    chosen = np.argmin(distance, axis=1)
-    found = np.isfinite(np.take_along_axis(distance, chosen[:, None], axis=1)[:, 0])
-    best = np.take_along_axis(points, chosen[:, None, None], axis=1)[:, 0]
-    return np.where(found[:, None], best, np.nan), found
+        slope = others[..., 0] * along[:, None, 0] + others[..., 1] * along[:, None, 1]
+        room = limits - others[..., 0] * start[:, None, 0] - others[..., 1] * start[:, None, 1]
+        at = room / slope
+        low = np.where(slope < -_PARALLEL, at, -np.inf).max(axis=1)
+        high = np.where(slope > _PARALLEL, at, np.inf).min(axis=1)
+        outside = np.any((np.abs(slope) <= _PARALLEL) & (room < -slack[:, None]), axis=1)
+        found = ~outside & (low <= high + slack) & np.isfinite(sides[:, -1])
+        place = np.clip(0.0, low, np.maximum(low, high))
+        return start + place[:, None] * along, found
