@@ -22,7 +22,10 @@ from crazychoir_fw.optimization.algorithm import Algorithm, Array, positive
 
 
 class ADMM(Algorithm):
-    """For undirected graphs. The agent's problem has `minimize(linear, curvature)` and `size`, as `QuadraticProblem`."""
+    """The agent's problem has `minimize(linear, curvature)` and `size`, such as `QuadraticProblem`.
+
+    Graphs are undirected: both ends of an edge hear each other.
+    """
 
     def __init__(
         self, agent: Agent, enable_log: bool = False, *, penalty: float = 1.0, relaxation: float = 0.5

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike
 
 from crazychoir_fw.optimization.agent import Agent
 from crazychoir_fw.optimization.algorithm import Algorithm, Array, positive, vector
-from crazychoir_fw.optimization.running_sums import RunningSums
+from crazychoir_fw.optimization.flow_updating import FlowUpdating
 
 
 class AggregativeProblem(Protocol):
@@ -86,26 +86,34 @@ class AggregativeTracking(Algorithm):
 
 
 class RobustAggregativeTracking(AggregativeTracking):
-    """The same for directed graphs and lost messages: means are ratios of running sums; weights are not used."""
+    """The same in asynchronous mode and with lost messages: means by `FlowUpdating`; undirected graphs, no weights.
+
+    There is no published proof for this combination; the tests find the optimum with a fifth of all messages lost.
+    """
 
     def __init__(
         self, agent: Agent, initial_condition: ArrayLike, enable_log: bool = False, *, stepsize: float = 1e-3
     ) -> None:
         """Begin; arguments and errors are those of `AggregativeTracking`."""
         super().__init__(agent, initial_condition, enable_log, stepsize=stepsize)
-        self._sums = RunningSums(np.concatenate([self.s, self.y, [1.0]]), len(agent.all_out_neighbors))
+        self._flows = FlowUpdating(agent.all_in_neighbors, 2 * self.x.size)
 
-    def _message(self) -> Array:
-        return self._sums.message()
+    def _message(self) -> dict[int, Array]:
+        messages = self._flows.level(self._values())
+        self._look()
+        return messages
 
     def _update(self, received: Mapping[int, Any]) -> None:
-        x = self.x - self.stepsize * (self._gradients()[0] + self.y)
-        sums, n = self._sums, self.x.size
-        sums.take(received)
-        sums.mass[:n] += x - self.x
-        self.x = x
-        self.s = sums.mass[:n] / sums.mass[-1]
-        by_mean = self._gradients()[1]
-        sums.mass[n : 2 * n] += by_mean - self._by_mean
-        self._by_mean = by_mean
-        self.y = sums.mass[n : 2 * n] / sums.mass[-1]
+        self._flows.take(self.agent.id, received)
+        self._look()
+        self.x = self.x - self.stepsize * (self._gradients()[0] + self.y)
+        self._look()
+        self._by_mean = self._gradients()[1]
+        self._look()
+
+    def _values(self) -> Array:
+        return np.concatenate([self.x, self._by_mean])
+
+    def _look(self) -> None:
+        """Take the means from own values and flows."""
+        self.s, self.y = self._flows.estimate(self._values()).reshape(2, -1)
