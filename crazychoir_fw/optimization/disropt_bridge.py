@@ -21,7 +21,7 @@ from crazychoir_fw.errors import StateError
 if TYPE_CHECKING:
     from crazychoir_fw.guidance.communicator import TopicCommunicator
 
-_PARTS = ("functions", "problems", "constraints", "communicators", "agents", "algorithms", "utils.graph_constructor")
+_PARTS = ("communicators", "agents", "functions", "problems", "algorithms", "utils.graph_constructor")
 
 
 class _NoMPI(ModuleType):
@@ -146,9 +146,7 @@ def adapted(communicator: TopicCommunicator, timeout: float | None = None) -> An
             silent = [one for one in neighbors if one not in received]
             if silent and not (stop_event is not None and stop_event.is_set()):
                 names = ", ".join(map(str, silent))
-                raise StateError(
-                    f"agent {self.rank}: no message of agent {names} in time, and DISROPT needs all of them"
-                )
+                raise StateError(f"agent {self.rank}: no message of agent {names} in time, and DISROPT needs all")
             return _own(received)
 
     return AdaptedCommunicator()

@@ -35,7 +35,11 @@ class LinearProblem:
         """
         self.b = vector("b", b).reshape(-1)
         self.costs = np.array(costs, dtype=np.float64).reshape(-1)
-        self.columns = np.array(columns, dtype=np.float64).reshape(len(self.b), -1)
+        self.columns = np.array(columns, dtype=np.float64)
+        if self.columns.ndim != 2 or len(self.columns) != len(self.b):
+            raise RangeError(
+                f"linear problem: columns have shape {self.columns.shape}, allowed: ({len(self.b)}, any) as b"
+            )
         if self.columns.shape[1] != len(self.costs):
             raise RangeError(
                 f"linear problem: there are {len(self.costs)} costs and {self.columns.shape[1]} columns, "

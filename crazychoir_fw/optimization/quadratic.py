@@ -60,7 +60,7 @@ class QuadraticProblem:
         """
         self.q = vector("q", q).reshape(-1)
         n = self.q.size
-        self.P = vector("P", P).reshape(-1, n)
+        self.P = np.atleast_2d(vector("P", P))
         if self.P.shape != (n, n):
             raise RangeError(f"quadratic problem: P has shape {np.shape(P)}, allowed: {(n, n)}, as q has {n} entries")
         self.P = (self.P + self.P.T) / 2.0
@@ -130,7 +130,9 @@ def _rows(left: str, A: ArrayLike | None, right: str, b: ArrayLike | None, n: in
         return np.zeros((0, n)), np.zeros(0)
     if A is None or b is None:
         raise RangeError(f"quadratic problem: only one of {left} and {right} is given, allowed: both or none")
-    rows = np.array(A, dtype=np.float64).reshape(-1, n)
+    rows = np.array(A, dtype=np.float64)
+    if rows.ndim != 2 or rows.shape[1] != n:
+        raise RangeError(f"quadratic problem: {left} has shape {rows.shape}, allowed: (any, {n})")
     sides = np.array(b, dtype=np.float64).reshape(-1)
     if len(rows) != len(sides):
         raise RangeError(f"quadratic problem: {left} has {len(rows)} rows, {right} has {len(sides)} entries")

@@ -79,6 +79,7 @@ def test_what_cannot_be_satisfied_is_said(team):
     ("arguments", "says"),
     [
         (([1.0], [[1.0, 2.0]], [1.0]), "1 costs and 2 columns"),
+        (([1.0], [[1.0]], [1.0, 2.0]), "columns have shape"),
         (([np.nan], [[1.0]], [1.0]), "finite"),
         (([1.0], [[1.0]], [np.inf]), "b is"),
     ],
