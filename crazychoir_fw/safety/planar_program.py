@@ -35,7 +35,8 @@ def nearest(desired: Array, A: Array, b: Array, limit: Array | float) -> tuple[A
     """
     size = np.broadcast_to(np.asarray(limit, dtype=np.float64), desired.shape[:1])
     best = np.clip(desired, -size[:, None], size[:, None])
-    found = np.ones(len(desired), dtype=bool)
+    # a row of zeros may ask for the impossible
+    found = ~np.any(~A.any(axis=-1) & (b < 0.0), axis=1)
     normals, sides = _that_matter(A, b, size)
     slack = TOLERANCE * np.maximum(1.0, size)
     for row in range(sides.shape[1]):
@@ -57,12 +58,10 @@ def _that_matter(A: Array, b: Array, size: Array) -> tuple[Array, Array]:
         normals = A / length[..., None]
         sides = b / length
     # what no point of the square violates cannot matter, and so most neighbors do not; false for nan
-    matters = sides < size[:, None] * (np.abs(normals[..., 0]) + np.abs(normals[..., 1]))
-    # a row of zeros that asks for the impossible
-    never = (length == 0.0) & (b < 0.0)
+    matters = (length > 0.0) & (sides < size[:, None] * (np.abs(normals[..., 0]) + np.abs(normals[..., 1])))
     normals = np.where(matters[..., None], normals, 0.0)
-    sides = np.where(matters, sides, np.where(never, -np.inf, np.inf))
-    used = int((matters | never).sum(axis=1).max(initial=0))
+    sides = np.where(matters, sides, np.inf)
+    used = int(matters.sum(axis=1).max(initial=0))
     order = np.argsort(sides, axis=1, kind="stable")[:, :used]
     return np.take_along_axis(normals, order[..., None], axis=1), np.take_along_axis(sides, order, axis=1)
 
@@ -83,6 +82,6 @@ def _on_boundary(
         low = np.where(slope < -_PARALLEL, at, -np.inf).max(axis=1)
         high = np.where(slope > _PARALLEL, at, np.inf).min(axis=1)
         outside = np.any((np.abs(slope) <= _PARALLEL) & (room < -slack[:, None]), axis=1)
-        found = ~outside & (low <= high + slack) & np.isfinite(sides[:, -1])
+        found = ~outside & (low <= high + slack)
         place = np.clip(0.0, low, np.maximum(low, high))
         return start + place[:, None] * along, found
