@@ -14,22 +14,24 @@ from crazychoir_fw.guidance.communicator import (
     TopicCommunicator,
 )
 from crazychoir_fw.guidance.distributed_feedback import CFDistributedFeedback
-from crazychoir_fw.guidance.gains import GAINS, BearingGains
+from crazychoir_fw.guidance.gains import FORMATION_GAINS, FormationGains
 from crazychoir_fw.guidance.graph import Graph, RandomEdges, Schedule, TimedGraphs, WithinDistance
+from crazychoir_fw.guidance.group import GuidanceGroup
 from crazychoir_fw.guidance.outputs import Outputs
 from crazychoir_fw.guidance.simple import GoToGuidance, SimpleGuidance
 from crazychoir_fw.guidance.transport import InProcessTransport, Transport
 
 __all__ = [
-    "GAINS",
+    "FORMATION_GAINS",
     "BearingFormation",
-    "BearingGains",
     "BestEffortCommunicator",
     "CFDistributedFeedback",
     "CFGuidance",
     "Communicator",
+    "FormationGains",
     "GoToGuidance",
     "Graph",
+    "GuidanceGroup",
     "InProcessTransport",
     "Outputs",
     "Phase",

@@ -1,8 +1,8 @@
 """Geometry of bearing formations (features dossier sections 8.2 and 23).
 
-The bearing from i to j is g_ij = (d_j - d_i)/|d_j - d_i|. P_ij = I - g_ij g_ij' takes away what lies along it. The bearing
-Laplacian has the blocks -P_ij and, on its diagonal, their sums. Leaders stay; what followers do is decided by the block
-of the followers: if it is regular, leaders and bearings leave them one formation.
+The bearing from i to j is g_ij = (d_j - d_i)/|d_j - d_i|, and P_ij = I - g_ij g_ij' takes away what lies along it. The
+bearing Laplacian has the blocks -P_ij and, on its diagonal, their sums. Leaders stay; what followers do is decided by
+their block of it: if it is regular, leaders and bearings leave them one formation.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def projections(formation: ArrayLike, agent: int, neighbors: Iterable[int]) -> d
 
 
 def ort_proj(formation: ArrayLike, agent: int, neighbors: Iterable[int]) -> list[float]:
-    """Return the parameter ``ort_proj`` of an agent: its 3 x 3N block row, flattened by rows, zero where no neighbor is."""
+    """Return the parameter ``ort_proj`` of an agent: its 3 x 3N block row, flattened by rows, zero for all others."""
     row = np.zeros((3, 3 * len(checked_formation(formation))))
     for neighbor, block in projections(formation, agent, neighbors).items():
         row[:, 3 * neighbor : 3 * neighbor + 3] = block
@@ -138,7 +138,7 @@ def _rows(size: int, leaders: Iterable[int]) -> NDArray[np.intp]:
 
 
 def is_rigid(formation: ArrayLike, graph: Graph) -> bool:
-    """Return whether the bearings fix the formation up to where it is and how large (infinitesimal bearing rigidity)."""
+    """Return whether the bearings fix the formation but for place and size (infinitesimal bearing rigidity)."""
     undirected = Graph.undirected(graph.size, graph.pairs)
     values = np.linalg.eigvalsh(bearing_laplacian(formation, undirected))
     # three ways to move, one to grow
@@ -153,7 +153,7 @@ def free_followers(formation: ArrayLike, graph: Graph, leaders: Iterable[int]) -
         return []
     _, singular, rows = np.linalg.svd(block)
     free = rows[singular <= _SINGULAR * max(1.0, singular[0])]
-    moves = np.abs(free).reshape(len(free), -1, 3).max(axis=(0, 2), initial=0.0)
+    moves = np.abs(free).reshape(len(free), len(block) // 3, 3).max(axis=(0, 2), initial=0.0)
     followers = [agent for agent in range(graph.size) if agent not in set(leading)]
     return [agent for agent, move in zip(followers, moves, strict=True) if move > 1e-4]
 

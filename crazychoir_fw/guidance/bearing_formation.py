@@ -4,8 +4,8 @@ Followers ask for the acceleration
 
     u_i = -sum over neighbors j of P_ij [k_p e_ij + k_v de_ij/dt + k_i integral of e_ij],    e_ij = p_i - p_j
 
-with P_ij = I - g_ij g_ij'. Leaders fly trajectories. Where gains differ between axes, P_ij stands on both sides of them,
-so that the law rests exactly where the bearings are right; for formations at one height both forms are the same.
+with P_ij = I - g_ij g_ij'. Leaders fly trajectories. Where gains differ between axes, P_ij stands on both sides of
+them, so that the law rests exactly where the bearings are right; for formations at one height both forms are the same.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from crazychoir_fw.guidance.bearing import projections, projections_of_ort_proj
 from crazychoir_fw.guidance.cf_guidance import TOUCHDOWN_HEIGHT, Phase
 from crazychoir_fw.guidance.communicator import TopicCommunicator
 from crazychoir_fw.guidance.distributed_feedback import CFDistributedFeedback
-from crazychoir_fw.guidance.gains import BearingGains, gains_named
+from crazychoir_fw.guidance.gains import FormationGains, gains_named
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
 
 Array = NDArray[np.float64]
@@ -36,7 +36,7 @@ _STILL.flags.writeable = False
 
 
 @dataclass(frozen=True)
-class _Law:
+class Law:
     """The formation law for one set of neighbors: matrices that act on what is stacked from their messages."""
 
     feedback: Array
@@ -60,7 +60,7 @@ class BearingFormation(CFDistributedFeedback):
         is_leader: bool,
         formation: ArrayLike | None = None,
         ort_proj: ArrayLike | None = None,
-        gains: str | BearingGains = "webots",
+        gains: str | FormationGains = "webots",
         trajectory: Sequence[TrajectoryPoint] | None = None,
         legacy: bool = False,
         **options: object,
@@ -88,10 +88,10 @@ class BearingFormation(CFDistributedFeedback):
         self.trajectory = None if trajectory is None else list(trajectory)
         self.legacy = legacy
         self._projections = {} if is_leader else self._own_projections(formation, ort_proj)
-        self._laws: dict[tuple[tuple[int, ...], tuple[int, ...]], _Law] = {}
+        self._laws: dict[tuple[tuple[int, ...], tuple[int, ...]], Law] = {}
+        self._integrates = bool(np.any(self.gains.k_i) or np.any(self.gains.takeoff_k_i))
         self._start: Array | None = None
         self._hold: Array | None = None
-        self._previous: float | None = None
         self._trim = np.zeros(3)
         self._shared_integral = np.zeros(3)
 
@@ -145,17 +145,19 @@ class BearingFormation(CFDistributedFeedback):
 
     def respond(self, neigh_data: dict[int, Pose], now: float) -> Reference | None:
         """Return what a follower asks for."""
-        period = 0.0 if self._previous is None else min(max(now - self._previous, 0.0), _LONGEST_STEP)
-        self._previous = now
+        period = self.period(now)
+        self.previous_round = now
         if self.is_leader:
             return None
         if self.legacy:
             period = _LEGACY_STEP
-        if self._phase is Phase.FLIGHT:
-            u = self._formation(neigh_data, period)
-        else:
-            u = self._vertical(now, period)
+        u = self._formation(neigh_data, period) if self._phase is Phase.FLIGHT else self._vertical(now, period)
         return Reference(acceleration=self._limited(u))
+
+    def period(self, now: float) -> float:
+        """Return how long it is since the round before (s)."""
+        previous = self.previous_round
+        return 0.0 if previous is None else min(max(now - previous, 0.0), _LONGEST_STEP)
 
     def _limited(self, u: Array) -> Array:
         largest = self.gains.largest_acceleration
@@ -174,14 +176,18 @@ class BearingFormation(CFDistributedFeedback):
             self._start = position.copy()
         reference = self._start.copy()
         end = self.height if self._phase is Phase.TAKEOFF else TOUCHDOWN_HEIGHT
-        way = self.height / self.takeoff_time * (now - self._begin)
-        reference[2] += math.copysign(min(way, abs(end - reference[2])), end - reference[2])
-        return self._toward(position - reference, period, None)
+        speed, left = self.height / self.takeoff_time, end - reference[2]
+        way = speed * (now - self._begin)
+        velocity = self._velocity()
+        if self.gains.takeoff_follows_speed and way < abs(left):
+            velocity = velocity - np.array([0.0, 0.0, math.copysign(speed, left)])
+        reference[2] += math.copysign(min(way, abs(left)), left)
+        return self._toward(position - reference, velocity, period, None)
 
-    def _toward(self, error: Array, period: float, within: Array | None) -> Array:
-        """Return the acceleration that takes an error of position back, all of it or a part."""
+    def _toward(self, error: Array, velocity: Array, period: float, within: Array | None) -> Array:
+        """Return the acceleration that takes errors of position and velocity back, all of them or a part."""
         gains = self.gains
-        feedback = gains.takeoff_k_p * error + gains.takeoff_k_d * self._velocity()
+        feedback = gains.takeoff_k_p * error + gains.takeoff_k_d * velocity
         rate = gains.takeoff_k_i * error
         if within is not None:
             feedback, rate = within @ feedback, within @ rate
@@ -189,6 +195,8 @@ class BearingFormation(CFDistributedFeedback):
         return (self._trim if within is None else 0.0) - feedback
 
     def _integrate(self, rate: Array, period: float) -> None:
+        if period == 0.0 or not self._integrates:
+            return
         trim, largest = self._trim, self.gains.largest_trim
         trim += rate * period
         np.clip(trim, -largest, largest, out=trim)
@@ -201,10 +209,10 @@ class BearingFormation(CFDistributedFeedback):
 
     def evaluate_input(self, neigh_data: dict[int, Pose]) -> Array:
         """Return the formation law without integrals (m/s^2), shape (3,)."""
-        return self._law(neigh_data).feedback @ self._stacked(neigh_data)
+        return self.law_of(neigh_data).feedback @ self._stacked(neigh_data)
 
     def _formation(self, neigh_data: dict[int, Pose], period: float) -> Array:
-        law = self._law(neigh_data)
+        law = self.law_of(neigh_data)
         stacked = self._stacked(neigh_data)
         u = law.feedback @ stacked
         rate = law.integral @ stacked[: law.integral.shape[1]]
@@ -216,10 +224,15 @@ class BearingFormation(CFDistributedFeedback):
         if law.undetermined is not None:
             if self._hold is None:
                 self._hold = self._position().copy()
-            u = u + self._toward(self._position() - self._hold, period, law.undetermined)
+            u = u + self._toward(self._position() - self._hold, self._velocity(), period, law.undetermined)
         else:
             self._hold = None
         return u + self._trim
+
+    def keep_trim_in(self, array: Array) -> None:
+        """Keep what the integrals ask for in an array of somebody else, shape (3,)."""
+        array[:] = self._trim
+        self._trim = array
 
     def _legacy_integral(self, neigh_data: dict[int, Pose]) -> Array:
         """Return the part of the one integral that the original keeps for all neighbors."""
@@ -236,7 +249,8 @@ class BearingFormation(CFDistributedFeedback):
         vectors += [_STILL if pose.velocity is None else pose.velocity for pose in poses]  # type: ignore[union-attr]
         return np.concatenate(vectors)
 
-    def _law(self, neigh_data: Iterable[int]) -> _Law:
+    def law_of(self, neigh_data: Iterable[int]) -> Law:
+        """Return the law for neighbors that are heard."""
         neighbors = tuple(neigh_data)
         # Lost is who is missing of the graph as it is now: a graph that changes loses nobody.
         lost = () if len(neighbors) == len(self._neighbors) else tuple(set(self._neighbors).difference(neighbors))
@@ -247,23 +261,23 @@ class BearingFormation(CFDistributedFeedback):
             law = self._laws[neighbors, lost] = self._made_law(neighbors, lost)
         return law
 
-    def _made_law(self, neighbors: tuple[int, ...], lost: tuple[int, ...]) -> _Law:
+    def _made_law(self, neighbors: tuple[int, ...], lost: tuple[int, ...]) -> Law:
         gains = self.gains
         share = 1.0 / max(1, len(neighbors)) if gains.per_neighbor else 1.0
         blocks = np.array([self._projections[one] for one in neighbors]).reshape(-1, 3, 3)
         feedback = np.hstack([_row(blocks, share * gain, self.legacy) for gain in (gains.k_p, gains.k_v)])
         integral = _row(blocks, share * gains.k_i, False)
         if self.legacy or not lost:
-            return _Law(feedback, integral, None, None)
+            return Law(feedback, integral, None, None)
         damping = sum(self._projections[one] * gains.k_v @ self._projections[one] for one in lost)
         values, vectors = np.linalg.eigh(blocks.sum(axis=0))
         open_ways = vectors[:, values < _UNDETERMINED]
         undetermined = open_ways @ open_ways.T if open_ways.size else None
-        return _Law(feedback, integral, undetermined, share * damping)
+        return Law(feedback, integral, undetermined, share * damping)
 
 
 def _row(blocks: Array, gain: Array, legacy: bool) -> Array:
-    """Return the matrix that takes stacked vectors (n + 1, 3), the own one last, to -sum P_ij gain P_ij (own - other)."""
+    """Return the matrix of -sum P_ij gain P_ij (own - other), for stacked vectors (n + 1, 3), the own one last."""
     weighted = blocks * gain if legacy else blocks * gain @ blocks
     own = -weighted.sum(axis=0)
     return np.hstack([*weighted, own])

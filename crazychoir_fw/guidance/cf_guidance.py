@@ -57,8 +57,8 @@ class CFGuidance:
 
         Args:
             agent_id: Number of this drone.
-            init_pos: Start (m, world), shape (2,) or (3,): above it the drone hovers after its take-off. None: where it is at the
-                take-off.
+            init_pos: Start (m, world), shape (2,) or (3,): above it the drone hovers after its take-off. None: where it
+                is at the take-off.
             height: Of the take-off (m).
             takeoff_time: Of take-off and landing (s).
             update_frequency: How often `step` is called (Hz).

@@ -1,8 +1,8 @@
 """Exchange between an agent and its neighbors, in lock-step rounds or asynchronously (features dossier section 17.2).
 
 A round has a label. A message with label k belongs to round k and to no other: one that comes early waits, one that
-comes late is dropped, and neither takes a turn. A round ends when every neighbor's message is there, or at its deadline,
-so that a neighbor that is gone holds nobody up. Who finds that others went on meanwhile takes over their label.
+comes late is dropped, and neither takes a turn. A round ends when every neighbor's message is there, or at its
+deadline: a neighbor that is gone holds nobody up. Who finds that others went on meanwhile takes over their label.
 """
 
 from __future__ import annotations
@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from crazychoir_fw.errors import RangeError, StateError
-from crazychoir_fw.guidance.frozen import frozen, handed_out
+from crazychoir_fw.errors import MessageError, RangeError, StateError
+from crazychoir_fw.guidance.frozen import SharedPose, frozen, handed_out
 from crazychoir_fw.guidance.mailbox import LARGEST_LABEL, NOTHING, Mailbox
 from crazychoir_fw.guidance.serialization import LARGEST_BYTES, dumps, loads
 from crazychoir_fw.guidance.transport import Transport
@@ -24,7 +24,6 @@ TOPIC = "agent_{agent}/communicator"
 """Where an agent publishes; with differentiated topics there is one such topic per receiver, followed by ``_{j}``."""
 
 _LOOK_EVERY = 0.01  # [s] of real time, at which a waiting thread looks at its clock and at the stop event
-_MOST_WAITING = 10_000  # early messages of one neighbor: a limit for memory, not for any use
 
 Ids = Iterable[int]
 
@@ -157,10 +156,9 @@ class TopicCommunicator(Communicator):
         self._clock = clock
         self._largest_bytes = largest_bytes
         self._objects = transport.carries_objects
-        self._boxes = {neighbor: Mailbox(_MOST_WAITING) for neighbor in self.in_neighbors}
+        self._boxes = {neighbor: Mailbox() for neighbor in self.in_neighbors}
         self._statistics = Statistics()
         self._last_sent: tuple[object, tuple[int, ...] | None] | None = None
-        self._newest_heard = -1
         self._arrival = threading.Condition()
         self._waiting_threads = 0
         self._subscriptions: list[tuple[str, Callable[[int, Any], None]]] = []
@@ -182,21 +180,22 @@ class TopicCommunicator(Communicator):
             self._subscriptions.append((name, callback))
 
     def _receiver(self, box: Mailbox) -> Callable[[int, Any], None]:
-        decode = None if self._objects else self._decoded
-
+        # No lock on this way: putting into a mailbox is one step, and whoever waits announces it before it looks.
         def receive(label: int, data: Any) -> None:
-            # No lock on this way: putting into a mailbox is one step, and whoever waits announces it before it looks.
-            if box.put(label, data, decode):
-                if label > self._newest_heard:
-                    self._newest_heard = label
-                if self._waiting_threads:
-                    with self._arrival:
-                        self._arrival.notify_all()
+            if box.put(label, data, self.current_label) and self._waiting_threads:
+                with self._arrival:
+                    self._arrival.notify_all()
 
-        return receive
+        def receive_bytes(label: int, data: bytes) -> None:
+            box.bytes += len(data)
+            try:
+                message = loads(data, self._largest_bytes)
+            except MessageError:
+                box.refused += 1
+            else:
+                receive(label, message)
 
-    def _decoded(self, data: bytes) -> Any:
-        return loads(data, self._largest_bytes)
+        return receive if self._objects else receive_bytes
 
     def _ids(self, what: str, neighbors: Ids) -> tuple[int, ...]:
         ids = tuple(sorted({int(neighbor) for neighbor in neighbors}))
@@ -230,10 +229,7 @@ class TopicCommunicator(Communicator):
             RangeError: If a receiver is no out-neighbor.
         """
         ids = None if neighbors is None else self._named(neighbors, self.out_neighbors, "out-neighbors")
-        self._send(self._packed(obj), ids)
-
-    def _packed(self, obj: object) -> Any:
-        return frozen(obj) if self._objects else dumps(obj, self._largest_bytes)
+        self._send(frozen(obj) if self._objects else self._dumped(obj), ids)
 
     def _send(self, data: Any, ids: tuple[int, ...] | None) -> None:
         self._last_sent = (data, ids)
@@ -265,19 +261,23 @@ class TopicCommunicator(Communicator):
     def collect(self, neighbors: Ids | None = None) -> dict[int, Any]:
         """End the open round: return what is there of it, by neighbor, and open the next one."""
         label, boxes = self.current_label, self._boxes
-        ids = self.in_neighbors if neighbors is None else neighbors
-        data = {}
-        lost = 0
-        for neighbor in ids:
+        self.current_label = label + 1  # first, so that what comes meanwhile is late
+        data, lost = {}, 0
+        for neighbor in self.in_neighbors if neighbors is None else neighbors:
             message = boxes[neighbor].waiting.pop(label, NOTHING)
             if message is NOTHING:
                 lost += 1
             else:
-                data[neighbor] = handed_out(message)
+                data[neighbor] = message if type(message) is SharedPose else handed_out(message)
         self._statistics.lost += lost
         self._statistics.rounds += 1
-        self._open(label + 1)
+        self._drop_old()
         return data
+
+    def _drop_old(self) -> None:
+        for box in self._boxes.values():
+            if box.waiting:
+                box.drop_before(self.current_label)
 
     def latest(self, neighbor: int) -> Any:
         """Return the message that came last from a neighbor, of any round, or `NOTHING`."""
@@ -293,18 +293,19 @@ class TopicCommunicator(Communicator):
 
     def catch_up(self) -> bool:
         """Take over the newest label that any neighbor has sent, if it is ahead; return whether it was."""
-        if self._newest_heard <= self.current_label:
+        label = self.current_label
+        for box in self._boxes.values():
+            if box.newest_label > label:
+                label = box.newest_label
+        if label == self.current_label:
             return False
-        self._open(self._newest_heard)
-        self._statistics.jumps += 1
+        self._jump(label)
         return True
 
-    def _open(self, label: int) -> None:
+    def _jump(self, label: int) -> None:
         self.current_label = label
-        for box in self._boxes.values():
-            box.current = label
-            if box.waiting:
-                box.drop_before(label)
+        self._drop_old()
+        self._statistics.jumps += 1
 
     # ---------------------------------------------------------------- to receive, waiting
 
@@ -360,8 +361,7 @@ class TopicCommunicator(Communicator):
         label = max(firsts, default=-1)
         if -1 in firsts or label <= self.current_label:
             return False
-        self._open(label)
-        self._statistics.jumps += 1
+        self._jump(label)
         if self._last_sent is not None:
             self._send(*self._last_sent)
         return True
@@ -379,8 +379,8 @@ class TopicCommunicator(Communicator):
         for neighbor in self._named(neighbors, self.in_neighbors, "in-neighbors"):
             box = self._boxes[neighbor]
             box.waiting.clear()
-            if box.fresh:
-                box.fresh = False
+            if box.heard > box.handed_out:
+                box.handed_out = box.heard
                 data[neighbor] = handed_out(box.latest)
         return data
 
@@ -425,7 +425,11 @@ class TopicCommunicator(Communicator):
         ids = self._named(neighbors, self.out_neighbors, "out-neighbors")
         if missing := [one for one in ids if one not in objects]:
             raise RangeError(f"agent {self.rank}: there is no object for neighbor {missing[0]}")
-        self._send(_PerNeighbor({one: self._packed(objects[one]) for one in ids}), ids)
+        pack = frozen if self._objects else self._dumped
+        self._send(_PerNeighbor({one: pack(objects[one]) for one in ids}), ids)
+
+    def _dumped(self, obj: object) -> bytes:
+        return dumps(obj, self._largest_bytes)
 
     # ---------------------------------------------------------------- what it has seen
 

@@ -29,8 +29,8 @@ class CFDistributedFeedback(CFGuidance):
     """Exchanges poses with the neighbors and follows the input that a subclass computes of them.
 
     A round: `begin_round` sends, `is_complete` says whether all neighbors are there or the deadline is over, and
-    `finish_round` receives. Of a neighbor whose message is missing, the one before counts until it has been silent for a
-    while; then it is lost: reported, left out, not waited for, until it is heard again.
+    `finish_round` receives. Of a neighbor whose message is missing, the one before counts until it has been silent for
+    a while; then it is lost: reported, left out, not waited for, until it is heard again.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class CFDistributedFeedback(CFGuidance):
         self.on_lost = on_lost
         self.on_rejoined = on_rejoined
         self.round_open = False
-        self._round_begin = 0.0
+        self.round_begin = 0.0
         self._neighbors: Sequence[int] = communicator.in_neighbors  # those of the open round
         self._awaited: Sequence[int] = communicator.in_neighbors  # and whom it waits for
         self._lost: set[int] = set()
@@ -90,6 +90,10 @@ class CFDistributedFeedback(CFGuidance):
         self._last_heard: dict[int, float] = {}
         self._next_look = -math.inf
         self._last_outputs = Outputs()
+        self.previous_round: float | None = None
+        """When the round before was finished (s)."""
+        self.changes = 0
+        """How often the neighbors that it hears have changed."""
 
     @property
     def lost(self) -> frozenset[int]:
@@ -106,7 +110,7 @@ class CFDistributedFeedback(CFGuidance):
 
     def begin_round(self, now: float) -> bool:
         """Send the own pose; False if there is none yet, or a round is open."""
-        if self.round_open or self.current_pose is None:
+        if self.round_open or self.current_pose is None or self.current_pose.position is None:
             self._look(now)
             return False
         communicator = self.communicator
@@ -121,18 +125,18 @@ class CFDistributedFeedback(CFGuidance):
             self._neighbors = into
             self._choose_awaited()
             communicator.neighbors_send(self.current_pose, out)
-        self._round_begin = now
+        self.round_begin = now
         self.round_open = True
         return True
 
     def is_complete(self, now: float) -> bool:
-        """Return whether the round can be finished: all are there, or the deadline is over."""
+        """Return whether `finish_round` need not wait: all are there, the deadline is over, or no round is open."""
         if not self.round_open:
-            return False
+            return True
         if not self.communicator.synchronous_mode or self.communicator.has_round(self._awaited):
             return True
         self._look(now)
-        return now - self._round_begin >= self.deadline or self.communicator.has_round(self._awaited)
+        return now - self.round_begin >= self.deadline or self.communicator.has_round(self._awaited)
 
     def finish_round(self, now: float) -> Outputs:
         """Receive, and return what to ask for; the round ends, complete or not."""
@@ -141,6 +145,10 @@ class CFDistributedFeedback(CFGuidance):
         reference = None
         if phase is not Phase.IDLE and phase is not Phase.STOPPED and neigh_data is not None:
             reference = self.respond(neigh_data, now)
+        return self.decided(now, reference)
+
+    def decided(self, now: float, reference: Reference | None) -> Outputs:
+        """Return what to ask for, and keep it until the next round."""
         self._last_outputs = self.outputs(now, reference)
         return self._last_outputs
 
@@ -148,10 +156,7 @@ class CFDistributedFeedback(CFGuidance):
         """End the round and return what counts of the neighbors; None if none is open."""
         if not self.round_open:
             return None
-        self.round_open = False
-        communicator = self.communicator
-        data = communicator.collect(self._neighbors)
-        self._look(now)
+        communicator, data = self.communicator, self.end_round(now)
         usable = {}
         for neighbor in self._neighbors:
             # who is not there, but not lost either, is taken to be where it was
@@ -159,6 +164,29 @@ class CFDistributedFeedback(CFGuidance):
             if neighbor not in self._lost and is_usable(pose):
                 usable[neighbor] = pose
         return usable
+
+    def end_round(self, now: float) -> dict[int, Any]:
+        """End the round and return the messages that are there."""
+        self.round_open = False
+        data = self.communicator.collect(self._neighbors)
+        if now >= self._next_look or self._lost or self._behind:
+            self._look(now)
+        return data
+
+    @property
+    def hears_all(self) -> bool:
+        """Whether no neighbor is lost or behind."""
+        return not self._lost and not self._behind
+
+    @property
+    def has_stragglers(self) -> bool:
+        """Whether a neighbor counts rounds by itself, far behind, so that it is heard but not waited for."""
+        return bool(self._behind)
+
+    @property
+    def heard_neighbors(self) -> Sequence[int]:
+        """Neighbors that it waits for: those of the graph that are neither lost nor behind."""
+        return self._awaited
 
     def respond(self, neigh_data: dict[int, Pose], now: float) -> Reference | None:
         """Return the reference of any phase of flight."""
@@ -171,7 +199,7 @@ class CFDistributedFeedback(CFGuidance):
         While a round is open, what was asked for last is asked for again.
         """
         self.begin_round(now)
-        if self.is_complete(now):
+        if self.round_open and self.is_complete(now):
             return self.finish_round(now)
         if self._phase is Phase.IDLE or self._phase is Phase.STOPPED or self._trajectory is not None:
             return self.outputs(now, None)
@@ -194,7 +222,6 @@ class CFDistributedFeedback(CFGuidance):
                 if heard != self._heard[neighbor] and neighbor in self._lost:
                     self._lost.discard(neighbor)
                     changed = True
-                    self.neighbors_changed(now)
                     if self.on_rejoined is not None:
                         self.on_rejoined(self.agent_id, neighbor, now)
                 self._heard[neighbor] = heard
@@ -202,7 +229,6 @@ class CFDistributedFeedback(CFGuidance):
             elif now - self._last_heard[neighbor] >= self.silence and neighbor not in self._lost:
                 self._lost.add(neighbor)
                 changed = True
-                self.neighbors_changed(now)
                 if self.on_lost is not None:
                     self.on_lost(self.agent_id, neighbor, now)
             behind = 0 <= communicator.newest_label(neighbor) < communicator.current_label - _LATE_ROUNDS
@@ -213,10 +239,8 @@ class CFDistributedFeedback(CFGuidance):
             self._choose_awaited()
 
     def _choose_awaited(self) -> None:
+        self.changes += 1
         self._awaited = [one for one in self._neighbors if one not in self._lost and one not in self._behind]
-
-    def neighbors_changed(self, now: float) -> None:
-        """Called when a neighbor was lost or has come back."""
 
 
 def is_usable(pose: Any) -> bool:

@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
-class BearingGains:
+class FormationGains:
     """Gains per axis, x, y, z; one number stands for all three."""
 
     k_p: ArrayLike = 0.2
@@ -29,6 +29,8 @@ class BearingGains:
     """Take-off and landing of followers: per metre per second (1/s)."""
     takeoff_k_i: ArrayLike = 0.0
     """Take-off and landing of followers: per metre second (1/s^3)."""
+    takeoff_follows_speed: bool = False
+    """Take-off and landing brake against the speed of the reference; otherwise against any, and lag behind."""
     per_neighbor: bool = False
     """Divide what the neighbors add up to by how many they are: one set serves sparse and dense graphs."""
     largest_trim: float = 2.0
@@ -43,16 +45,14 @@ class BearingGains:
                 raise RangeError(
                     f"gains: {field.name} is {getattr(self, field.name)}, allowed: 0 or more, one or three"
                 )
-            if field.name.startswith(("k_", "takeoff_")):
+            if "k_" in field.name:
                 object.__setattr__(self, field.name, np.broadcast_to(value, 3))
 
 
-_TAKEOFF_MUJOCO = {"takeoff_k_p": (3.0, 3.0, 4.0), "takeoff_k_d": (3.2, 3.2, 4.0), "takeoff_k_i": (0.3, 0.3, 0.8)}
-
-GAINS: dict[str, BearingGains] = {
-    "webots": BearingGains(),
-    "huge": BearingGains(k_p=0.07, k_v=0.35),
-    "vicon": BearingGains(
+FORMATION_GAINS: dict[str, FormationGains] = {
+    "webots": FormationGains(),
+    "huge": FormationGains(k_p=0.07, k_v=0.35),
+    "vicon": FormationGains(
         k_p=(3.0, 3.0, 10.0),
         k_v=3.0,
         k_i=(0.0, 0.0, 1.0),
@@ -60,26 +60,29 @@ GAINS: dict[str, BearingGains] = {
         takeoff_k_d=(3.6, 3.6, 12.0),
         takeoff_k_i=(0.0, 0.0, 1.0),
     ),
-    "mujoco": BearingGains(
-        k_p=(0.5, 0.5, 2.0),
-        k_v=(3.0, 3.0, 3.0),
-        k_i=(0.0, 0.0, 0.2),
+    "mujoco": FormationGains(
+        k_p=4.0,
+        k_v=5.0,
+        k_i=(0.0, 0.0, 0.5),
+        takeoff_k_p=(4.0, 4.0, 5.0),
+        takeoff_k_d=4.0,
+        takeoff_k_i=(2.0, 2.0, 2.5),
+        takeoff_follows_speed=True,
         per_neighbor=True,
-        largest_acceleration=4.0,
-        **_TAKEOFF_MUJOCO,
+        largest_acceleration=2.0,
     ),
 }
 """``webots``, ``huge`` and ``vicon`` are the original's; ``mujoco`` is tuned for the simulated vehicle."""
 
 
-def gains_named(gains: str | BearingGains) -> BearingGains:
+def gains_named(gains: str | FormationGains) -> FormationGains:
     """Return gains by name, or as they are.
 
     Raises:
         UnknownNameError: If there is no such set.
     """
-    if isinstance(gains, BearingGains):
+    if isinstance(gains, FormationGains):
         return gains
-    if gains not in GAINS:
-        raise UnknownNameError(f"gains is {gains!r}, allowed: {', '.join(GAINS)} or BearingGains(...)")
-    return GAINS[gains]
+    if gains not in FORMATION_GAINS:
+        raise UnknownNameError(f"gains is {gains!r}, allowed: {', '.join(FORMATION_GAINS)} or FormationGains(...)")
+    return FORMATION_GAINS[gains]

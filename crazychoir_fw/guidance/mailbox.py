@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
-
-from crazychoir_fw.errors import MessageError
 
 LARGEST_LABEL = 1 << 53
 """Labels are below: what a neighbor sends must leave room to count on."""
@@ -13,57 +10,47 @@ LARGEST_LABEL = 1 << 53
 NOTHING = object()
 """Stands for a message that is not there; None may be sent."""
 
+_MOST_WAITING = 10_000  # early messages of one neighbor: a limit for memory, not for any use
+
 
 class Mailbox:
     """Messages by label: those of rounds to come wait, those of rounds that are over are dropped."""
 
-    def __init__(self, most_waiting: int) -> None:
-        """Make an empty one that holds at most so many messages."""
+    __slots__ = ("bytes", "handed_out", "heard", "late", "latest", "newest_label", "refused", "waiting")
+
+    def __init__(self) -> None:
         self.waiting: dict[int, Any] = {}
         self.newest_label = -1
         """Label of the message that came last: a neighbor that was started again counts from 0."""
         self.latest: Any = NOTHING
         """The message that came last, of any round."""
-        self.fresh = False
-        """`latest` has not been handed out by an asynchronous receive."""
         self.heard = 0
         """Messages that came, also late ones."""
+        self.handed_out = 0
+        """How many had come when an asynchronous receive took the latest."""
         self.late = 0
         self.refused = 0
         self.bytes = 0
-        self.current = 0
-        """Label of the round that is open: older ones are late."""
-        self._most_waiting = most_waiting
 
-    def put(self, label: int, data: Any, decode: Callable[[bytes], Any] | None) -> bool:
-        """Take a message in; False if it is none."""
-        if decode is not None:
-            try:
-                self.bytes += len(data)
-                data = decode(data)
-            except MessageError:
-                self.refused += 1
-                return False
+    def put(self, label: int, data: Any, current: int) -> bool:
+        """Take in a message while the round `current` is open; False if it is none."""
         if not 0 <= label < LARGEST_LABEL:
             self.refused += 1
             return False
         self.heard += 1
         self.newest_label = label
         self.latest = data
-        self.fresh = True
-        if label < self.current:
+        if label < current:
             self.late += 1
-        elif len(self.waiting) < self._most_waiting or label in self.waiting:
+        elif len(self.waiting) < _MOST_WAITING or label in self.waiting:
             self.waiting[label] = data
         else:
             self.refused += 1
         return True
 
     def drop_before(self, label: int) -> None:
-        """Begin the round `label`: older messages will never be asked for."""
-        self.current = label
+        """Drop what waits for rounds before `label`: nobody will ask for it."""
         waiting = self.waiting
-        if waiting:
-            for old in [one for one in list(waiting) if one < label]:
-                if waiting.pop(old, NOTHING) is not NOTHING:
-                    self.late += 1
+        for old in [one for one in list(waiting) if one < label]:
+            if waiting.pop(old, NOTHING) is not NOTHING:
+                self.late += 1

@@ -28,9 +28,10 @@ class Transport(ABC):
     def subscribe(self, topic: str, callback: Receiver) -> None:
         """Have `callback(label, data)` called for every message, from any thread."""
 
-    def advertise(self, topic: str, *, reliable: bool = True) -> None:
-        """Say that the topic will be published to, and whether messages may get lost; not every transport cares."""
+    def advertise(self, topic: str, *, reliable: bool = True) -> None:  # noqa: B027
+        """Say that the topic will be published to, and whether messages may get lost. Not every transport cares."""
 
+    @abstractmethod
     def unsubscribe(self, topic: str, callback: Receiver) -> None:
         """Let `callback` be called no more."""
 

@@ -1,0 +1,177 @@
+"""Many guidances of one process, decided together: the same numbers in a fraction of the time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.errors import RangeError
+from crazychoir_fw.guidance.bearing_formation import BearingFormation
+from crazychoir_fw.guidance.cf_guidance import CFGuidance, Phase
+from crazychoir_fw.guidance.distributed_feedback import CFDistributedFeedback
+from crazychoir_fw.guidance.outputs import Outputs
+from crazychoir_fw.messages import Reference
+
+Array = NDArray[np.float64]
+
+_STILL = np.zeros(3)
+_STILL.flags.writeable = False
+
+
+class GuidanceGroup:
+    """Steps agents that live in one process: all send, then all receive and decide.
+
+    Messages travel as ever. Where every round is complete and nobody is missed, the laws of all followers of a bearing
+    formation are evaluated as one product of a matrix and a vector; otherwise each decides by itself. Both ways may
+    differ by rounding, below 1e-12 m/s^2.
+
+    With `sends=False` messages stop as soon as they would tell nobody anything new, because every agent is here, flies
+    in formation and has heard all of its neighbors; they go on when that ends. The numbers are the same.
+    """
+
+    def __init__(self, agents: Sequence[CFGuidance], sends: bool = True) -> None:
+        """Take the agents.
+
+        Args:
+            agents: In any order; neighbors of theirs may be elsewhere.
+            sends: Whether messages travel in every round. False is for those who own all agents and a transport that
+                loses nothing.
+
+        Raises:
+            RangeError: If two have the same number.
+        """
+        self.agents = list(agents)
+        numbers = [agent.agent_id for agent in self.agents]
+        if len(set(numbers)) != len(numbers):
+            raise RangeError(f"agents have the numbers {numbers}, allowed: each once")
+        self._place = {number: place for place, number in enumerate(numbers)}
+        self._feedback = [agent for agent in self.agents if isinstance(agent, CFDistributedFeedback)]
+        self._together = len(self._feedback) == len(self.agents) and all(map(self._knows, self._feedback))
+        self._followers = [one for one in self._feedback if isinstance(one, BearingFormation) and not one.is_leader]
+        self._sends = sends
+        self._changes = -1  # of everybody's neighbors, when the law was made
+        self._can_decide = False
+        self.was_together = False
+        """Whether the step before was one product for all."""
+        self._law = self._integral = self._trims = np.zeros((0, 0))
+
+    def _knows(self, agent: CFDistributedFeedback) -> bool:
+        """Return whether a group can decide for an agent: by the law that it knows."""
+        return (
+            isinstance(agent, BearingFormation)
+            and type(agent).evaluate_input is BearingFormation.evaluate_input
+            and type(agent).respond is BearingFormation.respond
+            and type(agent).finish_round is CFDistributedFeedback.finish_round
+            and not agent.legacy
+            and agent.schedule is None
+            and agent.communicator.synchronous_mode
+        )
+
+    def _make_law(self) -> None:
+        """Make the matrices that take positions and velocities of all to inputs and rates of trims of followers."""
+        size, followers = len(self.agents), self._followers
+        feedback = np.zeros((len(followers), 3, 2, size, 3))
+        integral = np.zeros((len(followers), 3, size, 3))
+        for row, agent in enumerate(followers):
+            neighbors = agent.heard_neighbors
+            law = agent.law_of(neighbors)
+            places = [*(self._place[neighbor] for neighbor in neighbors), self._place[agent.agent_id]]
+            feedback[row][:, :, places] = law.feedback.reshape(3, 2, -1, 3)
+            integral[row][:, places] = law.integral.reshape(3, -1, 3)
+            if law.lost_damping is not None:
+                feedback[row][:, 1, places[-1]] -= law.lost_damping
+        rows = 3 * len(followers)
+        self._law, self._integral = feedback.reshape(rows, 6 * size), integral.reshape(rows, 3 * size)
+        self._trims = np.zeros((len(followers), 3))
+        for agent, trim in zip(followers, self._trims, strict=True):
+            agent.keep_trim_in(trim)
+        self._largest_trim = np.array([[agent.gains.largest_trim] for agent in followers]).reshape(-1, 1)
+        self._largest = np.array([agent.gains.largest_acceleration for agent in followers])
+
+    def step(self, now: float) -> list[Outputs]:
+        """Return what each agent asks for at a time (s), in the order of the agents."""
+        if not self._sends and self._together and self._is_settled():
+            self.was_together = True
+            return self._step_together(now)
+        for agent in self._feedback:
+            agent.begin_round(now)
+        self.was_together = self._together and self._is_plain(now)
+        if self.was_together:
+            return self._step_together(now)
+        return [self._step_alone(agent, now) for agent in self.agents]
+
+    def _step_alone(self, agent: CFGuidance, now: float) -> Outputs:
+        if isinstance(agent, CFDistributedFeedback) and agent.round_open and agent.is_complete(now):
+            return agent.finish_round(now)
+        # a round that is not complete goes on; those without rounds just step
+        return agent.step(now)
+
+    def _is_plain(self, now: float) -> bool:
+        """Return whether everybody has what everybody sent in this very round, and is in formation."""
+        first = self._feedback[0]
+        label, previous = first.communicator.current_label, first.previous_round
+        changes = 0
+        for agent in self._feedback:
+            changes += agent.changes
+            if not (
+                agent.phase is Phase.FLIGHT
+                and agent.round_open
+                and agent.round_begin == now
+                and agent.previous_round == previous
+                and agent.communicator.current_label == label
+                and agent.communicator.has_round(agent.heard_neighbors)
+            ):
+                return False
+        if changes != self._changes:
+            self._can_decide = all(map(self._can_decide_for, self._followers))
+            if self._can_decide:
+                self._make_law()
+            self._changes = changes
+        return self._can_decide
+
+    def _is_settled(self) -> bool:
+        """Return whether all decided together in the last round, and nothing has happened since."""
+        if not self._can_decide:
+            return False
+        previous = self._feedback[0].previous_round
+        return previous is not None and all(
+            agent.phase is Phase.FLIGHT
+            and not agent.round_open
+            and agent.hears_all
+            and agent.previous_round == previous
+            for agent in self._feedback
+        )
+
+    def _can_decide_for(self, agent: BearingFormation) -> bool:
+        neighbors = agent.heard_neighbors
+        return (
+            not agent.has_stragglers
+            and all(one in self._place for one in neighbors)
+            and agent.law_of(neighbors).undetermined is None
+        )
+
+    def _step_together(self, now: float) -> list[Outputs]:
+        period = self._feedback[0].period(now)
+        poses = [agent.current_pose for agent in self.agents]
+        vectors = [pose.position for pose in poses]  # type: ignore[union-attr]
+        vectors += [_STILL if pose.velocity is None else pose.velocity for pose in poses]  # type: ignore[union-attr]
+        stacked = np.concatenate(vectors)
+        trims = self._trims
+        if period:
+            trims += period * (self._integral @ stacked[: 3 * len(poses)]).reshape(-1, 3)
+            np.clip(trims, -self._largest_trim, self._largest_trim, out=trims)
+        inputs = (self._law @ stacked).reshape(-1, 3) + trims
+        sizes = np.sqrt(np.einsum("ij,ij->i", inputs, inputs))
+        if (sizes > self._largest).any():
+            inputs *= np.minimum(1.0, self._largest / np.maximum(sizes, 1e-300))[:, None]
+        references = iter(inputs)
+        outputs = []
+        for agent in self._feedback:
+            if agent.round_open:
+                agent.end_round(now)
+            agent.previous_round = now
+            reference = None if agent.is_leader else Reference(acceleration=next(references))  # type: ignore[attr-defined]
+            outputs.append(agent.decided(now, reference))
+        return outputs
