@@ -1,0 +1,11 @@
+"""Safety filters: they change what drones are told as little as possible, so that none comes too near another.
+
+They work in the horizontal plane, whatever the heights are; z passes through (features dossier section 9).
+"""
+
+from crazychoir_fw.safety.barrier_filter import BarrierFilter
+from crazychoir_fw.safety.closest import ClosestRobotGetter, stacked
+from crazychoir_fw.safety.double_integrator import DoubleIntegratorCBF
+from crazychoir_fw.safety.single_integrator import SingleIntegratorCBF
+
+__all__ = ["BarrierFilter", "ClosestRobotGetter", "DoubleIntegratorCBF", "SingleIntegratorCBF", "stacked"]
