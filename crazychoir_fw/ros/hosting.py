@@ -68,11 +68,18 @@ class RemoteGroup:
         self.kind = kind
         self.indices = np.arange(len(node.host.names))
 
-    def step(self, agents: Sequence[Agent], poses: Pose, now: float) -> tuple[NDArray[np.intp], Twist] | None:
+    def step(
+        self,
+        agents: Sequence[Agent],
+        accelerations: NDArray[np.float64],
+        turning: NDArray[np.bool_],
+        poses: Pose,
+        now: float,
+    ) -> tuple[NDArray[np.intp], Twist] | None:
         """Return who has sent commands, of those whose motors turn, and these."""
-        del poses, now
+        del agents, accelerations, poses, now
         indices, twist = self._node.take_commands()
-        chosen = np.array([agents[i].is_up for i in indices], bool)
+        chosen = turning[indices]
         if not chosen.any():
             return None
         return indices[chosen], Twist(twist.linear[chosen], twist.angular[chosen])
