@@ -71,7 +71,9 @@ def fly(
     watch: Annotated[bool, typer.Option("--watch", help="Fly again whenever the app or the mission is saved.")] = False,
     backend: Annotated[
         str | None,
-        typer.Option(help="Where a mission with layers is flown, instead of its own.", metavar="sim|integrator|hardware"),
+        typer.Option(
+            help="Where a mission with layers is flown, instead of its own.", metavar="sim|integrator|hardware"
+        ),
     ] = None,
     uri_base: Annotated[
         str | None,
@@ -80,16 +82,24 @@ def fly(
             metavar="URI",
         ),
     ] = None,
-    ros: Annotated[bool, typer.Option("--ros", help="Fly the layers as ROS 2 nodes in processes of their own.")] = False,
+    ros: Annotated[
+        bool, typer.Option("--ros", help="Fly the layers as ROS 2 nodes in processes of their own.")
+    ] = False,
     processes: Annotated[
-        str, typer.Option(help="With --ros, one process per drone and layer, per drone, or for all layers.", metavar="per-node|per-drone|one")
+        str,
+        typer.Option(
+            help="With --ros, one process per drone and layer, per drone, or for all layers.",
+            metavar="per-node|per-drone|one",
+        ),
     ] = "per-node",
     domain: Annotated[
         int | None, typer.Option(help="With --ros, the ROS domain; otherwise a free one.", min=0, max=232)
     ] = None,
     pace: Annotated[
         float | None,
-        typer.Option(help="With --ros, simulated seconds per second; otherwise in lockstep, as fast as all can answer."),
+        typer.Option(
+            help="With --ros, simulated seconds per second; otherwise in lockstep, as fast as all can answer."
+        ),
     ] = None,
     restart: Annotated[
         bool, typer.Option("--restart", help="With --ros, start processes again that have ended.")
@@ -274,4 +284,5 @@ def _write(result: "FlightResult", folder: Path, no_video_because: str | None, c
             camera=camera,
             fps=result.film.fps,
             speed=speed,
+            links=result.film.links,
         )

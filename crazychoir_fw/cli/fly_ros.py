@@ -11,9 +11,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.cli.fly import Request
 
 
-def fly_as_nodes(
-    request: Request, processes: str, domain: int | None, pace: float | None, restart: bool
-) -> int:
+def fly_as_nodes(request: Request, processes: str, domain: int | None, pace: float | None, restart: bool) -> int:
     """Fly a mission as processes; returns the exit code.
 
     Args:
