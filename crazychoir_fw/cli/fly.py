@@ -284,4 +284,5 @@ def _write(result: "FlightResult", folder: Path, no_video_because: str | None, c
             camera=camera,
             fps=result.film.fps,
             speed=speed,
+            links=result.film.links,
         )

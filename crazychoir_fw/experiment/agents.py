@@ -221,7 +221,9 @@ def _gains(key: str, given: Mapping[str, Any], sets: Mapping[str, Any], kind: ty
         if name not in known:
             raise MissionError(f"{key} has no key '{name}', but only base, {', '.join(known)}")
     try:
-        return dataclasses.replace(sets[base], **{k: tuple(v) if isinstance(v, list) else v for k, v in changes.items()})
+        return dataclasses.replace(
+            sets[base], **{k: tuple(v) if isinstance(v, list) else v for k, v in changes.items()}
+        )
     except CrazychoirError as error:
         raise MissionError(f"{key}: {error}") from error
 

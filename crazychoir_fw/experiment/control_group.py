@@ -74,9 +74,7 @@ class ControlGroup:
             return self.indices, twist
         return self.indices[up], Twist(twist.linear[up], twist.angular[up])
 
-    def _reference(
-        self, agents: Sequence[Agent], accelerations: Array, up: NDArray[np.bool_], own: Pose
-    ) -> Reference:
+    def _reference(self, agents: Sequence[Agent], accelerations: Array, up: NDArray[np.bool_], own: Pose) -> Reference:
         """Return the references of all, arrays of shape (N, 3); where one has none it stays where it is."""
         parts: dict[str, Array] = {"position": own.position.copy()}
         if len(self._accelerated):

@@ -5,6 +5,7 @@ Plain data in (the log, who shall be where), figures and sentences out.
 
 from __future__ import annotations
 
+import contextlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -146,6 +147,11 @@ class Judge:
         first, last = np.searchsorted(self.log.time, [end - FINAL_S - 1e-9, end + 1e-9])
         return slice(int(first), int(last)) if last > first else None
 
+    @property
+    def final_positions(self) -> Array | None:
+        """Where all drones are at the end, on average over the last second (m), shape (N, 3)."""
+        return None if self._final is None else np.mean(self._at[self._final], axis=0)
+
     def places(self) -> Array:
         """Return where all drones shall be at the end (m), shape (N, 3).
 
@@ -167,10 +173,8 @@ class Judge:
         rows = [3 * i + k for i in followers for k in range(3)]
         columns = [3 * i + k for i in leaders for k in range(3)]
         right = -laplacian[np.ix_(rows, columns)] @ places[leaders].ravel()
-        try:
+        with contextlib.suppress(np.linalg.LinAlgError):  # the bearings leave them a choice
             places[followers] = np.linalg.solve(laplacian[np.ix_(rows, rows)], right).reshape(-1, 3)
-        except np.linalg.LinAlgError:
-            pass  # the bearings leave them a choice
         return places
 
     def position_errors(self) -> Array:
@@ -236,19 +240,27 @@ class Judge:
             errors = errors[[bool(counted[i] and counted[j]) for i, j in pairs]]
         if criteria.bearing_error_deg is not None:
             value = float(np.mean(errors)) if errors is not None and len(errors) else math.nan
-            found.append(_at_most("bearing_error_deg", criteria.bearing_error_deg, value, "the mean bearing error", "deg"))
+            found.append(
+                _at_most("bearing_error_deg", criteria.bearing_error_deg, value, "the mean bearing error", "deg")
+            )
         if criteria.bearing_error_max_deg is not None:
             value = float(np.max(errors)) if errors is not None and len(errors) else math.nan
             found.append(
-                _at_most("bearing_error_max_deg", criteria.bearing_error_max_deg, value, "the largest bearing error", "deg")
+                _at_most(
+                    "bearing_error_max_deg", criteria.bearing_error_max_deg, value, "the largest bearing error", "deg"
+                )
             )
         if criteria.position_error_m is not None:
             found.append(
-                _worst("position_error_m", criteria.position_error_m, self.position_errors(), counted, names, "its place")
+                _worst(
+                    "position_error_m", criteria.position_error_m, self.position_errors(), counted, names, "its place"
+                )
             )
         if criteria.tracking_rms_m is not None:
             found.append(
-                _worst("tracking_rms_m", criteria.tracking_rms_m, self.tracking()[0], counted, names, "its reference (RMS)")
+                _worst(
+                    "tracking_rms_m", criteria.tracking_rms_m, self.tracking()[0], counted, names, "its reference (RMS)"
+                )
             )
         if criteria.min_distance_m is not None:
             found.append(self._distance(criteria.min_distance_m, counted, names))

@@ -239,7 +239,9 @@ class Experiment:
         planned = clock()
         orders = []
         if up:
-            orders = [(group, group.step(self.agents, self.accelerations, turning, poses, now)) for group in self.groups]
+            orders = [
+                (group, group.step(self.agents, self.accelerations, turning, poses, now)) for group in self.groups
+            ]
         controlled = clock()
         for group, order in orders:
             if order is not None:
@@ -266,7 +268,9 @@ class Experiment:
         if self._seen is None:
             self._seen = Pose(*(np.nan_to_num(part) for part in _parts(poses)), time=poses.time)
         elif not known.all():
-            kept = (np.where(known[:, None], part, old) for part, old in zip(_parts(poses), _parts(self._seen), strict=True))
+            kept = (
+                np.where(known[:, None], part, old) for part, old in zip(_parts(poses), _parts(self._seen), strict=True)
+            )
             self._seen = Pose(*kept, time=poses.time)
         else:
             self._seen = poses
@@ -352,7 +356,9 @@ class Experiment:
         if not is_good:
             good = np.isfinite(linear).all(axis=1) & np.isfinite(angular).all(axis=1)
             for i in indices[~good]:
-                self._fail(self.agents[i], f"{self.agents[i].name}: its controller asks for numbers that are not finite")
+                self._fail(
+                    self.agents[i], f"{self.agents[i].name}: its controller asks for numbers that are not finite"
+                )
             indices, twist = indices[good], type(twist)(linear[good], angular[good])
         if not self._known.all():
             seen = self._known[indices]

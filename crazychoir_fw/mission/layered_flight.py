@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from copy import copy
 from dataclasses import dataclass
 from dataclasses import replace as replaced
 from typing import TYPE_CHECKING, Any
 
+import mujoco
 import numpy as np
 
 from crazychoir_fw.core import identity
@@ -71,18 +73,26 @@ class LayeredResult(FlightResult):
         mean, largest = np.full(len(errors), np.nan), np.full(len(errors), np.nan)
         mean[flies], largest[flies] = np.nanmean(errors[flies], axis=1), np.nanmax(errors[flies], axis=1)
         limit = self.mission.criteria.bearing_error_deg  # type: ignore[attr-defined]
-        return ErrorCurve("bearing error (deg)", mean, largest, limit)
+        pairs = list(self.judge.formation.graph.pairs)  # type: ignore[union-attr]
+        end = self.judge.final_positions
+        return ErrorCurve("bearing error (deg)", mean, largest, limit, self.judge.places(), end, pairs)
 
     @property
     def film_model(self) -> Any:
         """The model that the film is made with: drones of an integrator are drawn where they were."""
-        if self.world is not None:
-            return self.world.model
         from crazychoir_fw.simulation import DroneConfig
         from crazychoir_fw.simulation.builder import build_model
 
-        drones = [DroneConfig(**drone_settings(drone)) for drone in self.mission.fleet]
-        return build_model(drones, self.mission.scene, self.mission.seed, True)
+        if self.world is not None:
+            model = copy(self.world.model)
+        else:
+            drones = [DroneConfig(**drone_settings(drone)) for drone in self.mission.fleet]
+            model = build_model(drones, self.mission.scene, self.mission.seed, True)
+        formation = self.judge.formation
+        if formation is not None:
+            for i, drone in enumerate(self.mission.fleet):
+                _paint(model, drone.id, _LEADER if i in formation.leaders else _FOLLOWER)
+        return model
 
 
 def fly_layers(
@@ -136,6 +146,17 @@ def make_experiment(
     return Experiment(chosen, agents, groups, mission.layers.rate, mission.log_rate, observe)
 
 
+_LEADER, _FOLLOWER = (0.85, 0.1, 0.1), (0.1, 0.4, 0.85)
+
+
+def _paint(model: Any, drone: str, color: tuple[float, float, float]) -> None:
+    """Give the colored part of a drone another color."""
+    geom = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"{drone}/accent")
+    if geom >= 0:
+        model.geom_rgba[geom, :3] = color
+        model.geom_matid[geom] = -1
+
+
 # -------------------------------------------------------------------------------- backends
 
 
@@ -178,7 +199,9 @@ def _integrator(mission: LayeredMission, threads: int | None, visuals: bool) -> 
         disturbance = RandomForce(given.sigma, given.time_constant, mission.seed)
     platforms = {drone.platform for drone in mission.fleet}
     if len(platforms) > 1:
-        raise MissionError(f"backend integrator flies one platform at a time, but there are {', '.join(sorted(platforms))}")
+        raise MissionError(
+            f"backend integrator flies one platform at a time, but there are {', '.join(sorted(platforms))}"
+        )
     backend = IntegratorBackend(
         names_of(mission),
         starts_of(mission),
@@ -324,7 +347,11 @@ class _Flight:
             qpos, times = self._backend.film
             is_new = np.diff(times, prepend=-np.inf) > 0.0
             flown = float(times[-1] - times[0])
-            film = Film(self._fps, list(times[is_new]), list(qpos[is_new]), max(1.0, np.ceil(flown / LONGEST_FILM_S)))
+            film = Film(
+                self._fps, list(times[is_new]), list(qpos[is_new]), max(1.0, float(np.ceil(flown / LONGEST_FILM_S)))
+            )
+            if formation is not None:
+                film.links = list(formation.graph.pairs)
         return LayeredResult(mission, self._world, log, film, summary, judge, no_film)  # type: ignore[arg-type]
 
     def _summary(
@@ -368,7 +395,9 @@ class _Flight:
             "real_time_factor": _rounded(flown / seconds if seconds > 0.0 else np.nan),
             "criteria": [verdict.as_dict() for verdict in verdicts],
             "bearing_error_deg": None if bearings is None else _rounded(np.mean(bearings) if len(bearings) else np.nan),
-            "bearing_error_max_deg": None if bearings is None else _rounded(np.max(bearings) if len(bearings) else np.nan),
+            "bearing_error_max_deg": None
+            if bearings is None
+            else _rounded(np.max(bearings) if len(bearings) else np.nan),
             "drones": drones,
             "events": [happening.as_dict() for happening in experiment.happenings],
             "collisions": [

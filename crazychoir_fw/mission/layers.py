@@ -68,9 +68,12 @@ def gain_set() -> BeforeValidator:
     def check(value: object) -> str | dict[str, Any]:
         if isinstance(value, str) and re.fullmatch(r"[a-z]\w{0,30}", value):
             return value
-        if isinstance(value, Mapping) and value:
-            if all(isinstance(key, str) and (is_gain(item) or key == "base") for key, item in value.items()):
-                return dict(value)
+        is_mapping = isinstance(value, Mapping) and len(value) > 0
+        if is_mapping and all(
+            isinstance(key, str) and (is_gain(item) or key == "base")
+            for key, item in value.items()  # type: ignore[union-attr]
+        ):
+            return dict(value)  # type: ignore[call-overload]
         raise refusal(must)
 
     return BeforeValidator(check)

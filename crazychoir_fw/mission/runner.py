@@ -53,6 +53,8 @@ class Film:
     qpos: list[NDArray[np.float64]] = field(default_factory=list)  # each (nq,)
     speed: float = 1.0
     """Seconds of flight per second of film."""
+    links: list[tuple[int, int]] = field(default_factory=list)
+    """Drones that talk to each other."""
 
 
 @dataclass(frozen=True)

@@ -1,5 +1,6 @@
 """An error over time, as the page about a flight shows it."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,3 +17,9 @@ class ErrorCurve:
     largest: NDArray[np.float64]  # (T,)
     limit: float | None = None
     """What is allowed at the end."""
+    places: NDArray[np.float64] | None = None  # (N, 3)
+    """Where drones shall be at the end (m), NaN where nobody knows."""
+    ends: NDArray[np.float64] | None = None  # (N, 3)
+    """Where they are then (m)."""
+    pairs: Sequence[tuple[int, int]] = ()
+    """Drones whose bearings count."""

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 _GHOST_RADIUS_M = 0.025
 _GHOST_ALPHA = 0.35
 _NAME_PLACE = np.array([0.0, 0.0, 0.07])  # [m], over the drone
+_LINK_RADIUS_M = 0.004
+_LINK_COLOR = np.array([0.15, 0.2, 0.3, 0.35], dtype=np.float32)
 _NO_ROTATION = np.eye(3).ravel()
 _ZERO = np.zeros(3)
 
@@ -37,6 +39,24 @@ def place_ghost(geom: mujoco.MjvGeom, target: NDArray[np.float64], color: NDArra
     size = np.full(3, _GHOST_RADIUS_M if known else 1e-6)
     mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_SPHERE, size, target if known else _ZERO, _NO_ROTATION, rgba)
     geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+
+
+def add_links(scene: mujoco.MjvScene, positions: NDArray[np.float64], pairs: Sequence[tuple[int, int]]) -> None:
+    """Add a thin rod between drones that talk to each other, as far as there is room.
+
+    Args:
+        scene: Scene to add to.
+        positions: Where the drones are (m, world frame), shape (N, 3).
+        pairs: Their numbers.
+    """
+    for first, second in pairs:
+        geom = _next(scene)
+        if geom is None:
+            return
+        rod = mujoco.mjtGeom.mjGEOM_CAPSULE
+        mujoco.mjv_initGeom(geom, rod, np.zeros(3), np.zeros(3), _NO_ROTATION, _LINK_COLOR)
+        mujoco.mjv_connector(geom, rod, _LINK_RADIUS_M, positions[first], positions[second])
+        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
 
 
 def add_names(scene: mujoco.MjvScene, positions: NDArray[np.float64], names: Sequence[str]) -> None:

@@ -67,6 +67,7 @@ def plot_flight(log: FlightLog, path: Path, title: str, curve: ErrorCurve | None
         _draw_motors(axes[3], log, colors)
     else:
         _draw_error(axes[3], log.time, curve, stride)
+        _draw_formation(above, curve)
     _explain_lines(space, reference is not None)
     _name_drones(figure, above, log.drone_ids, colors)
     figure.suptitle(title, fontsize=15, fontweight="bold", color=_INK, parse_math=False)
@@ -230,6 +231,17 @@ def _draw_motors(axes: Axes, log: FlightLog, colors: Sequence[str]) -> None:
     axes.text(0.995, 0.04, note, transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT)
 
 
+def _draw_formation(axes: Axes, curve: ErrorCurve) -> None:
+    """Draw at the end of the flight who looks at whom, and crosses where each shall be."""
+    if curve.ends is not None:
+        for pair in curve.pairs:
+            x, y, _ = curve.ends[list(pair)].T
+            axes.plot(x, y, color="#9AA3AD", linewidth=0.7, zorder=0.5)
+    if curve.places is not None and np.isfinite(curve.places).any():
+        x, y, _ = curve.places.T
+        axes.scatter(x, y, marker="x", s=36.0, color=_INK, linewidths=1.0, zorder=6)
+
+
 def _draw_error(axes: Axes, time: NDArray[np.float64], curve: ErrorCurve, stride: int) -> None:
     """Draw an error on a logarithmic scale: its mean, up to its largest, and what is allowed."""
     _tidy(axes, curve.label)
@@ -240,8 +252,12 @@ def _draw_error(axes: Axes, time: NDArray[np.float64], curve: ErrorCurve, stride
     axes.plot(time, mean, color=_FEW[0], linewidth=1.4)
     if curve.limit is not None:
         axes.axhline(curve.limit, color=_FEW[1], linewidth=1.0, linestyle=_DASHES)
-        axes.text(0.005, curve.limit, "allowed ", transform=axes.get_yaxis_transform(), va="bottom", fontsize=8, color=_FEW[1])
-    axes.text(0.995, 0.9, "mean, shaded up to the largest", transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT)
+        axes.text(
+            0.005, curve.limit, "allowed ", transform=axes.get_yaxis_transform(), va="bottom", fontsize=8, color=_FEW[1]
+        )
+    axes.text(
+        0.995, 0.9, "mean, shaded up to the largest", transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT
+    )
 
 
 def _tidy(axes: Axes, label: str) -> None:

@@ -21,7 +21,12 @@ def short(**changes):
 @pytest.mark.parametrize("kind", ["fpqr", "frpy", "vel"])
 def test_setpoints_of_many_are_those_of_motor_controls(kind):
     names = {"fpqr": "MotorCtrlFPQR", "frpy": "MotorCtrlFRPY", "vel": "MotorCtrlVel"}
-    world = World([DroneConfig("a", (0, 0), motor_ctrl=names[kind]), DroneConfig("b", (1, 0), platform="cf21bl", motor_ctrl=names[kind])])
+    world = World(
+        [
+            DroneConfig("a", (0, 0), motor_ctrl=names[kind]),
+            DroneConfig("b", (1, 0), platform="cf21bl", motor_ctrl=names[kind]),
+        ]
+    )
     world.step(7)
     seen = []
     for drone in world.drones:
@@ -58,9 +63,7 @@ def test_a_replay_proves_the_flight(flown, tmp_path):
 
 def test_mocap_is_seen_through_the_filter():
     true, seen = (make_backend(mission(short()), threads=1) for _ in range(2))
-    seen = make_backend(
-        mission({**short(), "layers": {**short()["layers"], "odometry": "mocap"}}), threads=1
-    )
+    seen = make_backend(mission({**short(), "layers": {**short()["layers"], "odometry": "mocap"}}), threads=1)
     for _ in range(20):
         seen.poses()
         seen.advance(0.01)
