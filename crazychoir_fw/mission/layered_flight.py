@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 READY_TIMEOUT = 10.0
 """Longest time until all drones are ready to fly (s, simulated)."""
 
-LONGEST_FILM_S = 40.0
+LONGEST_FILM_S = 12.0
 """A film of a longer flight is played faster (s)."""
 
 LATE_S = 6.0
