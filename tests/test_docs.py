@@ -9,7 +9,9 @@ import pytest
 
 from crazychoir_fw import core
 from crazychoir_fw.mission import load_mission
+from crazychoir_fw.mission.layered_flight import fly_layers
 from crazychoir_fw.mission.runner import fly
+from crazychoir_fw.mission.schema import LayeredMission
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "ARCHITECTURE.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -44,7 +46,8 @@ def test_missions_fly_as_printed(text, tmp_path, monkeypatch, lasting_cache, min
     path = tmp_path / "mission.yaml"
     path.write_text(text)
     (tmp_path / "my_controller.c").write_text(blocks(ROOT / "docs/apps.md", "c")[0])
-    result = fly(load_mission(path))
+    mission = load_mission(path)
+    result = fly_layers(mission) if isinstance(mission, LayeredMission) else fly(mission)
     assert result.failures == []
 
 

@@ -174,6 +174,11 @@ class CFDistributedFeedback(CFGuidance):
         return data
 
     @property
+    def hears_all(self) -> bool:
+        """Whether no neighbor is lost or behind."""
+        return not self._lost and not self._behind
+
+    @property
     def has_stragglers(self) -> bool:
         """Whether a neighbor counts rounds by itself, far behind, so that it is heard but not waited for."""
         return bool(self._behind)

@@ -98,6 +98,7 @@ class GuidanceGroup:
                 agent.previous_round = self._settled_at
             self._settled_at = None
         if not self._sends and self._together and self._is_settled():
+            self.was_together = True
             return self._step_together(now)
         for agent in self._feedback:
             agent.begin_round(now)
@@ -175,6 +176,7 @@ class GuidanceGroup:
             agent.phase is Phase.FLIGHT
             and agent.asks_nothing
             and not agent.round_open
+            and agent.hears_all
             and agent.previous_round == previous
             for agent in self._feedback
         )

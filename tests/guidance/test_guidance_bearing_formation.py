@@ -308,7 +308,9 @@ def test_any_number_of_leaders(leaders):
     starts = SQUARE.copy()
     followers = [i for i in range(4) if i not in leaders]
     starts[followers] += (0.2, -0.1, 0.1)
-    swarm = Swarm(SQUARE, SQUARE_GRAPH if leaders != (1, 3) else Graph.complete(4), starts, leaders=leaders, gains="mujoco")
+    swarm = Swarm(
+        SQUARE, SQUARE_GRAPH if leaders != (1, 3) else Graph.complete(4), starts, leaders=leaders, gains="mujoco"
+    )
     swarm.press("start")
     swarm.run(30.0)
     np.testing.assert_allclose(swarm.position, SQUARE, atol=1e-2)

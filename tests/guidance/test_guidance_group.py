@@ -22,11 +22,21 @@ class Grouped(Swarm):
     """Counts what is decided together."""
 
     together = 0
+    sends = True
 
     def decide(self):
+        up = [self.agents[i] for i in sorted(self.alive)]
+        if self.group is None or self.group.agents != up:
+            self.group = GuidanceGroup(up, sends=self.sends)
         outputs = super().decide()
         self.together += self.group.was_together
         return outputs
+
+
+class Silent(Grouped):
+    """Sends only where it tells something new."""
+
+    sends = False
 
 
 def both(formation, graph, starts, **options):
@@ -106,3 +116,32 @@ def test_others_take_part():
     assert outputs[2].reference is not None and outputs[4].trajectory is not None
     with pytest.raises(RangeError, match="each once"):
         GuidanceGroup([alone, alone])
+
+
+@pytest.mark.parametrize("victim", [None, 1, 3])
+def test_silence_changes_no_number(victim):
+    swarms = [
+        kind(SQUARE, SQUARE_GRAPH, SQUARE_STARTS, noise=(0.002, 0.02), gains="mujoco", takeoff_time=1.0)
+        for kind in (Grouped, Silent)
+    ]
+    for swarm in swarms:
+        swarm.measure()
+        swarm.press("start")
+        swarm.run(2.0)
+        if victim is not None:
+            swarm.kill(victim)
+            killed = swarm.now
+            swarm.run(0.98)
+            assert {event[:3] for event in swarm.events} == {
+                ("lost", agent, victim) for agent in SQUARE_GRAPH.in_neighbors(victim)
+            }
+            assert all(event[3] - killed < 1.0 for event in swarm.events)
+    if victim is None:
+        assert swarms[0].agents[2].communicator.statistics.rounds == 100
+        assert swarms[1].agents[2].communicator.statistics.rounds == 1
+        np.testing.assert_array_equal(swarms[0].position, swarms[1].position)
+        for swarm in swarms:
+            swarm.press("land")
+            swarm.run(1.0)
+        np.testing.assert_array_equal(swarms[0].position, swarms[1].position)
+        assert swarms[1].events == []
