@@ -7,6 +7,7 @@ after their take-off. Compare runs side by side only: other programs on the mach
 """
 
 import argparse
+import json
 import time
 from pathlib import Path
 
@@ -17,8 +18,8 @@ from crazychoir_fw.mission.loader import load_mission
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
-def measure(name: str, backend: str, seconds: float, threads: int) -> str:
-    """Return one row of the table."""
+def measure(name: str, backend: str, seconds: float, threads: int) -> dict[str, float | str]:
+    """Return what one swarm costs, times in microseconds per round."""
     mission = load_mission(EXAMPLES / f"{name}.yaml", backend=backend)
     experiment = make_experiment(mission, make_backend(mission, threads))
     experiment.takeoff()
@@ -30,9 +31,9 @@ def measure(name: str, backend: str, seconds: float, threads: int) -> str:
     experiment.run(seconds)
     wall, cpu = time.perf_counter() - wall, time.process_time() - cpu
     rounds = seconds / experiment.period
-    parts = " ".join(f"{1e6 * experiment.shares[part] / rounds:10.0f}" for part in PARTS)
-    drones = len(experiment.agents)
-    return f"{backend:10} {drones:6} {seconds / wall:9.1f} {1e6 * wall / rounds:9.0f} {1e6 * cpu / rounds:9.0f} {parts}"
+    row = {"backend": backend, "drones": len(experiment.agents), "real_time_factor": round(seconds / wall, 2)}
+    row |= {"round": round(1e6 * wall / rounds), "cpu": round(1e6 * cpu / rounds)}
+    return row | {part: round(1e6 * experiment.shares[part] / rounds) for part in PARTS}
 
 
 def main() -> None:
@@ -40,12 +41,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seconds", type=float, default=20.0, help="simulated time of each measurement (s)")
     parser.add_argument("--threads", type=int, default=2, help="threads of the simulation")
+    parser.add_argument("--json", type=Path, help="file for the numbers")
     given = parser.parse_args()
-    print("times in microseconds per round of 10 ms")
-    print(f"{'backend':10} {'drones':>6} {'x real':>9} {'round':>9} {'CPU':>9} " + " ".join(f"{p:>10}" for p in PARTS))
+    rows = []
     for backend in ("sim", "integrator"):
         for name in ("bearing_formation", "letter_s", "grid_30"):
-            print(measure(name, backend, given.seconds, given.threads), flush=True)
+            row = measure(name, backend, given.seconds, given.threads)
+            if not rows:
+                print("times in microseconds per round of 10 ms")
+                print(" ".join(f"{key[:10]:>10}" for key in row))
+            print(" ".join(f"{value:>10}" for value in row.values()), flush=True)
+            rows.append(row)
+    if given.json:
+        given.json.write_text(json.dumps(rows, indent=2) + "\n")
 
 
 if __name__ == "__main__":

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from crazychoir_fw import control, guidance, planning
 from crazychoir_fw.errors import CrazychoirError, MissionError, RangeError, UnknownNameError
 from crazychoir_fw.experiment.agent import Agent
+from crazychoir_fw.experiment.both_laws import BothFlatnessLaws
 from crazychoir_fw.experiment.control_group import ControlGroup
 from crazychoir_fw.guidance.gains import FORMATION_GAINS, FormationGains
 from crazychoir_fw.guidance.graph import Graph
@@ -252,6 +253,7 @@ def make_controller(
     i: int | Sequence[int],
     masses: Sequence[float] | None = None,
     follows: str | None = None,
+    accelerated: Sequence[int] = (),
 ) -> Any:
     """Return the controller of a drone, or one for several that are controlled alike.
 
@@ -260,6 +262,7 @@ def make_controller(
         i: Number of the drone, or numbers.
         masses: What all drones of the mission weigh (kg); None is what their platforms weigh.
         follows: What its references consist of; None is what the mission says of the first drone.
+        accelerated: Which of several follow accelerations nevertheless, for the flatness laws.
 
     Raises:
         CrazychoirError: If it cannot be made as the mission says.
@@ -295,6 +298,9 @@ def make_controller(
     position = strategy(
         "acceleration" if follows == "acceleration" else "position", word, "position", control.PositionCtrlStrategy
     )
+    if len(accelerated):
+        arguments = {"update_frequency": rate, "gains": position.gains, "mass": position.mass, "gravity": GRAVITY}
+        position = BothFlatnessLaws(np.isin(i, accelerated), **arguments)
     attitude = None
     if layer.command == "fpqr":
         attitude = strategy("attitude", layer.attitude, "attitude", control.AttitudeCtrlStrategy)
@@ -368,9 +374,8 @@ def make_groups(mission: LayeredMission, masses: Sequence[float]) -> list[Contro
     stock = ("HierarchicalController", "FlatnessPositionCtrl", "FlatnessAccelerationCtrl")
     if set(alike) == {"fullstate", "acceleration"} and laws == stock:
         everybody = list(range(len(mission.fleet)))
-        # made as that of a drone that follows full states
-        leading = alike["fullstate"][0]
-        controller = make_controller(mission, everybody, masses, follows=what_it_follows(mission, leading))
+        # made as that of drones that follow full states
+        controller = make_controller(mission, everybody, masses, "fullstate", alike["acceleration"])
         return [ControlGroup(controller, everybody, layer.command, "fullstate", alike["acceleration"])]
     return [
         ControlGroup(make_controller(mission, members, masses), members, layer.command, follows)

@@ -35,8 +35,8 @@ class ControlGroup:
             indices: Numbers of the drones.
             kind: What it commands, ``fpqr``, ``frpy`` or ``vel``.
             follows: What references consist of, ``acceleration``, ``position`` or ``fullstate``.
-            accelerated: Of those that follow full states, who follows accelerations. A flatness law whose reference is
-                the present position and velocity is the acceleration law, so that one object controls both.
+            accelerated: Of those that follow full states, who follows accelerations, see `BothFlatnessLaws`; the
+                positions that they are given are where they are.
         """
         self.controller = controller
         self.indices = np.array(indices)
@@ -78,7 +78,7 @@ class ControlGroup:
         """Return the references of all, arrays of shape (N, 3); where one has none it stays where it is."""
         parts: dict[str, Array] = {"position": own.position.copy()}
         if len(self._accelerated):
-            parts["velocity"] = np.where(self._is_accelerated[:, None], own.velocity, 0.0)
+            parts["velocity"] = np.zeros_like(own.position)
             parts["acceleration"] = np.zeros_like(own.position)
             parts["acceleration"][self._is_accelerated] = (
                 accelerations[self._accelerated] * up[self._is_accelerated][:, None]

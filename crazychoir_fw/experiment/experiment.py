@@ -292,6 +292,8 @@ class Experiment:
             except Exception:
                 self._together = None  # who it was turns out when each decides for itself
             return
+        if self._together is not None:
+            self._together.let_go()
         for agent in agents:
             guidance = agent.guidance
             try:

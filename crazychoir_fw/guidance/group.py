@@ -93,10 +93,7 @@ class GuidanceGroup:
 
     def step(self, now: float) -> list[Outputs]:
         """Return what each agent asks for at a time (s), in the order of the agents."""
-        if self._settled_at is not None:
-            for agent in self._feedback:
-                agent.previous_round = self._settled_at
-            self._settled_at = None
+        self.let_go()
         if not self._sends and self._together and self._is_settled():
             self.was_together = True
             return self._step_together(now)
@@ -106,6 +103,13 @@ class GuidanceGroup:
         if self.was_together:
             return self._step_together(now)
         return [self._step_alone(agent, now) for agent in self.agents]
+
+    def let_go(self) -> None:
+        """Let agents know when they decided last, for whoever goes on with each by itself after `decide`."""
+        if self._settled_at is not None:
+            for agent in self._feedback:
+                agent.previous_round = self._settled_at
+            self._settled_at = None
 
     @property
     def followers(self) -> list[int]:
@@ -135,6 +139,7 @@ class GuidanceGroup:
             return None
         previous = self._feedback[0].previous_round if self._settled_at is None else self._settled_at
         self._settled_at = now
+        self.was_together = True
         stacked = np.concatenate([positions.ravel(), velocities.ravel()])
         return self._inputs(stacked, min(max(now - previous, 0.0), LONGEST_STEP))
 

@@ -6,6 +6,8 @@ from flown_layers import NAMES, formation, hover, mission, within
 
 from crazychoir_fw.errors import CrazychoirError, UnknownNameError
 from crazychoir_fw.experiment.agent import Phase
+from crazychoir_fw.experiment.agents import make_controller
+from crazychoir_fw.experiment.control_group import ControlGroup
 from crazychoir_fw.messages import TrajectoryPoint
 from crazychoir_fw.mission.layered_flight import fly_layers, make_experiment
 
@@ -226,3 +228,23 @@ def test_drones_that_start_in_the_air_wait_there():
     experiment.run(10.0)
     np.testing.assert_allclose(experiment.backend.true_positions()[:, 2], 0.8, atol=0.01)
     assert [agent.name for agent in experiment.agents] == NAMES
+
+
+def test_one_controller_for_all_is_that_of_each():
+    """Leaders and followers share an object; what it commands is what theirs would."""
+    together = make_experiment(mission(formation()))
+    apart = make_experiment(mission(formation()))
+    assert len(together.groups) == 1
+    rows = {"fullstate": [0, 1], "acceleration": [2, 3]}
+    masses = list(apart.backend.masses)
+    apart.groups = [
+        ControlGroup(make_controller(mission(formation()), own, masses), own, "fpqr", follows)
+        for follows, own in rows.items()
+    ]
+    for experiment in (together, apart):
+        experiment.takeoff()
+        experiment.run(3.0)
+        experiment.start()
+        experiment.run(1.0)
+    np.testing.assert_allclose(together.backend.integrator.state, apart.backend.integrator.state, atol=1e-9)
+    assert np.linalg.norm(together.backend.poses().velocity[2]) > 0.1
