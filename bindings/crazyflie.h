@@ -57,13 +57,13 @@ typedef struct {
 
 // How a drone that lies still is kept there by the simulator (mujoco_plugin/rest.h).
 typedef struct {
-  float   still_time;        // [s] with stopped rotors, up to now
-  float   placed_time;       // [s] with stopped rotors near `pose`, up to now
-  bool    is_blown;          // let go by a blow, and not yet away from `pose`
-  bool    is_held;           // since it has been still for long enough
-  uint8_t contagious_steps;  // left, in which whom it touches is let go as well
-  double  pose[7];           // position [m] and quaternion (w, x, y, z) where it is held, or may be
-  double  load[6];           // generalized force [N, world; N m, body] of those that lean on it
+  float  still_time;   // [s] with stopped rotors, up to now
+  float  placed_time;  // [s] with stopped rotors near `pose`, up to now
+  bool   is_held;      // since it has been still for long enough
+  bool   is_loose;     // let go, and not yet away from `pose`
+  bool   is_weighed;   // `load` is known
+  double pose[7];      // position [m] and quaternion (w, x, y, z) where it is held, or may be
+  double load[6];      // generalized force [N, world; N m, body] of those that lean on it
 } cf_rest_t;
 
 // A drone whose provider needs more memory than the member has is longer, see cf_state_bytes.

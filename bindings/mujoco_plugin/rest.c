@@ -11,6 +11,7 @@
 #define STILL_SPEED 0.01       // [m/s]
 #define STILL_RATE 0.2         // [rad/s]
 #define STILL_TIME 0.5f        // [s] until it is held
+#define FALL_TIME 0.1f         // [s] until one is held again that a neighbor has left
 #define STILL_FACTOR_HEAP 3.0  // for one that touches another drone
 
 // Or it rocks, but stays where it is.
@@ -24,12 +25,13 @@
 
 // What moves an untouched drone by more than rounding is a push. Drones that lie on another push it
 // all the time, there only a blow counts: the weight of six, or a hit by one at 0.15 m/s.
-#define ROUNDING 1e-9            // [m/s], [rad/s], [m]
-#define LEAST_BLOW 60.0          // [m/s^2]
-#define LEAST_TWIST 3000.0       // [rad/s^2], three of them at a corner
-#define LEAST_DISPLACEMENT 1e-3  // [m], then those that lean on it follow
+#define ROUNDING 1e-9       // [m/s], [rad/s], [m]
+#define LEAST_BLOW 60.0     // [m/s^2]
+#define LEAST_TWIST 3000.0  // [rad/s^2], three of them at a corner
 
-#define CONTAGIOUS_STEPS 3  // in which a drone that was let go takes along those that it touches
+// A drone that was let go leaves its place when it is this far away and not slow. A heap creeps at
+// a few mm/s: if that were enough, its drones would set each other free for ever.
+#define LEAST_DISPLACEMENT 1e-3  // [m]
 
 // Every number within the limit; false for NaN.
 static bool are_within(const double *numbers, int count, double limit) {
@@ -50,7 +52,7 @@ static bool is_at(const double pose[7], const double now[7], double limit, doubl
 
 bool cf_rest_is_lively(const drone_t *drone, mjData *data) {
   const cf_t *cf = cf_state_of(drone, data);
-  return cf->rest.contagious_steps > 0 || !drone->can_rest ||
+  return !drone->can_rest ||
          (double)cf_rotors_total_thrust(&cf->vehicle.rotors) > LEAST_PUSH * drone->weight;
 }
 
@@ -65,24 +67,17 @@ static bool is_pushed(const drone_t *drone, mjData *data) {
   return (double)sqrtf(square) > LEAST_PUSH * drone->weight;
 }
 
-// Whom a blow of another drone that does not fly sets free goes alone at first.
-static void let_go(cf_rest_t *rest, bool is_blown) {
-  rest->is_held          = false;
-  rest->is_blown         = is_blown;
-  rest->still_time       = 0.0f;
-  rest->placed_time      = 0.0f;
-  rest->contagious_steps = is_blown ? 0 : CONTAGIOUS_STEPS;
+static bool is_slow(const drone_t *drone, const mjData *data, double factor) {
+  const double *twist = data->qvel + drone->dof_address;
+  return are_within(twist, 3, factor * STILL_SPEED) &&
+         are_within(twist + 3, 3, factor * STILL_RATE);
 }
 
-// When it really leaves its place, those that lean on it have to follow.
-static void follow_the_blown(const drone_t *drone, const mjData *data, cf_rest_t *rest) {
-  const double *now  = data->qpos + drone->qpos_address;
-  const double *then = rest->pose;
-  if (fabs(now[0] - then[0]) + fabs(now[1] - then[1]) + fabs(now[2] - then[2]) >
-      LEAST_DISPLACEMENT) {
-    rest->is_blown         = false;
-    rest->contagious_steps = CONTAGIOUS_STEPS;
-  }
+static void let_go(cf_rest_t *rest, float still_time) {
+  rest->is_held     = false;
+  rest->is_loose    = true;
+  rest->still_time  = still_time;
+  rest->placed_time = 0.0f;
 }
 
 static void keep_in_place(const drone_t *drone, mjData *data, const cf_rest_t *rest) {
@@ -94,19 +89,17 @@ static void keep_in_place(const drone_t *drone, mjData *data, const cf_rest_t *r
 static void hold(const drone_t *drone, mjData *data, cf_rest_t *rest) {
   memcpy(rest->pose, data->qpos + drone->qpos_address, sizeof rest->pose);
   memset(rest->load, 0, sizeof rest->load);
-  rest->is_held  = true;
-  rest->is_blown = false;
+  rest->is_held    = true;
+  rest->is_loose   = false;
+  rest->is_weighed = false;
   keep_in_place(drone, data, rest);
 }
 
 // Counts for how long it has been slow, and for how long at one place.
 static void hold_if_still(const drone_t *drone, mjData *data, cf_rest_t *rest, uint8_t touched,
                           double elapsed) {
-  const double *twist  = data->qvel + drone->dof_address;
-  const double  factor = touched == CF_TOUCH_DRONE ? STILL_FACTOR_HEAP : 1.0;
-  const bool    is_slow =
-      are_within(twist, 3, factor * STILL_SPEED) && are_within(twist + 3, 3, factor * STILL_RATE);
-  rest->still_time = is_slow ? rest->still_time + (float)elapsed : 0.0f;
+  const double factor = touched == CF_TOUCH_NONE ? 1.0 : STILL_FACTOR_HEAP;
+  rest->still_time    = is_slow(drone, data, factor) ? rest->still_time + (float)elapsed : 0.0f;
   if (is_at(rest->pose, data->qpos + drone->qpos_address, PLACE, PLACE_TURN)) {
     rest->placed_time += (float)elapsed;
   } else {
@@ -119,7 +112,8 @@ static void hold_if_still(const drone_t *drone, mjData *data, cf_rest_t *rest, u
   }
 }
 
-bool cf_rest_is_displaced(const drone_t *drone, mjData *data, double elapsed) {
+// A hand has put a held drone elsewhere: farther than its velocity leads in this time [s].
+static bool is_displaced(const drone_t *drone, mjData *data, double elapsed) {
   const cf_rest_t *rest = &cf_state_of(drone, data)->rest;
   const double    *pose = data->qpos + drone->qpos_address;
   if (!rest->is_held || memcmp(pose, rest->pose, sizeof rest->pose) == 0) {
@@ -140,45 +134,61 @@ bool cf_rest_is_displaced(const drone_t *drone, mjData *data, double elapsed) {
   return !is_near;
 }
 
+bool cf_rest_has_left(const drone_t *drone, mjData *data, double elapsed) {
+  const cf_rest_t *rest = &cf_state_of(drone, data)->rest;
+  if (rest->is_held || rest->placed_time == 0.0f) {
+    return is_displaced(drone, data, elapsed);
+  }
+  const double  limit = rest->is_loose ? LEAST_DISPLACEMENT : PLACE;
+  const double *now   = data->qpos + drone->qpos_address;
+  return !is_at(rest->pose, now, limit, PLACE_TURN) && !is_slow(drone, data, STILL_FACTOR_HEAP);
+}
+
 // Something acts on a drone from outside of the heap.
 static bool is_disturbed(const drone_t *drone, mjData *data, const cf_rest_t *rest, uint8_t touched,
                          double elapsed) {
   const bool is_bare = touched == CF_TOUCH_NONE && are_within(rest->load, 6, 0.0);
-  return touched == CF_TOUCH_MOVER || cf_rest_is_displaced(drone, data, elapsed) ||
+  return touched >= CF_TOUCH_LEFT || is_displaced(drone, data, elapsed) ||
          (is_bare && !are_within(data->qvel + drone->dof_address, 6, ROUNDING)) ||
          is_pushed(drone, data);
 }
 
-static bool is_hit(const drone_t *drone, const mjModel *model, const cf_rest_t *rest) {
+// A blow comes from one step to the next. What only grows heavy is carried: those at the bottom of
+// a heap would else be let go as soon as they are held, with all of the others on them.
+static bool is_hit(const drone_t *drone, const mjModel *model, const mjData *data,
+                   const cf_rest_t *rest) {
   const double  mass    = model->body_mass[drone->body];
   const double *inertia = model->body_inertia + 3 * drone->body;
-  return !are_within(rest->load, 3, LEAST_BLOW * mass) ||
-         !are_within(rest->load + 3, 3, LEAST_TWIST * fmin(inertia[0], inertia[1]));
+  const double *load    = data->qfrc_constraint + drone->dof_address;
+  double        blow[6];
+  for (int i = 0; i < 6; i++) {
+    blow[i] = load[i] - rest->load[i];
+  }
+  return rest->is_weighed && (!are_within(blow, 3, LEAST_BLOW * mass) ||
+                              !are_within(blow + 3, 3, LEAST_TWIST * fmin(inertia[0], inertia[1])));
 }
 
 void cf_rest_step(const swarm_t *swarm, int i, const mjModel *model, mjData *data, double elapsed) {
   const drone_t *drone = &swarm->drones[i];
   cf_t          *cf    = cf_state_of(drone, data);
   cf_rest_t     *rest  = &cf->rest;
-  if (rest->contagious_steps > 0) {
-    rest->contagious_steps--;
-  }
-  if (rest->is_blown) {
-    follow_the_blown(drone, data, rest);
-  }
+  rest->is_loose       = rest->is_loose && !cf_rest_has_left(drone, data, elapsed);
   if (!rest->is_held && (swarm->touched[i] == CF_TOUCH_MOVER || cf_rest_is_lively(drone, data))) {
     rest->still_time  = 0.0f;
     rest->placed_time = 0.0f;
   } else if (!rest->is_held) {
     hold_if_still(drone, data, rest, swarm->touched[i], elapsed);
   } else if (is_disturbed(drone, data, rest, swarm->touched[i], elapsed)) {
-    let_go(rest, false);
+    // who has lost nothing but a neighbor falls at once or not at all
+    let_go(rest, swarm->touched[i] == CF_TOUCH_LEFT ? STILL_TIME - FALL_TIME : 0.0f);
   } else {
-    memcpy(rest->load, data->qfrc_constraint + drone->dof_address, sizeof rest->load);
-    if (is_hit(drone, model, rest)) {
-      let_go(rest, true);
+    rest->is_weighed = rest->is_weighed && swarm->touched[i] != CF_TOUCH_HELD;
+    if (is_hit(drone, model, data, rest)) {
+      let_go(rest, 0.0f);
       return;
     }
+    memcpy(rest->load, data->qfrc_constraint + drone->dof_address, sizeof rest->load);
+    rest->is_weighed = true;
     keep_in_place(drone, data, rest);
     cf_contacts_go_on(&cf->contacts, cf_contacts_clock(data->time),
                       cf->onboard.tick + (uint32_t)swarm->ticks);

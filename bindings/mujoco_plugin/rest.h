@@ -4,9 +4,10 @@
  * ever.
  *
  * A held drone is let go when something acts on it: rotors or wind, a body that moves, a drone that
- * flies, a blow, a hand that moves it or gives it a velocity. It takes along the drones that it
- * touches, so that nothing hangs in the air. All state is in cf_rest_t, so that a restored flight
- * is the same to the last bit. Internal to the plugin. */
+ * flies, a blow, a hand that moves it or gives it a velocity. When it really leaves its place,
+ * those around it are let go as well, so that nothing hangs in the air; most of them come to rest
+ * where they are. All state is in cf_rest_t, so that a restored flight is the same to the last bit.
+ * Internal to the plugin. */
 #ifndef CF_MUJOCO_PLUGIN_REST_H
 #define CF_MUJOCO_PLUGIN_REST_H
 
@@ -19,8 +20,9 @@ void cf_rest_step(const swarm_t *swarm, int i, const mjModel *model, mjData *dat
 // Whether a drone disturbs those that it touches. Depends on the state only.
 bool cf_rest_is_lively(const drone_t *drone, mjData *data);
 
-// Whether a hand has put a held drone elsewhere: farther than its velocity leads in this time [s].
-bool cf_rest_is_displaced(const drone_t *drone, mjData *data, double elapsed);
+// Whether a drone with stopped rotors is no longer where it was, so that those that leaned on it
+// have to follow: it moves, or a hand has moved it in this time [s].
+bool cf_rest_has_left(const drone_t *drone, mjData *data, double elapsed);
 
 // Whether a drone is held at the pose and with the velocity that it has now. Depends on the state
 // only, and does not read what ticks write.

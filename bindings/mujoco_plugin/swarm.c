@@ -25,6 +25,10 @@ static int find_body(const mjModel *model, int instance) {
   return -1;
 }
 
+static double length_of(const double vector[3]) {
+  return sqrt(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
+}
+
 // R diag(d) R^T for the frame that MuJoCo aligned with the principal axes.
 static void rotated_diagonal(const double quat[4], const double diagonal[3], double out[9]) {
   double r[9];
@@ -48,13 +52,11 @@ static void read_inertia(drone_t *drone, const mjModel *model) {
 }
 
 static void read_weight(drone_t *drone, const mjModel *model) {
-  const double *gravity = model->opt.gravity;
-  const double  mass    = model->body_mass[drone->body];
-  drone->can_rest       = model->tree_dofnum[drone->tree] == 6 &&
-                          model->body_subtreemass[drone->body] <= mass &&
-                          model->body_gravcomp[drone->body] == 0;
-  drone->weight =
-      mass * sqrt(gravity[0] * gravity[0] + gravity[1] * gravity[1] + gravity[2] * gravity[2]);
+  const double mass = model->body_mass[drone->body];
+  drone->can_rest   = model->tree_dofnum[drone->tree] == 6 &&
+                      model->body_subtreemass[drone->body] <= mass &&
+                      model->body_gravcomp[drone->body] == 0;
+  drone->weight     = mass * length_of(model->opt.gravity);
 }
 
 // The estimator starts where the model places the drone, as careful users set kalman.initial*
@@ -210,6 +212,28 @@ static void map_bodies(swarm_t *swarm, const mjModel *model) {
   }
 }
 
+// How far from the origin of its drone a body may be, in whatever way it is turned.
+static double distance_from_root(const mjModel *model, int body) {
+  double sum = 0;
+  for (; body != model->body_rootid[body]; body = model->body_parentid[body]) {
+    sum += length_of(model->body_pos + 3 * body);
+  }
+  return sum;
+}
+
+static void measure_reach(swarm_t *swarm, const mjModel *model) {
+  for (int geom = 0; geom < model->ngeom; geom++) {
+    const int body  = model->geom_bodyid[geom];
+    const int index = swarm->drone_of_body[body];
+    if (index >= 0 && (model->geom_contype[geom] != 0 || model->geom_conaffinity[geom] != 0)) {
+      drone_t     *drone = &swarm->drones[index];
+      const double reach = distance_from_root(model, body) + length_of(model->geom_pos + 3 * geom) +
+                           model->geom_rbound[geom];
+      drone->reach       = fmax(drone->reach, reach);
+    }
+  }
+}
+
 static void number_things(swarm_t *swarm, const mjModel *model) {
   int32_t next = 0;
   for (int geom = 0; geom < model->ngeom; geom++) {
@@ -267,6 +291,7 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot)
   }
   bind_all(swarm, mj, model, slot);
   map_bodies(swarm, model);
+  measure_reach(swarm, model);
   number_things(swarm, model);
   if (!cf_downwash_new(swarm) || !cf_looking_new(swarm, model)) {
     return refuse(swarm, mj);

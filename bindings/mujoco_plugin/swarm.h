@@ -25,6 +25,7 @@ typedef struct {
 
   bool   can_rest;  // alone in its tree, so that it can be held (rest.h)
   double weight;    // [N] at the start
+  double reach;     // [m] of what collides, from the origin of the body
 
   double inertia[9];          // [kg m^2], body frame
   double inverse_inertia[9];  // [1/(kg m^2)]

@@ -5,8 +5,6 @@
 #include "mujoco_plugin/motion.h"
 #include "mujoco_plugin/rest.h"
 
-#define NEIGHBORHOOD 0.25  // [m], in which drones may touch each other
-
 const drone_t *cf_touch_drone_at(const swarm_t *swarm, int body) {
   const int index = swarm->drone_of_body[body];
   return index >= 0 ? &swarm->drones[index] : NULL;
@@ -27,18 +25,18 @@ static void note(swarm_t *swarm, const drone_t *drone, uint8_t touch) {
   swarm->has_touches = true;
 }
 
-// Those that leaned on a drone which a hand has taken away: they touch it no more, but they must
-// not hang in the air.
-static void note_orphans(swarm_t *swarm, mjData *data, const drone_t *gone) {
-  const double *place = cf_state_of(gone, data)->rest.pose;
+// Those that may touch a drone, or may have touched it where it was held.
+static void note_neighbors(swarm_t *swarm, mjData *data, const drone_t *middle, uint8_t touch) {
+  const double *place = cf_state_of(middle, data)->rest.pose;
   for (int i = 0; i < swarm->count; i++) {
     const drone_t *drone    = &swarm->drones[i];
     const double  *position = data->qpos + drone->qpos_address;
     const double   square   = (position[0] - place[0]) * (position[0] - place[0]) +
                               (position[1] - place[1]) * (position[1] - place[1]) +
                               (position[2] - place[2]) * (position[2] - place[2]);
-    if (square < NEIGHBORHOOD * NEIGHBORHOOD) {
-      note(swarm, drone, CF_TOUCH_MOVER);
+    const double   limit    = drone->reach + middle->reach;
+    if (drone != middle && square < limit * limit) {
+      note(swarm, drone, touch);
     }
   }
 }
@@ -62,8 +60,13 @@ void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm, double el
     }
   }
   for (int i = 0; i < swarm->count; i++) {
-    if (cf_rest_is_displaced(&swarm->drones[i], data, elapsed)) {
-      note_orphans(swarm, data, &swarm->drones[i]);
+    const drone_t   *drone = &swarm->drones[i];
+    const cf_rest_t *rest  = &cf_state_of(drone, data)->rest;
+    // who leaned on it may touch it no more, but must not hang in the air
+    if (cf_rest_has_left(drone, data, elapsed)) {
+      note_neighbors(swarm, data, drone, CF_TOUCH_LEFT);
+    } else if (rest->is_held && !rest->is_weighed) {
+      note_neighbors(swarm, data, drone, CF_TOUCH_HELD);
     }
   }
 }

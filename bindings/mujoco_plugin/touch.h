@@ -8,7 +8,9 @@
 enum {
   CF_TOUCH_NONE  = 0,  // nobody, or what never moves: the floor
   CF_TOUCH_DRONE = 1,  // another drone whose rotors do not push
-  CF_TOUCH_MOVER = 2,  // a body that moves, a drone that flies or was just let go
+  CF_TOUCH_HELD  = 2,  // a drone around it was just held, and pushes it no more
+  CF_TOUCH_LEFT  = 3,  // a drone that may have carried it has left its place
+  CF_TOUCH_MOVER = 4,  // a body that moves, a drone that flies
 };
 
 // Fills swarm->touched from the contacts of the steps that just ended, a time [s] together. One

@@ -6,8 +6,8 @@ import math
 from collections import deque
 
 from crazychoir_fw.errors import RangeError
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 
-TICKS_PER_SECOND = 1000
 MAX_LAG_S = 0.25
 """A simulation that is further behind than this gives the rest up instead of racing after it."""
 SLICE_S = 0.002

@@ -15,13 +15,14 @@ from crazychoir_fw.crtp.drone_radio import DroneRadio
 from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.link_model import Link, PerfectLink
 from crazychoir_fw.crtp.owner import SILENCE_S, Owner
-from crazychoir_fw.crtp.pacing import SLICE_S, TICKS_PER_SECOND, Pace
+from crazychoir_fw.crtp.pacing import SLICE_S, Pace
 from crazychoir_fw.crtp.radio import Radio, report
 from crazychoir_fw.crtp.server_statistics import Statistics
 from crazychoir_fw.crtp.services import Service
 from crazychoir_fw.crtp.sockets import open_sockets
 from crazychoir_fw.crtp.station import SERVICES, Station
 from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone

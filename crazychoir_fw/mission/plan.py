@@ -15,9 +15,9 @@ from crazychoir_fw.errors import MissionError
 from crazychoir_fw.mission.phases import GoTo, Hover, Land, Maneuver, Phase, Route, Takeoff, Trajectory
 from crazychoir_fw.mission.schema import Mission
 from crazychoir_fw.mission.values import did_you_mean
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 from crazychoir_fw.trajectory_files import MEMORY_PIECES, end_points, total_duration
 
-TICKS_PER_SECOND = 1000
 SETTLE_TICKS = 2500
 """Time after the last phase, in which the drones come to rest; supervisors see a landing 2 s after the last thrust."""
 

@@ -14,7 +14,7 @@ from cflib.crazyflie.log import Log, LogConfig, LogTocElement
 from crazychoir_fw.errors import RadioError, RangeError, UnknownNameError
 from crazychoir_fw.radio.parameters import element_of, suggestion
 
-_TICKS_PER_SECOND = 1000.0
+_MS_PER_SECOND = 1000.0
 _STAMP_RANGE = 1 << 24  # the drone stamps with 24 bits of milliseconds
 
 
@@ -72,7 +72,7 @@ def log_blocks(who: str, variables: Mapping[str, float], toc: object) -> list[Lo
 def _period_ms(who: str, name: str, rate_hz: float) -> int:
     if not (isinstance(rate_hz, int | float) and math.isfinite(rate_hz) and rate_hz > 0.0):
         raise RangeError(f"{who}: log variable '{name}': rate is {rate_hz!r}, allowed: 0.394 to 100 Hz")
-    period = round(_TICKS_PER_SECOND / rate_hz / 10.0) * 10
+    period = round(_MS_PER_SECOND / rate_hz / 10.0) * 10
     if not 10 <= period <= 2540:
         raise RangeError(f"{who}: log variable '{name}': rate is {rate_hz!r}, allowed: 0.394 to 100 Hz")
     return period
@@ -162,4 +162,4 @@ class DroneClock:
             passed = (stamp_ms - self._last) % _STAMP_RANGE
             self._total_ms += passed if passed < _STAMP_RANGE // 2 else passed - _STAMP_RANGE
         self._last = stamp_ms
-        return self._total_ms / _TICKS_PER_SECOND
+        return self._total_ms / _MS_PER_SECOND

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.report.likeness import Likeness
@@ -30,7 +31,6 @@ FPV_FOV_DEG = 55.0
 CHASE_SIZE = (640, 360)
 _CHASE_FOV_DEG = 45.0
 _LARGEST = 4096  # [pixels]
-_TICKS_PER_SECOND = 1000
 
 Look = Callable[[mujoco.MjData], "Viewpoint | mujoco.MjvCamera"]
 """Where a camera is, from a state whose kinematics are up to date."""
@@ -195,13 +195,13 @@ class Camera:
         Raises:
             RangeError: If the rate is no whole number from 1 to 1000.
         """
-        if not (isinstance(rate_hz, int) and 1 <= rate_hz <= _TICKS_PER_SECOND):
+        if not (isinstance(rate_hz, int) and 1 <= rate_hz <= TICKS_PER_SECOND):
             raise RangeError(f"camera {self.name}: rate_hz is {rate_hz!r}, allowed: a whole number from 1 to 1000")
-        together = gcd(rate_hz, _TICKS_PER_SECOND)  # so many times a second the pattern begins anew
-        period, pictures = _TICKS_PER_SECOND // together, rate_hz // together
+        together = gcd(rate_hz, TICKS_PER_SECOND)  # so many times a second the pattern begins anew
+        period, pictures = TICKS_PER_SECOND // together, rate_hz // together
         agenda = self._cameras.agenda
         cancels = [
-            agenda.every(period, lambda: callback(self.image()), phase=k * _TICKS_PER_SECOND // rate_hz)
+            agenda.every(period, lambda: callback(self.image()), phase=k * TICKS_PER_SECOND // rate_hz)
             for k in range(pictures)
         ]
 

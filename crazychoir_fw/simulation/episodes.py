@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from crazychoir_fw.errors import CrazychoirError, RangeError
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.snapshot import Snapshot
-from crazychoir_fw.simulation.world import TICKS_PER_SECOND, World
+from crazychoir_fw.simulation.world import World
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 
 class Episodes:

@@ -18,7 +18,8 @@ from crazychoir_fw.errors import RangeError
 from crazychoir_fw.journal import Journal
 from crazychoir_fw.report.flight_log import FlightLog
 from crazychoir_fw.simulation.swarm_views import swarm_parts
-from crazychoir_fw.simulation.world import TICKS_PER_SECOND, World
+from crazychoir_fw.simulation.world import World
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 _TRUE_POSE = ("sim.x", "sim.y", "sim.z")
 _TRUE_VELOCITY = ("sim.vx", "sim.vy", "sim.vz")

@@ -20,7 +20,8 @@ from crazychoir_fw.report.flight_log import FlightLog
 from crazychoir_fw.simulation.fingerprint import difference
 from crazychoir_fw.simulation.recipe import read_drones, scene_differs
 from crazychoir_fw.simulation.recorder import FlightRecorder
-from crazychoir_fw.simulation.world import TICKS_PER_SECOND, World
+from crazychoir_fw.simulation.world import World
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 Progress = Callable[[float, float], None]
 """Called with simulated time and its end (s)."""

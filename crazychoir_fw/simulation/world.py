@@ -31,12 +31,12 @@ from crazychoir_fw.simulation.motor_ctrl.pilots import Pilots
 from crazychoir_fw.simulation.provider_words import load_apps, load_providers
 from crazychoir_fw.simulation.recipe import write_recipe
 from crazychoir_fw.simulation.snapshot import Snapshot, put, take
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.crtp.link_model import Link
     from crazychoir_fw.crtp.server import Server
 
-TICKS_PER_SECOND = 1000
 SETTLE_S = 2.0
 """Time (s) that the filter of a drone needs which must find its place by light or radio."""
 

@@ -162,6 +162,57 @@ def test_heap_falls_when_its_support_flies_away():
     assert world["cf2"].true_position[2] < 0.02
 
 
+def test_nothing_hangs_in_the_air_when_a_heap_is_robbed():
+    """Let go all at once, no drone of the heap falls: 50 mm it would be, were there nothing below it."""
+    world = heap(16)
+    world.run(5.0)
+    lowest = np.argsort(world.positions()[:, 2])[:4]
+    for k, i in enumerate(lowest):
+        world.drones[i].place((1.0 + 0.3 * k, 0.0, 0.0145))
+    world.run(4.0)
+    assert sum(is_held(drone) for drone in world.drones) >= 15
+    before = world.positions()[:, 2]
+    for drone in world.drones:
+        drone.struct.rest.is_held = False
+        drone.struct.rest.still_time = drone.struct.rest.placed_time = 0.0
+    world.run(0.1)
+    assert np.all(world.positions()[:, 2] > before - 8e-3)
+
+
+def test_blow_sets_a_part_of_a_heap_free():
+    """It used to be all of it, so that large heaps never came to rest."""
+    world = World([DroneConfig(f"cf{i}", (0.12 * i, 0.0)) for i in range(12)] + [DroneConfig("ball", (-0.6, 0.0))])
+    world.run(1.6)
+    assert all(is_held(drone) for drone in world.drones)
+    world["ball"].place((-0.2, 0.0, 0.02))
+    world["ball"]._qvel[0] = 1.0
+    freed = set()
+    for _ in range(400):
+        world.step(1)
+        freed |= {drone.id for drone in world.drones if not is_held(drone)}
+    assert "cf0" in freed
+    assert "cf11" not in freed
+
+
+def test_drone_that_turns_slowly_is_held_where_it_is(landed):
+    """What is stopped in the middle of a turn was once turned on for half a step, and was let go for it."""
+    drone = landed["cf1"]
+    drone.place((0.1, 0.0, 0.0145))
+    landed.step(1)
+    while not is_held(drone):
+        drone._qvel[5] = 0.15
+        landed.step(1)
+    for _ in range(20):
+        landed.step(1)
+        assert is_held(drone)
+
+
+@pytest.mark.parametrize(("count", "solver"), [(100, mujoco.mjtSolver.mjSOL_NEWTON), (101, mujoco.mjtSolver.mjSOL_CG)])
+def test_large_swarms_have_a_solver_for_large_heaps(count, solver):
+    world = World([DroneConfig(f"cf{i}", (0.3 * i, 0.0)) for i in range(count)], visuals=False)
+    assert world.model.opt.solver == solver
+
+
 @pytest.mark.parametrize("threads", [1, 2, 3])
 def test_heap_is_the_same_to_the_last_bit(threads):
     reference, twin = heap(), heap()

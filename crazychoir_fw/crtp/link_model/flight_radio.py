@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING, Any
 from crazychoir_fw.crtp.link_model.link import Direction
 from crazychoir_fw.crtp.link_model.radios import SimulatedRadios
 from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.world import World
 
-TICKS_PER_SECOND = 1000
 
 PACKET_BYTES = {
     "cf_send_rpyt": 15,

@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.simulation.faults.rules import Names, Number, ruled
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone
     from crazychoir_fw.simulation.world import World
-
-TICKS_PER_SECOND = 1000
 
 
 @dataclass(frozen=True, kw_only=True)

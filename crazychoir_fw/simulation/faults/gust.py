@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 from crazychoir_fw.core import check
 from crazychoir_fw.errors import RangeError
-from crazychoir_fw.simulation.faults.fault import TICKS_PER_SECOND, Fault
+from crazychoir_fw.simulation.faults.fault import Fault
 from crazychoir_fw.simulation.faults.rules import Number, Vector, ruled
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 from crazychoir_fw.errors import CrazychoirError, StateError
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl import MotorCtrl
 from crazychoir_fw.simulation.motor_ctrl.naming import checked_class, describe, find_class
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone
     from crazychoir_fw.simulation.world import World
-
-_TICKS_PER_SECOND = 1000
 
 
 class Pilots:
@@ -47,7 +46,7 @@ class Pilots:
                 raise
             except Exception as error:  # a user's code may raise anything
                 raise StateError(f"{drone.id}: {type(control).__name__}.init failed: {describe(error)}") from error
-            by_period.setdefault(_TICKS_PER_SECOND // control.rate_hz, []).append(control)
+            by_period.setdefault(TICKS_PER_SECOND // control.rate_hz, []).append(control)
         for period, controls in sorted(by_period.items()):
             # one appointment for all of a rate: the agenda looks through its appointments at every stop
             self._cancel.append(self._world.agenda.every(period, _calls(self, controls)))
