@@ -16,7 +16,8 @@ from crazychoir_fw.experiment.setpoints import setpoints
 from crazychoir_fw.messages import Pose, TrajectoryPoint, Twist
 from crazychoir_fw.simulation.recorder import FlightRecorder
 from crazychoir_fw.simulation.swarm_views import swarm_parts
-from crazychoir_fw.simulation.world import TICKS_PER_SECOND, World
+from crazychoir_fw.simulation.world import World
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.report.flight_log import FlightLog

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.errors import CrazychoirError, MissionError
 from crazychoir_fw.mission.fleet import drone_settings
-from crazychoir_fw.mission.plan import TICKS_PER_SECOND, Command, FlightPlan, plan_flight
+from crazychoir_fw.mission.plan import Command, FlightPlan, plan_flight
 from crazychoir_fw.mission.radios import simulated_radios
 from crazychoir_fw.mission.schema import Mission
 from crazychoir_fw.mission.summary import collision_failures, judge, summarize
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.crtp.link_model.flight_radio import FlightRadio

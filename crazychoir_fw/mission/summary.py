@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.core import identity
 from crazychoir_fw.mission.fleet import FORCE_CONTROLLERS, OUT_OF_TREE
-from crazychoir_fw.mission.plan import TICKS_PER_SECOND, FlightPlan
+from crazychoir_fw.mission.plan import FlightPlan
 from crazychoir_fw.mission.schema import Mission
+from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.report.flight_log import FlightLog
