@@ -500,6 +500,25 @@ def test_packets_go_through_the_link_by_simulated_time(open_server, connect, wor
     assert server.statistics().link == {"logs": 12}
 
 
+def test_what_is_under_way_does_not_reach_the_next_client(open_server, connect, world):
+    server = open_server(link=Late(), newest_client_wins=True)
+    first, second = connect(server), connect(server)
+    first.send(SOURCE)
+    world.step(25)
+    assert first.read() == GREETING
+    for _ in range(5):
+        first.tell(b"old")
+    world.step(12)  # these have arrived, and their answers are under way
+    first.tell(b"older")  # and this is
+    second.send(SOURCE)
+    world.step(40)
+    assert second.read() == GREETING
+    second.send(b"\xfcping")
+    world.step(40)
+    assert second.read_until(b"\xfcping") == []
+    assert server.statistics().drones["cf1"].dropped >= 6
+
+
 def test_what_a_drone_does_not_hear_ends_its_session(open_server, connect, world):
     class Dead(PerfectLink):
         is_dead = False
