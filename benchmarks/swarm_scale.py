@@ -203,13 +203,17 @@ def measure_pile(
 
 
 START = """
-import resource, sys
+import sys
 from crazychoir_fw.simulation import DroneConfig, World
-before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+def resident():
+    return int(next(line for line in open("/proc/self/status") if line.startswith("VmRSS")).split()[1])
+
+before = resident()
 count, side = int(sys.argv[1]), int(int(sys.argv[1]) ** 0.5) + 1
 world = World([DroneConfig(f"cf{i}", (i % side * 0.5, i // side * 0.5)) for i in range(count)], visuals=False)
 world.step(1)
-print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / count)
+print((resident() - before) / count)
 """
 
 

@@ -140,8 +140,9 @@ def _serve(mission: "Mission", request: Request) -> list[str]:
             recorder = FlightRecorder(world, rate_hz=LOG_RATE)
             recorder.sample()
             world.agenda.every(recorder.ticks_per_sample, recorder.sample)
-        announce(server, mission, request.host, request.speed, request.seconds)
+        # a page waits for somebody who opens it, and drones do not move before
         picture = _Picture(show, world) if show is not None else None
+        announce(server, mission, request.host, request.speed, request.seconds)
         try:
             with Status(server) as status:
 

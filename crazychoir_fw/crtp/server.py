@@ -16,7 +16,7 @@ from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.link_model import Link, PerfectLink
 from crazychoir_fw.crtp.owner import SILENCE_S, Owner
 from crazychoir_fw.crtp.pacing import SLICE_S, Pace
-from crazychoir_fw.crtp.radio import Radio, report
+from crazychoir_fw.crtp.radio_thread import Radio, report
 from crazychoir_fw.crtp.server_statistics import Statistics
 from crazychoir_fw.crtp.services import Service
 from crazychoir_fw.crtp.sockets import open_sockets

@@ -14,7 +14,7 @@ from crazychoir_fw.crtp.services.app_channel import AppChannel
 from crazychoir_fw.crtp.services.commander import CommanderService
 from crazychoir_fw.crtp.services.console import ConsoleService
 from crazychoir_fw.crtp.services.high_level import HighLevelService
-from crazychoir_fw.crtp.services.link import NULL, LinkService
+from crazychoir_fw.crtp.services.link import NULL_CHANNEL, LinkService
 from crazychoir_fw.crtp.services.localization import LocalizationService
 from crazychoir_fw.crtp.services.log import LogService
 from crazychoir_fw.crtp.services.memory import MemoryService
@@ -86,7 +86,7 @@ class Station:
         if not 1 <= len(datagram) <= 1 + MAX_PAYLOAD:
             return []
         port, channel = datagram[0] >> 4, datagram[0] & 0x03
-        if not self._has_session and (port, channel) != (Port.LINK, NULL):
+        if not self._has_session and (port, channel) != (Port.LINK, NULL_CHANNEL):
             # a client, and not only somebody who scans
             self._has_session = True
             if self._console is not None:

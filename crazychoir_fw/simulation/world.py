@@ -26,6 +26,7 @@ from crazychoir_fw.simulation.events import Event
 from crazychoir_fw.simulation.faults import Fault, FaultSchedule
 from crazychoir_fw.simulation.fingerprint import Fingerprint, fingerprint
 from crazychoir_fw.simulation.fork import fork
+from crazychoir_fw.simulation.heap import WORTH_IT, give_back_memory
 from crazychoir_fw.simulation.model_drones import drones_in
 from crazychoir_fw.simulation.motor_ctrl.pilots import Pilots
 from crazychoir_fw.simulation.provider_words import load_apps, load_providers
@@ -88,6 +89,8 @@ class World:
         self._pilots = Pilots(self)
         for fault in faults:
             self.add_fault(fault)
+        if len(with_apps) >= WORTH_IT:
+            give_back_memory()
 
     def _set_up(
         self,

@@ -8,7 +8,7 @@ from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import MAX_PAYLOAD, Port
 from crazychoir_fw.crtp.services.service import Reply
 
-ECHO, SOURCE, SINK, NULL = range(4)
+ECHO, SOURCE, SINK, NULL_CHANNEL = range(4)
 
 GREETING = b"Bitcraze Crazyflie".ljust(MAX_PAYLOAD, b"\0")
 """By this a client tells that the protocol version can be asked for."""

@@ -480,9 +480,10 @@ def test_statistics_are_plain_and_make_tables():
     statistics = link.statistics()
     assert json.loads(json.dumps(statistics)) == statistics
     page = io.StringIO()
-    Console(width=100, file=page).print(link_tables(statistics))
+    Console(width=80, file=page).print(link_tables(statistics))
     text = page.getvalue()
     assert "radio1" in text and "80, 2M" in text
+    assert "…" not in text  # nothing is cut in a narrow terminal
     assert [line.split()[:3] for line in text.splitlines() if line.startswith(" cf")] == [
         ["cf1", "up", "50"],
         ["cf1", "down", "50"],

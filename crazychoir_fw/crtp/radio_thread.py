@@ -39,6 +39,19 @@ _RETRY_S = 0.001
 logger = logging.getLogger("crazychoir_fw.crtp")
 
 
+class _Letter(bytes):
+    """A datagram on its way through a link, which may take longer than its client stays."""
+
+    client: Address | None
+    session: int
+
+    @classmethod
+    def of(cls, radio: DroneRadio, datagram: bytes) -> _Letter:
+        letter = cls(datagram)
+        letter.client, letter.session = radio.owner.address, radio.counts.sessions
+        return letter
+
+
 class Radio:
     """All radios of a server and the thread that serves them.
 
@@ -264,7 +277,7 @@ class Radio:
 
     def _send_up(self, radio: DroneRadio, datagram: bytes, now: float) -> None:
         if self._link is not None:
-            self._link.send(self._link_clock(), radio.name, Direction.UP, datagram)
+            self._link.send(self._link_clock(), radio.name, Direction.UP, _Letter.of(radio, datagram))
         else:
             self._deliver(radio, datagram, now)
 
@@ -296,7 +309,9 @@ class Radio:
                 return
             for name, direction, datagram in arrivals:
                 radio = self._by_name[name]
-                if direction is Direction.UP:
+                if isinstance(datagram, _Letter) and _is_stale(radio, direction, datagram):
+                    radio.counts.dropped += 1
+                elif direction is Direction.UP:
                     self._deliver(radio, datagram, now)
                 else:
                     self._emit(radio, datagram, False, now)
@@ -319,7 +334,7 @@ class Radio:
 
     def _send_down(self, radio: DroneRadio, datagram: bytes, droppable: bool, now: float) -> None:
         if self._link is not None:
-            self._link.send(self._link_clock(), radio.name, Direction.DOWN, datagram, droppable)
+            self._link.send(self._link_clock(), radio.name, Direction.DOWN, _Letter.of(radio, datagram), droppable)
         else:
             self._emit(radio, datagram, droppable, now)
 
@@ -451,3 +466,12 @@ def report(reported: set[tuple[str, str]], name: str, sentence: str, error: Exce
 
 def _named(address: Address | None) -> str:
     return f"{address[0]}:{address[1]}" if address is not None else "nobody"
+
+
+def _is_stale(radio: DroneRadio, direction: Direction, letter: _Letter) -> bool:
+    """Tell whether a packet has been overtaken by another client, or by another session of its own."""
+    client = radio.owner.address
+    if direction is Direction.UP:
+        # of one who has gone the drone still hears the last words
+        return client is not None and client != letter.client
+    return client != letter.client or radio.counts.sessions != letter.session
