@@ -3,8 +3,8 @@
     python benchmarks/ros_swarm.py                      # 10 and 30 drones, all layers in one process and one per drone
     python benchmarks/ros_swarm.py --drones 4 --processes per-node
 
-Every drone has guidance that exchanges poses with up to six neighbors, a controller, and odometry at 100 Hz; two of them
-lead and have a trajectory handler. In lockstep the simulation waits for every command, so that the real-time
+Every drone has guidance that exchanges poses with up to six neighbors, a controller, and odometry at 100 Hz; two of
+them lead and have a trajectory handler. In lockstep the simulation waits for every command, so that the real-time
 factor is the pace of the slowest; the latency is from an odometry to the command that answers it.
 """
 

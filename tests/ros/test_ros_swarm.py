@@ -2,7 +2,6 @@
 
 import json
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -13,6 +12,7 @@ import pytest
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
+from ros_domains import reserve_domain
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Empty, String
 
@@ -77,7 +77,7 @@ class Flight:
         self.file = folder / "mission.yaml"
         self.file.write_text(mission)
         self.out = folder / "out"
-        self.domain = domain = random.SystemRandom().randint(1, 100)
+        self.domain = domain = reserve_domain()
         code = "from crazychoir_fw.cli import app; app()"
         command = [sys.executable, "-c", code, "fly", str(self.file), "--ros", "--no-video", "--out", str(self.out)]
         self.log = folder / "log.txt"
