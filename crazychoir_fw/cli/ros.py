@@ -39,22 +39,14 @@ def _press(button: str, domain: int | None) -> None:
     from crazychoir_fw.errors import CrazychoirError
 
     try:
-        import crazychoir_fw.ros  # noqa: F401 - says how to install it, and keeps discovery on this machine
+        # says how to install what is missing, and keeps discovery on this machine
+        from crazychoir_fw.ros.buttons import press_once
     except ImportError as error:
         complain(str(error))
         raise typer.Exit(BAD_INPUT) from None
-    import rclpy
-    from rclpy.context import Context
-
-    from crazychoir_fw.ros.buttons import Buttons
-
-    context = Context()
-    rclpy.init(args=[], context=context, domain_id=domain)
     try:
-        count = Buttons(services=False, context=context).press_when_heard(button, urgent=button == "stop")
-        console.print(f"{button}: heard by {count} nodes")
+        count = press_once(button, domain)
     except CrazychoirError as error:
         complain_of(error)
         raise typer.Exit(BAD_INPUT) from None
-    finally:
-        rclpy.try_shutdown(context=context)
+    console.print(f"{button}: heard by {count} nodes")

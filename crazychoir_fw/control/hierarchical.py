@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,11 @@ from crazychoir_fw.messages import Pose, Reference, Twist
 Array = NDArray[np.float64]
 
 _SAME = 1e-5  # relative difference of two frequencies that are meant to be one
+
+# Of staying in place by accelerations: slow enough for any attitude law, critically damped, and tilting little.
+_STAY_K_P = 2.0  # [1/s^2]
+_STAY_K_V = 2.8  # [1/s]
+_STAY_LIMIT = 3.0  # [m/s^2], per axis
 
 
 class HierarchicalController(CrazyflieController):
@@ -123,7 +129,10 @@ class HierarchicalController(CrazyflieController):
             position = np.array(pose.position, float)
             zero = np.zeros_like(position)
             self._frozen = Reference(position=position, velocity=zero, acceleration=zero, yaw=0.0)
-        return self._frozen
+        if self.position_strategy.follows_position:
+            return self._frozen
+        pull = _STAY_K_P * (self._frozen.position - pose.position) - _STAY_K_V * np.asarray(pose.velocity)
+        return replace(self._frozen, acceleration=np.clip(pull, -_STAY_LIMIT, _STAY_LIMIT))
 
 
 def _is_same(frequency: float, other: float) -> bool:

@@ -188,6 +188,8 @@ class FlatnessPositionCtrl(FlatnessCtrl):
 class FlatnessAccelerationCtrl(FlatnessCtrl):
     """Makes an acceleration: F = m (g e3 + a_d). Without one the drone is to hover; nothing holds it in place."""
 
+    follows_position = False
+
     def force(self, current_pose: Pose, desired_reference: Reference) -> Array:
         """See `FlatnessCtrl`."""
         if desired_reference.acceleration is None:

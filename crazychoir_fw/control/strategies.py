@@ -19,6 +19,10 @@ Array = NDArray[np.float64]
 class PositionCtrlStrategy(ABC):
     """Turns pose and reference into thrust and attitude."""
 
+    follows_position = True
+    """Whether it pulls the drone to the position of a reference; otherwise `HierarchicalController` asks it for
+    accelerations that do, where the drone is to stay in place."""
+
     desired_rates: Array | None = None
     """Body rates (rad/s) at which the attitude that was returned last turns, in its own frame, shape (..., 3); None
     where they are not known. `HierarchicalController` hands them to the attitude law."""

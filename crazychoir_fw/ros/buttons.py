@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable
 from typing import Any
 
+import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 from std_msgs.msg import Empty
@@ -93,3 +94,23 @@ class Buttons(LayerNode):
             self.press(button)
         self._publishers_of[button].wait_for_all_acked()
         return count
+
+
+def press_once(button: str, domain: int | None = None, timeout: float = 5.0) -> int:
+    """Press a button from a process that has no nodes otherwise. Returns how many nodes heard it.
+
+    Args:
+        button: ``takeoff``, ``land``, ``stop`` (pressed at once) or ``start``.
+        domain: ROS domain; None is that of ``ROS_DOMAIN_ID``.
+        timeout: Longest wait for the first listener (s, wall clock).
+
+    Raises:
+        StateError: If nobody listens.
+        UnknownNameError: If there is no such button.
+    """
+    context = Context()
+    rclpy.init(args=[], context=context, domain_id=domain)
+    try:
+        return Buttons(services=False, context=context).press_when_heard(button, timeout, urgent=button == "stop")
+    finally:
+        rclpy.try_shutdown(context=context)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from rclpy.context import Context
+from std_msgs.msg import Bool
 
 from crazychoir_fw import control as plain
 from crazychoir_fw.control import (
@@ -16,22 +17,25 @@ from crazychoir_fw.control import (
     SenderStrategy,
     VelocityCtrlStrategy,
 )
-from crazychoir_fw.messages import Pose, Twist
+from crazychoir_fw.messages import Pose, Reference, Twist
 from crazychoir_fw.ros.conversions import message_to_reference
-from crazychoir_fw.ros.names import CMD_VEL, REFERENCES
+from crazychoir_fw.ros.names import CMD_VEL, LATEST, REFERENCES
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.pose_watch import PoseWatch
 from crazychoir_fw.ros.wire import twist_bytes
 
 _CLOSE = 1.5  # control periods between poses, for which each pose makes a step
+_REST = 1e-3  # [m/s, m/s^2], below which a reference stands still
 
 
 class CrazyflieController(LayerNode):
     """Template of controllers: pose and reference in, ``cmd_vel`` out.
 
-    Nothing is sent before the pose is known, nor when it is older than the parameter ``pose_timeout`` (s); the last
-    reference is held. A subclass makes the plain controller, or whoever has one hands it over.
+    Nothing is sent before the pose is known, nor when it is older than the parameter ``pose_timeout`` (s). A reference
+    at rest is held; one that moves or accelerates the drone is given up when none has come for ``reference_timeout``
+    (s): whoever sent it is gone, and the drone stays where it is until the next one. A subclass makes the plain
+    controller, or whoever has one hands it over.
 
     Under simulated time each pose that is due makes a step, with its own stamp, so that results do not depend on which
     of pose and clock comes first; where poses come slower than commands, or in real time, the clock does.
@@ -74,6 +78,12 @@ class CrazyflieController(LayerNode):
         """The plain controller."""
         timeout = self.declare("pose_timeout", 0.5, "age of the pose at which nothing is sent any more (s)", low=0.001)
         self._watch = PoseWatch(self, timeout)
+        self._patience = self.declare(
+            "reference_timeout", 0.5, "age at which a moving reference is given up (s); 0 holds it for ever", low=0.0
+        )
+        self._has_new_reference = False
+        self._reference_time: float | None = None  # [s], of the step that followed the latest one first
+        self._is_idle = False
         self._period = min(made.periods)
         self._latest = -np.inf  # [s], of the times at which it worked
         self._pose_time, self._pose_step = -np.inf, np.inf
@@ -81,6 +91,7 @@ class CrazyflieController(LayerNode):
         handler = made.traj_handler
         if hasattr(handler, "kind") and hasattr(handler, "topic"):
             self.listen(REFERENCES[handler.kind], self._take_reference, handler.topic)
+            self.create_subscription(Bool, "idle", self._take_idle, LATEST)
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
         self.when_time_jumps_back(self._begin_anew)
         for period in made.periods:
@@ -106,6 +117,11 @@ class CrazyflieController(LayerNode):
 
     def _take_reference(self, message: Any) -> None:
         self.controller.set_reference(message_to_reference(message, self.controller.traj_handler.kind))
+        self._has_new_reference = True
+
+    def _take_idle(self, message: Bool) -> None:
+        """A guidance says whether its drone rests, and then sends no references."""
+        self._is_idle = message.data
 
     def _take_pose(self, pose: Pose) -> None:
         self.controller.set_pose(pose)
@@ -129,16 +145,41 @@ class CrazyflieController(LayerNode):
         # poses and clock come in any order, but time goes forward
         self._latest = now = max(now, self._latest)
         if self._watch.is_fresh(now):
+            self._mind_references(now)
             twist = self.controller.step(now)
             if twist is not None:
                 self.send_input(twist)
 
+    def _mind_references(self, now: float) -> None:
+        """Give a reference up that nobody renews, once."""
+        if self._has_new_reference:
+            self._has_new_reference, self._reference_time = False, now
+            return
+        if self._reference_time is None or self._patience == 0.0 or now - self._reference_time <= self._patience:
+            return
+        self._reference_time = None
+        reference = self.controller.desired_reference
+        if reference is None or _is_at_rest(reference):
+            return
+        self.controller.clear_reference()
+        if not self._is_idle:
+            self.get_logger().warning(
+                f"no reference for {self._patience:g} s (reference_timeout): stays where it is until the next one"
+            )
+
     def _begin_anew(self, now: float) -> None:
+        self._has_new_reference, self._reference_time = False, None
         self._latest = -np.inf
         self._pose_time, self._pose_step = -np.inf, np.inf
         self._watch.reset()
         self.controller.set_pose(Pose())
         self.controller.clear_reference()
+
+
+def _is_at_rest(reference: Reference) -> bool:
+    """Whether it is a place to stay at."""
+    moves = (reference.velocity, reference.acceleration)
+    return reference.position is not None and all(part is None or np.abs(part).max() < _REST for part in moves)
 
 
 class HierarchicalController(CrazyflieController):

@@ -35,6 +35,8 @@ ANSWERED = "answered"
 READY = "/ready"
 """Topic on which each process says that it has found its partners."""
 
+_SILENCE_S = 0.2  # [s], after which a drone counts as abandoned, as by the handlers of the radio
+_HOLD_S = 0.5  # [s], within which it comes to rest
 _WARM_UP_ROUNDS = 10
 _WARM_UP_S = 20.0  # [s], wall, at most
 _PAUSE_S = 0.3  # [s], wall: the longest round while somebody has not been heard of
@@ -67,6 +69,8 @@ class RemoteGroup:
         self._node = node
         self.kind = kind
         self.indices = np.arange(len(node.host.names))
+        self.commanded = np.full(len(self.indices), -np.inf)
+        """When the latest command was passed on, or the motors did not turn (s), shape (N,)."""
 
     def step(
         self,
@@ -77,9 +81,10 @@ class RemoteGroup:
         now: float,
     ) -> tuple[NDArray[np.intp], Twist] | None:
         """Return who has sent commands, of those whose motors turn, and these."""
-        del agents, accelerations, poses, now
+        del agents, accelerations, poses
         indices, twist = self._node.take_commands()
         chosen = turning[indices]
+        self.commanded[indices] = self.commanded[~turning] = now
         if not chosen.any():
             return None
         return indices[chosen], Twist(twist.linear[chosen], twist.angular[chosen])
@@ -155,8 +160,10 @@ class HostedExperiment(Experiment):
         executor.add_node(self.node)
         remote = [RemoteGuidance() for _ in range(count)]
         agents = [Agent(i, name, remote[i]) for i, name in enumerate(names_of(mission))]
-        groups = [] if kind == "xyz" else [RemoteGroup(self.node, kind)]
+        self._remote = None if kind == "xyz" else RemoteGroup(self.node, kind)
+        groups = [] if self._remote is None else [self._remote]
         super().__init__(backend, agents, groups, layers.rate, mission.log_rate, observe)  # type: ignore[arg-type]
+        self._held: set[int] = set()
         self._buttons: dict[str, Any] = {name: self.node.announce(topic) for name, topic in BUTTONS.items()}
         self._last_button = self.node.create_publisher(String, f"/{LAST_BUTTON}", LATEST)
         self._own_presses = dict.fromkeys(BUTTONS, 0)
@@ -309,6 +316,24 @@ class HostedExperiment(Experiment):
         if not self.node.context.ok():
             raise CrazychoirError("ROS was shut down")
         super().step()
+        if self._remote is not None and not self.backend.is_real_time:
+            self._hold_whom_nobody_commands(self._remote.commanded)
+
+    def _hold_whom_nobody_commands(self, commanded: NDArray[np.float64]) -> None:
+        """Let drones stay where they are by their planner on board, once nobody has commanded them for a while.
+
+        Over the radio the handler minds silence; simulated drones would fall, or fly on as they were told last.
+        """
+        now = self.time
+        for agent in self.agents:
+            i = agent.index
+            if now - commanded[i] <= _SILENCE_S or not agent.is_up:
+                self._held.discard(i)
+            elif i not in self._held:
+                self._held.add(i)
+                place = self.backend.pose_of(i).position
+                self.node.get_logger().warning(f"{agent.name}: no command for {_SILENCE_S:g} s, stays where it is")
+                self._guarded(agent, self.backend.go_to, i, TrajectoryPoint(_HOLD_S, place))
 
 
 def _neighbors_taker(guidance: RemoteGuidance, numbers: dict[str, int]) -> Any:

@@ -28,7 +28,7 @@ from crazychoir_fw.ros.supervise import Supervisor
 PROCESSES = ("per-node", "per-drone", "one")
 HOST = "host"
 
-_BOOT_S = 60.0  # [s], wall: until all processes must have found each other
+_BOOT_S = 180.0  # [s], wall: until all processes must have found each other
 _LARGEST_DOMAIN = 101  # above, ports meet those that Linux hands out
 
 

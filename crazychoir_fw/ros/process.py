@@ -16,6 +16,7 @@ from std_msgs.msg import String
 
 from crazychoir_fw.experiment import agents
 from crazychoir_fw.guidance import TimeVaryingCommunicator
+from crazychoir_fw.ros.communicator import RosTransport
 from crazychoir_fw.ros.controller import CrazyflieController
 from crazychoir_fw.ros.guidance import GuidanceNode
 from crazychoir_fw.ros.hosting import ANSWERED, READY
@@ -70,7 +71,8 @@ def _guidance(mission: Any, i: int, lockstep: bool, patience: float, context: Co
                 deadline=settings.deadline_s,
             )
         else:
-            communicator = TimeVaryingCommunicator(i, graph.size, [], [], transport=node.make_transport())
+            # nobody will ever be at the other end: not the transport whose partners the node waits for
+            communicator = TimeVaryingCommunicator(i, graph.size, [], [], transport=RosTransport(node))
         return agents.make_guidance(mission, i, communicator)
 
     parameters = {"use_sim_time": True, "lockstep": lockstep, "patience": patience}

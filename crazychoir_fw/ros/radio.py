@@ -35,7 +35,7 @@ class RadioHandler(LayerNode):
     Parameters: ``uris``; ``agent_ids``, numbers of the drones in that order; ``cmd_topic``, ``cmd_vel`` or
     ``traj_params``; ``logger``, whether battery voltages are logged to ``battery``; ``send_groundtruth``, whether poses
     of motion capture on ``/vicon/cf{d}/cf{d}`` are forwarded, where d is the last digit of the URI; ``odom_topic``,
-    where the drones' own odometry goes; ``takeoff_height`` (m).
+    where the drones' own odometry goes; ``odometry_hz``, how often (Hz); ``takeoff_height`` (m).
 
     The buttons ``/takeoff``, ``/land`` and ``/stop`` are those of the handler; ``/experiment_trigger`` does nothing.
     """
@@ -80,6 +80,8 @@ class RadioHandler(LayerNode):
         logs = self.declare("logger", False, "whether battery voltages are logged")
         forwards = self.declare("send_groundtruth", True, "whether poses of motion capture are forwarded")
         odom = self.declare("odom_topic", CF_ODOM.name, "topic of the drones' own odometry")
+        rate = self.declare("odometry_hz", 50.0, "rate of the drones' own odometry (Hz)", low=0.0, high=100.0)
+        options.setdefault("odometry_hz", rate)
         self._number_of = {f"agent_{number}": number for number in numbers}
         self._spoken: queue.SimpleQueue[tuple[Any, Any]] = queue.SimpleQueue()
         self._odom = {name: self.announce(CF_ODOM, self.topic_of(i, odom)) for name, i in self._number_of.items()}

@@ -15,6 +15,7 @@ from crazychoir_fw.control import (
     PositionCtrlStrategy,
 )
 from crazychoir_fw.errors import RangeError
+from crazychoir_fw.integrator import CrazyflieIntegrator
 from crazychoir_fw.messages import Pose, Reference
 
 
@@ -165,6 +166,31 @@ def test_a_cleared_reference_keeps_the_drone_where_it_is():
     controller.set_reference(reference)
     controller.step(0.03)
     assert law.asked[-1] is reference
+
+
+@pytest.mark.parametrize("law", [FlatnessAccelerationCtrl, FlatnessPositionCtrl])
+def test_without_a_reference_a_moving_drone_comes_back_to_where_it_was(law):
+    drone = CrazyflieIntegrator(init_pos=(0.0, 0.0, 1.0), gravity=9.80665)
+
+    def pose():
+        seen = drone.odometry
+        return Pose(seen.position, seen.quat_xyzw, seen.velocity, seen.rates)
+
+    controller = HierarchicalController(law(), GeometryAttitudeCtrl(), FPQRSender())
+    for k in range(700):
+        controller.set_pose(pose())
+        if k == 0:
+            controller.set_reference(Reference(acceleration=np.array([1.0, -0.5, 0.4]), velocity=np.ones(3)))
+        if k == 100:
+            controller.clear_reference()
+            left = pose()
+        command = controller.step(0.01 * k)
+        drone.command(command.linear[2], *command.angular)
+        drone.step()
+    assert np.linalg.norm(left.velocity) > 0.5
+    end = pose()
+    np.testing.assert_allclose(end.position, left.position, atol=0.02)
+    np.testing.assert_allclose(end.velocity, 0.0, atol=0.02)
 
 
 def test_references_go_through_the_trajectory_handler():

@@ -137,6 +137,48 @@ def test_the_last_reference_is_held(bench):
     assert desk.commanded(29).linear.z == pytest.approx(0.038 * (9.80665 + 2.0))
 
 
+def test_when_accelerations_cease_the_drone_is_held_in_place(bench, monkeypatch):
+    desk = Desk(
+        bench,
+        HierarchicalController,
+        (Vector3, "/agent_0/acceleration"),
+        parameters={"reference_timeout": 0.2},
+        **parts(FlatnessAccelerationCtrl, AccelerationTraj),
+    )
+    warned = []
+    monkeypatch.setattr(type(desk.node.get_logger()), "warning", lambda _, text, **options: warned.append(text))
+    bench.at(1.0)
+    desk.refer(Vector3(z=2.0))
+    for k in range(1, 41):
+        desk.pose(1.0 + 0.01 * k, (0.0, 0.0, 1.0 + 0.01 * k), (0.0, 0.0, 0.5))
+        bench.at(1.0 + 0.01 * k)
+    desk.commanded(40)
+    thrust = [command.linear.z for command in desk.commands]
+    assert thrust[:21] == pytest.approx([0.038 * (9.80665 + 2.0)] * 21)
+    assert max(thrust[21:]) < HOVER, "it brakes"
+    assert min(thrust[-5:]) < 0.038 * (9.80665 - 2.8 * 0.5), "and goes back"
+    assert len(warned) == 1 and "no reference for 0.2 s" in warned[0]
+    desk.refer(Vector3(z=1.0))
+    desk.pose(1.41)
+    bench.at(1.41)
+    assert desk.commanded(41).linear.z == pytest.approx(0.038 * (9.80665 + 1.0)), "until the next one comes"
+
+
+@pytest.mark.parametrize(("velocity", "held"), [(0.0, True), (0.5, False)])
+def test_when_full_states_cease_one_at_rest_is_held(bench, velocity, held):
+    topic = (MultiDOFJointTrajectoryPoint, "/agent_0/fullstate")
+    desk = Desk(bench, HierarchicalController, topic, parameters={"reference_timeout": 0.1}, **parts())
+    bench.at(1.0)
+    reference = Reference(np.array([0.0, 0.0, 2.0]), np.array([velocity, 0.0, 0.0]), np.zeros(3), yaw=0.0)
+    desk.refer(reference_to_message(reference, "fullstate"))
+    for k in range(1, 21):
+        desk.pose(1.0 + 0.01 * k)
+        bench.at(1.0 + 0.01 * k)
+    desk.commanded(20)
+    assert (desk.node.controller.desired_reference is not None) == held
+    assert (desk.commands[-1].linear.z > 1.1 * HOVER) == held
+
+
 def test_a_bad_reference_changes_nothing(bench):
     desk = Desk(
         bench,

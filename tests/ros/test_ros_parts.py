@@ -21,7 +21,7 @@ from std_srvs.srv import Trigger
 
 from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
 from crazychoir_fw.mission import load_mission
-from crazychoir_fw.ros.buttons import Buttons
+from crazychoir_fw.ros.buttons import Buttons, press_once
 from crazychoir_fw.ros.lockstep import Answers
 from crazychoir_fw.ros.manager import RosOptions, check
 from crazychoir_fw.ros.names import BUTTONS, LATEST
@@ -180,6 +180,13 @@ def test_a_button_that_nobody_hears_says_so(bench):
     buttons = bench.add(Buttons(services=False, context=bench.context))
     with pytest.raises(StateError, match="nobody listens to /land"):
         buttons.press_when_heard("land", timeout=0.1)
+
+
+@pytest.mark.parametrize("button", ["takeoff", "stop"])
+def test_a_button_is_pressed_from_outside(bench, button):
+    heard = bench.hear(Empty, f"/{button}")
+    assert press_once(button, timeout=120.0) == 1
+    bench.until(lambda: len(heard) == 1)
 
 
 # ---------------------------------------------------------------- simulation
