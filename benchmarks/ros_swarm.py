@@ -99,10 +99,12 @@ def main() -> int:
     parser.add_argument("--backend", default="sim", choices=["sim", "integrator"])
     parser.add_argument("--seconds", type=float, default=5.0, help="simulated")
     parser.add_argument("--pace", type=float, help="real-time factor to keep instead of lockstep")
+    parser.add_argument("--json", type=Path, help="file for the numbers")
     args = parser.parse_args()
     print(
         f"{'drones':>6} {'processes':>10} {'x real time':>11} {'odometry':>9} {'median':>9} {'p99':>9} {'boot':>7} host"
     )
+    rows = []
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         for count in args.drones:
@@ -119,12 +121,15 @@ def main() -> int:
                     print(f"{count:6} {processes:>10} did not fly")
                     continue
                 figures = json.loads(result.read_text())
+                rows.append({"drones": count, "processes": processes, **figures})
                 print(
                     f"{count:6} {processes:>10} {figures['factor']:11.2f} {figures['odometry_hz']:6.0f} Hz "
                     f"{figures['median_ms']:6.1f} ms {figures['p99_ms']:6.1f} ms {figures['boot_s']:5.1f} s "
                     f"{100 * figures['host_share']:3.0f} %",
                     flush=True,
                 )
+    if args.json:
+        args.json.write_text(json.dumps(rows, indent=2) + "\n")
     return 0
 
 
