@@ -7,13 +7,22 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, did_you_mean, number, point, refusal, switch, whole, word
+from crazychoir_fw.mission.values import (
+    choice,
+    did_you_mean,
+    existing_file,
+    number,
+    point,
+    refusal,
+    switch,
+    whole,
+    word,
+)
 
 GUIDANCE = ("BearingFormation", "SimpleGuidance", "GoToGuidance")
 PLANNING = ("Spline", "SplinePosition", "Polynomial7th", "MinimumSnap")
@@ -42,15 +51,7 @@ def class_word(*known: str) -> BeforeValidator:
         file, _, class_name = value.rpartition(":")
         if not file.endswith(".py"):
             return value
-        folder = (info.context or {}).get("folder", Path())
-        path = folder / file
-        try:
-            is_file = path.is_file()
-        except (OSError, ValueError):  # a name that no file can have
-            is_file = False
-        if not is_file:
-            raise refusal(f"{must}; {file[:80]!r} is no existing file in {folder}")
-        return f"{path.resolve()}:{class_name}"
+        return f"{existing_file(file, info, must)}:{class_name}"
 
     return BeforeValidator(check)
 

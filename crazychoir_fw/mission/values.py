@@ -155,6 +155,19 @@ def source_files() -> BeforeValidator:
     return BeforeValidator(check)
 
 
+def existing_file(file: str, info: ValidationInfo, must: str) -> Path:
+    """Return a file seen from the folder of the mission file; without it, the value must be what `must` says."""
+    folder = (info.context or {}).get("folder", Path())
+    path = folder / file
+    try:
+        is_file = path.is_file()
+    except (OSError, ValueError):  # a name that no file can have
+        is_file = False
+    if not is_file:
+        raise refusal(f"{must}; {file[:80]!r} is no existing file in {folder}")
+    return path.resolve()
+
+
 def motor_ctrl_name() -> BeforeValidator:
     """The class of a motor control; a file is seen from the folder of the mission file."""
     must = "the class of a motor control: package.module:Class, file.py:Class or a word such as MotorCtrlXYZ"
@@ -165,15 +178,7 @@ def motor_ctrl_name() -> BeforeValidator:
         file, colon, class_name = value.rpartition(":")
         if not (colon and file.endswith(".py")):
             return value
-        folder = (info.context or {}).get("folder", Path())
-        path = folder / file
-        try:
-            is_file = path.is_file()
-        except (OSError, ValueError):  # a name that no file can have
-            is_file = False
-        if not is_file:
-            raise refusal(f"{must}; {file[:80]!r} is no existing file in {folder}")
-        return f"{path.resolve()}:{class_name}"
+        return f"{existing_file(file, info, must)}:{class_name}"
 
     return BeforeValidator(check)
 
