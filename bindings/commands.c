@@ -44,6 +44,19 @@ cf_status_t cf_send_setpoint_bytes(cf_t *cf, const uint8_t *bytes, uint32_t size
   return are_modes ? cf_send_setpoint(cf, &setpoint) : CF_ERR_VALUE;
 }
 
+int cf_send_setpoints(cf_t *const *drones, const int32_t *numbers, int count,
+                      const uint8_t *setpoints, cf_status_t *status) {
+  *status = CF_OK;
+  for (int i = 0; i < count; i++) {
+    const uint8_t *bytes = setpoints + (size_t)i * sizeof(setpoint_t);
+    *status              = cf_send_setpoint_bytes(drones[numbers[i]], bytes, sizeof(setpoint_t));
+    if (*status != CF_OK) {
+      return i;
+    }
+  }
+  return count;
+}
+
 static cf_status_t send_if(cf_t *cf, cf_status_t status, const setpoint_t *setpoint) {
   return status == CF_OK ? cf_send_setpoint(cf, setpoint) : status;
 }

@@ -18,6 +18,11 @@ cf_status_t cf_send_setpoint(cf_t *cf, const setpoint_t *setpoint);
 // for another size, for a mode that does not exist and for a truth value other than 0 and 1.
 cf_status_t cf_send_setpoint_bytes(cf_t *cf, const uint8_t *bytes, uint32_t size);
 
+// The same for some drones of a swarm, whose setpoints stand one behind the other. Returns how many
+// were taken: all, or those before the first refusal, of which `status` tells the reason.
+int cf_send_setpoints(cf_t *const *drones, const int32_t *numbers, int count,
+                      const uint8_t *setpoints, cf_status_t *status);
+
 // The low-level setpoints of onboard/commander/setpoints.h and onboard/commander/rpyt.h, built and
 // handed over in one call. What roll, pitch, yaw and thrust of cf_send_rpyt mean is chosen by the
 // parameters flightmode.*.

@@ -108,15 +108,23 @@ class Journal:
         self._drones.append(drone)
         self._kind_numbers.append(number)
 
-    def add_bytes(self, tick: int, drones: Sequence[int], verb: str, blobs: Sequence[bytes]) -> None:
-        """Write down one request of several drones each, all with one argument of bytes."""
+    def add_blocks(self, tick: int, drones: NDArray[np.int32], verb: str, blocks: bytes, size: int) -> None:
+        """Write down one request of several drones each, whose argument is a block of bytes.
+
+        Args:
+            tick: When (ms).
+            drones: Their numbers, shape (n,).
+            verb: What was asked for.
+            blocks: One block behind the other.
+            size: Bytes of each.
+        """
         number = self._number(verb, "y")
         kind = self._kinds[number]
-        kind.numbers.extend([len(blob) for blob in blobs])
-        kind.blob += b"".join(blobs)
-        count = len(blobs)
+        count = len(drones)
+        kind.numbers.extend([size] * count)
+        kind.blob += blocks
         self._ticks.extend([tick] * count)
-        self._drones.extend(drones)
+        self._drones.frombytes(drones.tobytes())
         self._kind_numbers.extend([number] * count)
 
     def _number(self, verb: str, signature: str) -> int:

@@ -38,8 +38,22 @@ def _layout() -> np.dtype:
 _LAYOUT = _layout()
 
 
-def setpoints(twist: Twist, kind: str, max_thrust: NDArray[np.float64], tick: int) -> list[bytes]:
-    """Return the bytes of one setpoint per drone.
+def _modes(kind: str) -> np.ndarray:
+    """Return a setpoint with the modes of a kind of command, and nothing else."""
+    empty = np.zeros(1, _LAYOUT)
+    for axis in ("x", "y", "z") if kind == "vel" else ():
+        empty[f"mode_{axis}"] = lib.modeVelocity
+    for axis in ("yaw",) if kind == "vel" else ("roll", "pitch", "yaw"):
+        empty[f"mode_{axis}"] = lib.modeAbs if kind == "frpy" else lib.modeVelocity
+    return empty
+
+
+_EMPTY = {kind: _modes(kind) for kind in ("fpqr", "frpy", "vel")}
+_PER_RADIAN = np.degrees(1.0) * np.array([1.0, -1.0, 1.0])  # positive pitch lifts the nose on board
+
+
+def setpoints(twist: Twist, kind: str, max_thrust: NDArray[np.float64], tick: int) -> bytes:
+    """Return one setpoint per drone, one behind the other.
 
     Args:
         twist: Commands, arrays of shape (n, 3).
@@ -54,20 +68,17 @@ def setpoints(twist: Twist, kind: str, max_thrust: NDArray[np.float64], tick: in
     if not (np.isfinite(linear).all() and np.isfinite(angular).all()):
         bad = int(np.argmin(np.isfinite(linear).all(axis=-1) & np.isfinite(angular).all(axis=-1)))
         raise RangeError(f"command {bad} is linear {linear[bad]}, angular {angular[bad]}, allowed: finite numbers")
-    block = np.zeros(len(linear), _LAYOUT)
+    block = _EMPTY[kind].repeat(len(linear))
     block["timestamp"] = tick % 2**32 or 1
     if kind == "vel":
         for k, axis in enumerate("xyz"):
-            block[f"mode_{axis}"] = lib.modeVelocity
             block[f"velocity_{axis}"] = linear[:, k]
-        block["mode_yaw"] = lib.modeVelocity
         block["rate_yaw"] = np.degrees(angular[:, 2])
     else:
-        what, mode = ("rate", lib.modeVelocity) if kind == "fpqr" else ("angle", lib.modeAbs)
-        degrees = np.degrees(angular if kind == "fpqr" else np.remainder(angular + np.pi, 2.0 * np.pi) - np.pi)
-        block["thrust"] = np.clip(linear[:, 2] / max_thrust, 0.0, 1.0) * _FULL_THRUST
-        for k, (axis, sign) in enumerate((("roll", 1.0), ("pitch", -1.0), ("yaw", 1.0))):
-            block[f"mode_{axis}"] = mode
-            block[f"{what}_{axis}"] = sign * degrees[:, k]  # positive pitch lifts the nose there
-    raw, size = block.tobytes(), _LAYOUT.itemsize
-    return [raw[k : k + size] for k in range(0, len(raw), size)]
+        what = "rate" if kind == "fpqr" else "angle"
+        turns = angular if kind == "fpqr" else np.remainder(angular + np.pi, 2.0 * np.pi) - np.pi
+        degrees = turns * _PER_RADIAN
+        block["thrust"] = np.minimum(np.maximum(linear[:, 2] / max_thrust, 0.0), 1.0) * _FULL_THRUST
+        for k, axis in enumerate(("roll", "pitch", "yaw")):
+            block[f"{what}_{axis}"] = degrees[:, k]
+    return block.tobytes()

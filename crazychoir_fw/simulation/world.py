@@ -19,6 +19,7 @@ from crazychoir_fw.simulation.agenda import Agenda
 from crazychoir_fw.simulation.builder import build_model
 from crazychoir_fw.simulation.cameras import Camera, Cameras
 from crazychoir_fw.simulation.clients import Param
+from crazychoir_fw.simulation.clients.swarm_uplink import SwarmUplink
 from crazychoir_fw.simulation.collisions import Collisions
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
@@ -121,6 +122,7 @@ class World:
         """Every request so far, and how to build the world."""
         for number, drone in enumerate(self.drones):
             drone.uplink.listeners.append(partial(self._write_down, number))
+        self._swarm_uplink = SwarmUplink(self.drones)
         self.agenda = Agenda()
         """What happens at simulated times: faults, plugins, replays."""
         self.events: list[Event] = []
@@ -139,33 +141,18 @@ class World:
     def _write_down(self, drone: int, verb: str, arguments: tuple[Any, ...]) -> None:
         self.journal.add(self.tick, drone, verb, arguments)
 
-    def send_setpoints(self, drones: Sequence[int], words: Sequence[bytes]) -> None:
-        """Send a setpoint each to several drones: what `Uplink.request("setpoint", ...)` does one by one.
+    def send_setpoints(self, drones: Sequence[int], setpoints: bytes) -> None:
+        """Send a setpoint each to several drones, in one call: see `SwarmUplink`.
 
         Args:
             drones: Their numbers.
-            words: Bytes of ``setpoint_t``.
+            setpoints: A ``setpoint_t`` for each, one behind the other.
 
         Raises:
             RangeError: If a number in one is not finite.
             StateError: If a drone has failed.
         """
-        alone, together = [], []
-        for number, word in zip(drones, words, strict=True):
-            uplink = self.drones[number].uplink
-            # whoever listens, or carries requests, gets them one by one
-            is_plain = uplink.gate is None and uplink.carrier is None and len(uplink.listeners) == 1
-            (together if is_plain else alone).append((int(number), word))
-        if together:
-            self.journal.add_bytes(self.tick, [number for number, _ in together], "setpoint", [w for _, w in together])
-        for number, word in together:
-            status = lib.cf_send_setpoint_bytes(self.drones[number].struct, word, len(word))
-            if status != lib.CF_OK:
-                check(status, f"{self.drones[number].id}: setpoint")
-        for number, word in alone:
-            status = self.drones[number].uplink.request("setpoint", word)
-            if status != lib.CF_OK:
-                check(status, f"{self.drones[number].id}: setpoint")
+        self._swarm_uplink.send_setpoints(drones, setpoints, self.journal, self.tick)
 
     @classmethod
     def from_mjcf(cls, path: str | Path, seed: int = 0, threads: int | None = None) -> World:

@@ -36,7 +36,7 @@ def test_setpoints_of_many_are_those_of_motor_controls(kind):
     for k, drone in enumerate(world.drones):
         drone.motor_ctrl.cmd_vel(twist.linear[k], twist.angular[k])
     most = np.array([drone.motor_ctrl.max_thrust for drone in world.drones])
-    assert setpoints(twist, kind, most, world.tick) == seen
+    assert setpoints(twist, kind, most, world.tick) == b"".join(seen)
 
 
 def test_numbers_that_are_none_are_refused():
