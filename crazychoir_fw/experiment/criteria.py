@@ -26,8 +26,6 @@ Array = NDArray[np.float64]
 FINAL_S = 1.0
 """Time before the end of a phase over which its final figures are averaged (s): noise is no error of a formation."""
 
-_PHASES = {phase: number for number, phase in enumerate(Phase)}
-
 
 @dataclass(frozen=True)
 class Window:
@@ -85,7 +83,7 @@ def references(log: FlightLog) -> Array:
 def is_up(log: FlightLog) -> NDArray[np.bool_]:
     """Return whose motors turned when, shape (T, N)."""
     phase = np.asarray(log.signals["layers.phase"])
-    return (phase == _PHASES[Phase.FLYING]) | (phase == _PHASES[Phase.LANDING])
+    return (phase == Phase.FLYING.number) | (phase == Phase.LANDING.number)
 
 
 class Judge:
@@ -220,7 +218,7 @@ class Judge:
 
     def landed(self) -> NDArray[np.bool_]:
         """Return who stands with motors off after a flight, shape (N,)."""
-        return np.asarray(self.log.signals["layers.phase"])[-1] == _PHASES[Phase.LANDED]
+        return np.asarray(self.log.signals["layers.phase"])[-1] == Phase.LANDED.number
 
     # ---------------------------------------------------------------- verdicts
 
@@ -267,7 +265,7 @@ class Judge:
         if criteria.landed and self.windows and self.windows[-1].name == "land":
             # what became of those that failed is said elsewhere
             last = np.asarray(self.log.signals["layers.phase"])[-1]
-            asked = counted & (last != _PHASES[Phase.FAILED]) & (last != _PHASES[Phase.GROUND])
+            asked = counted & (last != Phase.FAILED.number) & (last != Phase.GROUND.number)
             late = [name for name, down, counts in zip(names, self.landed(), asked, strict=True) if counts and not down]
             sentence = f"{', '.join(late)}: did not land" if late else "all landed"
             found.append(Verdict("landed", True, float(self.landed().sum()), not late, sentence))

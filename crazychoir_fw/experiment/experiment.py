@@ -14,6 +14,7 @@ from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.experiment.agent import Agent, Phase
 from crazychoir_fw.experiment.backend import Backend, one_of
 from crazychoir_fw.experiment.control_group import ControlGroup
+from crazychoir_fw.finite import are_finite
 from crazychoir_fw.guidance import BearingFormation, GuidanceGroup
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.user_code import describe
@@ -232,7 +233,7 @@ class Experiment:
         poses, now = self._poses(), self.time
         # also those on the ground: neighbors hear them
         self._decide([agent for agent in self.agents if agent.failure is None and self._known[agent.index]], poses, now)
-        turning = np.array([agent.phase in _TURNING for agent in self.agents])
+        turning = self._turning()
         up = [self.agents[i] for i in np.flatnonzero(turning & self._known)]
         decided = clock()
         self._follow(now)
@@ -354,8 +355,7 @@ class Experiment:
 
     def _send(self, group: ControlGroup, indices: Any, twist: Any) -> None:
         linear, angular = twist.linear, twist.angular
-        is_good = np.isfinite(linear).all() and np.isfinite(angular).all()
-        if not is_good:
+        if not are_finite(linear, angular):
             good = np.isfinite(linear).all(axis=1) & np.isfinite(angular).all(axis=1)
             for i in indices[~good]:
                 self._fail(
@@ -453,9 +453,9 @@ class Experiment:
 
     def _signals(self) -> dict[str, Array]:
         """Return what the layers say at present, for the log."""
-        turning = np.array([agent.is_up for agent in self.agents])
+        turning = self._turning()
         wanted = np.full((len(self.agents), 6), np.nan)
-        wanted[turning, 3:] = self.accelerations[turning]
+        np.copyto(wanted[:, 3:], self.accelerations, where=turning[:, None])
         for agent in self._planned or self.agents:
             reference = agent.reference
             if reference is None or not turning[agent.index]:
@@ -464,11 +464,14 @@ class Experiment:
                 wanted[agent.index, :3] = reference.position
             if reference.acceleration is not None:
                 wanted[agent.index, 3:] = reference.acceleration
-        signals = {f"layers.{name}": wanted[:, k] for k, name in enumerate(("x", "y", "z", "ax", "ay", "az"))}
-        for k in range(4):
-            signals[f"layers.command{k + 1}"] = self._commands[:, k].copy()
-        signals["layers.phase"] = np.array([_PHASES[agent.phase] for agent in self.agents], float)
+        signals = dict(zip(_WANTED, wanted.T, strict=True))
+        signals |= zip(_COMMANDS, self._commands.T.copy(), strict=True)
+        signals["layers.phase"] = np.array([agent.phase.number for agent in self.agents], float)
         return signals
+
+    def _turning(self) -> NDArray[np.bool_]:
+        """Return whose motors turn, shape (N,)."""
+        return np.array([agent.phase.has_motors_on for agent in self.agents], bool)
 
     def log(self, metadata: dict[str, Any] | None = None) -> Any:
         """Return the log so far, with what happened among its events."""
@@ -480,8 +483,8 @@ class Experiment:
         return log
 
 
-_TURNING = (Phase.FLYING, Phase.LANDING)
-_PHASES = {phase: number for number, phase in enumerate(Phase)}
+_WANTED = tuple(f"layers.{name}" for name in ("x", "y", "z", "ax", "ay", "az"))
+_COMMANDS = tuple(f"layers.command{k + 1}" for k in range(4))
 
 
 def _parts(poses: Pose) -> tuple[Array, Array, Array, Array]:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.errors import RangeError
+from crazychoir_fw.finite import are_finite
 from crazychoir_fw.messages import Twist
 
 _FULL_THRUST = 65535.0
@@ -65,7 +66,7 @@ def setpoints(twist: Twist, kind: str, max_thrust: NDArray[np.float64], tick: in
         RangeError: If a number is not finite; the message says which.
     """
     linear, angular = np.asarray(twist.linear, float), np.asarray(twist.angular, float)
-    if not (np.isfinite(linear).all() and np.isfinite(angular).all()):
+    if not are_finite(linear, angular):
         bad = int(np.argmin(np.isfinite(linear).all(axis=-1) & np.isfinite(angular).all(axis=-1)))
         raise RangeError(f"command {bad} is linear {linear[bad]}, angular {angular[bad]}, allowed: finite numbers")
     block = _EMPTY[kind].repeat(len(linear))

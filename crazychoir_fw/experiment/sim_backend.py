@@ -170,26 +170,17 @@ def truth(world: World) -> Callable[[], Pose]:
 def estimates(world: World) -> Callable[[], Pose]:
     """Return what reads the poses of all drones as their onboard software believes them."""
     parts = swarm_parts(world)
-    count = len(world.drones)
-
-    # writing through a view costs a third of stacking
-    values = np.zeros((count, 13))
-    cells = [
-        (part.numbers if len(parts) > 1 else slice(None), k, part.views[name])
-        for part in parts
-        for k, name in enumerate((*_ESTIMATE, *_GYRO))
-    ]
+    values = np.zeros((len(world.drones), 13))
+    blocks = [(part.numbers if len(parts) > 1 else slice(None), part.gather((*_ESTIMATE, *_GYRO))) for part in parts]
 
     def read() -> Pose:
-        for rows, k, view in cells:
-            values[rows, k] = view
+        for rows, gather in blocks:
+            values[rows] = gather()
         read_now = values.copy()
-        return _pose(read_now)
-
-    def _pose(values: Array) -> Pose:
-        quat = values[:, 3:7]
-        if not quat.any(axis=1).all():
-            quat = np.where(np.any(quat, axis=1, keepdims=True), quat, _IDENTITY)  # before the filter runs it is zero
-        return Pose(values[:, :3], quat, values[:, 7:10], np.radians(values[:, 10:13]), world.time)
+        quat = read_now[:, 3:7]
+        has_run = quat.any(axis=1)
+        if not has_run.all():
+            quat = np.where(has_run[:, None], quat, _IDENTITY)  # before the filter runs it is zero
+        return Pose(read_now[:, :3], quat, read_now[:, 7:10], np.radians(read_now[:, 10:13]), world.time)
 
     return read

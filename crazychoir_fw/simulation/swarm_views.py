@@ -7,7 +7,7 @@ variables and different sizes, so that a mixed swarm falls into parts.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,6 +51,23 @@ class SwarmPart:
         Variables lie in a few stretches: copying those costs a tenth of copying each variable.
         """
         return np.concatenate(self._stretches, axis=1)
+
+    def gather(self, names: Sequence[str]) -> Callable[[], NDArray[Any]]:
+        """Return what reads some log variables of these drones, shape (n, len(names)).
+
+        Where all of them are of one type, one call copies them all; copying each view takes ten times as long.
+        """
+        table = log_table(self._first.provider_number)
+        found = [table[name] for name in names]
+        dtype, size, begin = found[0].dtype, found[0].dtype.itemsize, min(variable.offset for variable in found)
+        if any(variable.dtype != dtype or (variable.offset - begin) % size for variable in found):
+            return lambda: np.stack([self.views[name] for name in names], axis=1)
+        columns = np.array([(variable.offset - begin) // size for variable in found])
+        stretch = self._first.memory[begin : begin + size * (int(columns.max()) + 1)].view(dtype)
+        cells = as_strided(
+            stretch, shape=(len(self.numbers), len(stretch)), strides=(self._stride, size), writeable=False
+        )
+        return lambda: cells[:, columns]
 
     def signals(self, copies: Sequence[NDArray[np.uint8]]) -> dict[str, NDArray[Any]]:
         """Return each log variable, shape (T, n), of T copies."""

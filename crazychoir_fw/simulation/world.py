@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.core import check, register_plugin
+from crazychoir_fw.core import register_plugin
 from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
 from crazychoir_fw.journal import Journal
 from crazychoir_fw.simulation.agenda import Agenda
