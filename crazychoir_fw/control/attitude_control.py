@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.control.components import join, larger, rotation, split, sqrt
 from crazychoir_fw.control.gains import ATTITUDE_GAINS, AttitudeGains, chosen_gains
 from crazychoir_fw.control.strategies import AttitudeCtrlStrategy
 from crazychoir_fw.messages import Pose, Reference
@@ -47,31 +46,35 @@ class GeometryAttitudeCtrl(AttitudeCtrlStrategy):
         super().__init__(update_frequency)
         self.gains = chosen_gains(type(self).__name__, ATTITUDE_GAINS, gains, vicon)
         self.legacy = legacy
-        self._half_k_r = 0.5 * np.array(self.gains.k_r)
+        self._minus_half_k_r = -0.5 * np.array(self.gains.k_r)
         self._k_w = np.array(self.gains.k_w)
         self._ahead = 1.0 + self._k_w
 
     def control(self, current_pose: Pose, desired_attitude: Array, desired_reference: Reference) -> Array:
         """See `AttitudeCtrlStrategy`."""
         del desired_reference
-        R = rotation(np.asarray(current_pose.orientation))
-        turn = np.swapaxes(desired_attitude, -1, -2) @ R
-        flat = turn.reshape(*turn.shape[:-2], 9)
-        _, m01, m02, m10, _, m12, m20, m21, _ = split(flat)
-        rates = -self._half_k_r * join((m21 - m12, m02 - m20, m10 - m01), flat.shape[:-1])
+        R = current_pose.rotation
+        # axes first and drones last, so that one text serves one drone and many
+        wanted = desired_attitude.T
+        turn = np.einsum("ir...,jr...->ij...", wanted, R.T)  # R_d' R
+        error = np.empty(wanted.shape[1:])
+        np.subtract(turn[2, 1], turn[1, 2], out=error[0, ...])
+        np.subtract(turn[0, 2], turn[2, 0], out=error[1, ...])
+        np.subtract(turn[1, 0], turn[0, 1], out=error[2, ...])
+        rates = self._minus_half_k_r * error.T
         if current_pose.angular is not None:
-            rates = rates - self._k_w * current_pose.angular
+            rates -= self._k_w * current_pose.angular
         if self.desired_rates is not None:
-            seen = (np.swapaxes(turn, -1, -2) @ self.desired_rates[..., None])[..., 0]
-            rates = rates + self._ahead * seen
+            seen = np.einsum("ij...,i...->j...", turn, self.desired_rates.T)  # in the present body frame
+            rates += self._ahead * seen.T
         return _legacy(R, rates) if self.legacy else rates
 
 
 def _legacy(R: Array, rates: Array) -> Array:
     """Return what the original made of body rates: entry (2, 3) is the sine of the pitch in place of the roll."""
-    minus_sin_pitch, r21, r22 = split(R[..., 2, :])
-    cos_pitch = larger(sqrt(r21 * r21 + r22 * r22), _LEAST_COSINE)
+    minus_sin_pitch, r21, r22 = np.moveaxis(R[..., 2, :], -1, 0)
+    cos_pitch = np.maximum(np.hypot(r21, r22), _LEAST_COSINE)
     sin_roll, cos_roll = r21 / cos_pitch, r22 / cos_pitch
-    p, q, r = split(rates)
+    p, q, r = np.moveaxis(rates, -1, 0)
     turn = (sin_roll * q + cos_roll * r) / cos_pitch
-    return join((p - turn * minus_sin_pitch, cos_roll * q + minus_sin_pitch * r, turn), rates.shape[:-1])
+    return np.stack([p - turn * minus_sin_pitch, cos_roll * q + minus_sin_pitch * r, turn], axis=-1)

@@ -8,17 +8,6 @@ from abc import abstractmethod
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.control.components import (
-    Component,
-    cosine_and_sine,
-    join,
-    larger,
-    scalar,
-    smaller,
-    split,
-    sqrt,
-    up_axis,
-)
 from crazychoir_fw.control.gains import POSITION_GAINS, PositionGains, chosen_gains
 from crazychoir_fw.control.strategies import PositionCtrlStrategy
 from crazychoir_fw.errors import RangeError
@@ -30,6 +19,8 @@ DEFAULT_MASS = 0.038
 """Mass of the vehicle (kg) that the original believes in."""
 STANDARD_GRAVITY = 9.80665
 """Acceleration of gravity (m/s^2) of the original."""
+
+_TINY = 1e-300  # keeps a force that points straight up from dividing by zero
 
 
 class FlatnessCtrl(PositionCtrlStrategy):
@@ -75,7 +66,7 @@ class FlatnessCtrl(PositionCtrlStrategy):
         # one mass for each drone must line up with vectors of shape (..., 3)
         self._mass = self.mass[..., None] if self.mass.ndim else float(self.mass)
         self._weight = self._mass * np.array([0.0, 0.0, self.gravity])
-        self._least_lift = scalar(self.gains.least_lift * self.mass * self.gravity)
+        self._least_lift = (self.gains.least_lift * self.mass * self.gravity).T
         self._max_slope = math.tan(self.gains.max_tilt) if self.gains.max_tilt < math.pi / 2.0 else None
 
     @abstractmethod
@@ -84,43 +75,81 @@ class FlatnessCtrl(PositionCtrlStrategy):
 
     def control(self, current_pose: Pose, desired_reference: Reference) -> tuple[Array, Array]:
         """See `PositionCtrlStrategy`."""
-        fx, fy, fz = self._limited(*split(self.force(current_pose, desired_reference)))
-        size = sqrt(fx * fx + fy * fy + fz * fz)
-        zx, zy, zz = fx / size, fy / size, fz / size
+        # axes first and drones last, so that one text serves one drone and many
+        force = self._limited(self.force(current_pose, desired_reference).T)
+        size = np.sqrt(np.einsum("i...,i...->...", force, force))
+        axes = np.empty((3, *force.shape))
+        x, y, z = axes
+        np.divide(force, size, out=z)
 
-        # y = z x heading, which lies in the ground plane; z always points up a little, so that it has a length
-        yaw = desired_reference.yaw
-        c, s = (1.0, 0.0) if yaw is None else cosine_and_sine(scalar(yaw))
-        level = zx * s - zy * c
-        length = sqrt(zz * zz + level * level)
-        yx, yy, yz = -zz * s / length, zz * c / length, level / length
-        xx, xy, xz = yy * zz - yz * zy, yz * zx - yx * zz, yx * zy - yy * zx
+        # y = z x heading, which lies in the ground plane; z always points up a little, so that it has a length.
+        # In the frame of the heading y is (0, zz, -side) and x = y x z
+        yaw = _unless_zero(desired_reference.yaw)
+        ahead, side = z[0], z[1]
+        if yaw is not None:
+            c, s = np.cos(yaw).T, np.sin(yaw).T
+            ahead, side = ahead * c + side * s, side * c - ahead * s
+        length = np.hypot(z[2], side)
+        y[0] = 0.0
+        np.divide(z[2], length, out=y[1, ...])
+        np.divide(-side, length, out=y[2, ...])
+        x[0] = length
+        np.multiply(y[2], ahead, out=x[1, ...])
+        np.multiply(y[1], -ahead, out=x[2, ...])
+        level = y[1]
+        if yaw is not None:
+            level = level.copy()
+            axes[:2, 0], axes[:2, 1] = axes[:2, 0] * c - axes[:2, 1] * s, axes[:2, 0] * s + axes[:2, 1] * c
 
-        bx, by, bz = up_axis(np.asarray(current_pose.orientation))
-        thrust = larger(fx * bx + fy * by + fz * bz, 0.0)
-        shape = np.shape(thrust)
-        attitude = join((xx, yx, zx, xy, yy, zy, xz, yz, zz), shape).reshape(*shape, 3, 3)
+        up = current_pose.rotation[..., 2].T
+        thrust = np.maximum(np.einsum("i...,i...->...", force, up), 0.0)
+        self.desired_rates = self._rates(desired_reference, axes, size, ahead / length, level / length)
+        attitude = axes.T
+        if attitude.ndim < thrust.ndim + 2:
+            attitude = np.tile(attitude, (*np.shape(thrust), 1, 1))  # one reference for many poses
+        return thrust.T, attitude
 
-        self.desired_rates = None
-        if desired_reference.jerk is not None or desired_reference.yaw_rate is not None:
-            p = q = 0.0
-            if desired_reference.jerk is not None:
-                jx, jy, jz = split(self._mass * np.asarray(desired_reference.jerk))
-                p = -(yx * jx + yy * jy + yz * jz) / size
-                q = (xx * jx + xy * jy + xz * jz) / size
-            turn = 0.0 if desired_reference.yaw_rate is None else scalar(desired_reference.yaw_rate)
-            r = (p * (zx * c + zy * s) + turn * (yy * c - yx * s)) / length
-            self.desired_rates = join((p, q, r), shape)
-        return np.asarray(thrust), attitude
+    def _rates(self, reference: Reference, axes: Array, size: Array, ahead: Array, level: Array) -> Array | None:
+        """Return the rates at which the attitude turns (rad/s), shape (..., 3), if it does.
 
-    def _limited(self, fx: Component, fy: Component, fz: Component) -> tuple[Component, Component, Component]:
-        """Return a force that points upwards, and not too far aside."""
-        fz = larger(fz, self._least_lift)
+        Args:
+            reference: Its jerk makes p and q, its yaw rate r.
+            axes: x, y and z of the attitude, shape (3, 3, ...).
+            size: Of the force (N), shape (...).
+            ahead: How much z leans ahead, by the length of z x heading.
+            level: How much y is as level as the heading, by the same.
+        """
+        given, turning = _unless_zero(reference.jerk), _unless_zero(reference.yaw_rate)
+        if given is None and turning is None:
+            return None
+        rates = np.zeros((3, *size.shape))
+        if given is not None:
+            jerk = (self._mass * given).T
+            across = np.einsum("ki...,i...->k...", axes[:2], jerk) / size
+            np.negative(across[1], out=rates[0, ...])
+            rates[1] = across[0]
+            rates[2] = rates[0] * ahead
+        if turning is not None:
+            rates[2] += turning.T * level
+        return rates.T
+
+    def _limited(self, force: Array) -> Array:
+        """Return a force, shape (3, ...), that points upwards, and not too far aside."""
+        limited = np.array(force, order="C")
+        np.maximum(limited[2], self._least_lift, out=limited[2, ...])
         if self._max_slope is not None:
-            aside = sqrt(fx * fx + fy * fy) + 1e-12
-            scale = smaller(fz * self._max_slope / aside, 1.0)
-            fx, fy = fx * scale, fy * scale
-        return fx, fy, fz
+            aside, widest = np.hypot(limited[0], limited[1]), limited[2] * self._max_slope
+            if (aside > widest).any():
+                limited[:2] *= np.minimum(widest / np.maximum(aside, _TINY), 1.0)
+        return limited
+
+
+def _unless_zero(values: ArrayLike | None) -> Array | None:
+    """Return what a reference says, or None where it says nothing or zero: most drones fly straight at yaw 0."""
+    if values is None:
+        return None
+    given = np.asarray(values, float)
+    return given if np.count_nonzero(given) else None
 
 
 class FlatnessPositionCtrl(FlatnessCtrl):

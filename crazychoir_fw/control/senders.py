@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.control.components import roll_pitch_yaw
+from crazychoir_fw.attitude import rpy_of_rotation
 from crazychoir_fw.control.schedule import checked_frequency
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.messages import Twist
@@ -57,7 +57,7 @@ class FRPYSender(SenderStrategy):
         self, thrust: ArrayLike, desired_attitude: Array, pqr: Array | None = None
     ) -> Array:
         """Return f (N), roll, pitch, yaw (rad), shape (..., 4)."""
-        return _with_thrust(thrust, roll_pitch_yaw(desired_attitude))
+        return _with_thrust(thrust, rpy_of_rotation(desired_attitude))
 
 
 class VelSender(SenderStrategy):

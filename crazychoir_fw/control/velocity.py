@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.attitude import wrapped
-from crazychoir_fw.control.components import rotation
 from crazychoir_fw.control.controller import CrazyflieController, ReferenceHandler
 from crazychoir_fw.control.gains import VELOCITY_GAINS, VelocityGains, chosen_gains
 from crazychoir_fw.control.schedule import Schedule, checked_frequency
@@ -52,7 +51,7 @@ class VelocityCtrlStrategy:
         if desired_reference.yaw_rate is not None:
             command[..., 3] = desired_reference.yaw_rate
         if desired_reference.yaw is not None and current_pose.orientation is not None:
-            R = rotation(np.asarray(current_pose.orientation))
+            R = current_pose.rotation
             error = wrapped(np.asarray(desired_reference.yaw) - np.arctan2(R[..., 1, 0], R[..., 0, 0]))
             command[..., 3] += self.gains.k_yaw * error
         return command

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.attitude import rotation_of_quaternion
+
 
 @dataclass
 class Pose:
@@ -22,3 +24,13 @@ class Pose:
     """Angular velocity (rad/s, body), shape (..., 3)."""
     time: float | None = None
     """When that was so (s), by the clock that everybody uses: simulated time in simulation."""
+
+    @property
+    def rotation(self) -> NDArray[np.float64]:
+        """Attitude as matrices from body to world, shape (..., 3, 3); made once, for all laws that want it."""
+        orientation, matrices = self.__dict__.get("_rotation", (None, None))
+        if matrices is None or orientation is not self.orientation:
+            orientation = self.orientation
+            matrices = rotation_of_quaternion(np.asarray(orientation, float))
+            self.__dict__["_rotation"] = orientation, matrices
+        return matrices
