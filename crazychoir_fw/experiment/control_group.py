@@ -42,10 +42,11 @@ class ControlGroup:
         self.indices = np.array(indices)
         self.kind = kind
         self.follows = follows
-        self._is_accelerated = np.isin(self.indices, accelerated)
-        self._accelerated = self.indices[self._is_accelerated]
-        self._members = [int(i) for i in self.indices[~self._is_accelerated]]
-        self._rows = [int(k) for k in np.flatnonzero(~self._is_accelerated)]
+        is_accelerated = np.isin(self.indices, accelerated)
+        self._members = [int(i) for i in self.indices[~is_accelerated]]
+        self._rows = [int(k) for k in np.flatnonzero(~is_accelerated)]
+        self._is_accelerated = is_accelerated[:, None]
+        self._is_everybody = np.array_equal(self.indices, np.arange(len(self.indices)))
 
     def step(
         self, agents: Sequence[Agent], accelerations: Array, turning: NDArray[np.bool_], poses: Pose, now: float
@@ -59,14 +60,17 @@ class ControlGroup:
             poses: Poses of all drones, without NaN.
             now: Time (s).
         """
-        controller, up = self.controller, turning[self.indices]
-        own = some_of(poses, self.indices)
+        controller = self.controller
+        if self._is_everybody and len(turning) == len(self.indices):
+            own, up, asked = poses, turning, accelerations  # nothing has to be picked out
+        else:
+            own, up, asked = some_of(poses, self.indices), turning[self.indices], accelerations[self.indices]
         controller.set_pose(own)
         if self.follows == "acceleration":
             # who has no motors on is to hover, for nobody
-            controller.set_reference(Reference(acceleration=accelerations[self.indices] * up[:, None]))
+            controller.set_reference(Reference(acceleration=asked * up[:, None]))
         else:
-            controller.set_reference(self._reference(agents, accelerations, up, own))
+            controller.set_reference(self._reference(agents, asked, up, own))
         twist = controller.step(now)
         if twist is None or not up.any():
             return None
@@ -77,12 +81,9 @@ class ControlGroup:
     def _reference(self, agents: Sequence[Agent], accelerations: Array, up: NDArray[np.bool_], own: Pose) -> Reference:
         """Return the references of all, arrays of shape (N, 3); where one has none it stays where it is."""
         parts: dict[str, Array] = {"position": own.position.copy()}
-        if len(self._accelerated):
-            parts["velocity"] = np.zeros_like(own.position)
-            parts["acceleration"] = np.zeros_like(own.position)
-            parts["acceleration"][self._is_accelerated] = (
-                accelerations[self._accelerated] * up[self._is_accelerated][:, None]
-            )
+        if len(self._rows) < len(self.indices):
+            parts["velocity"] = np.zeros(own.position.shape)
+            parts["acceleration"] = accelerations * (self._is_accelerated & up[:, None])
         for k, i in zip(self._rows, self._members, strict=True):
             reference = agents[i].reference
             if reference is None or not up[k]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -75,6 +75,8 @@ class CFGuidance:
         self.update_frequency = float(update_frequency)
         self.init_pos = None if init_pos is None else self._checked("init_pos", init_pos, (2, 3))
         self.current_pose: Pose | None = None
+        self.on_change: Callable[[], None] | None = None
+        """Called when phase or wanted trajectory change: whoever decides for many looks at each only then."""
         self._phase = Phase.IDLE
         self._begin = 0.0  # of the phase [s]
         self._trajectory: list[TrajectoryPoint] | None = None
@@ -134,6 +136,8 @@ class CFGuidance:
         self._phase = phase
         self._begin = now
         self._trajectory = None
+        if self.on_change is not None:
+            self.on_change()
 
     # ---------------------------------------------------------------- to be overridden
 
@@ -183,6 +187,8 @@ class CFGuidance:
     def fly(self, trajectory: Sequence[TrajectoryPoint]) -> None:
         """Ask the trajectory handler for a trajectory, with the next step."""
         self._trajectory = list(trajectory)
+        if self.on_change is not None:
+            self.on_change()
 
     @property
     def asks_nothing(self) -> bool:

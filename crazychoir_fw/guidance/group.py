@@ -54,9 +54,12 @@ class GuidanceGroup:
         self._settled_at: float | None = None  # last round that was decided by arrays alone (s)
         self._changes = -1  # of everybody's neighbors, when the law was made
         self._can_decide = False
+        self._is_quiet = False  # whether nobody's phase has changed since the last look at all of them
+        for agent in self.agents:
+            agent.on_change = self._wake
         self.was_together = False
         """Whether the step before was one product for all."""
-        self._law = self._integral = self._trims = np.zeros((0, 0))
+        self._law = self._trims = np.zeros((0, 0))
 
     def _knows(self, agent: CFDistributedFeedback) -> bool:
         """Return whether a group can decide for an agent: by the law that it knows."""
@@ -71,25 +74,25 @@ class GuidanceGroup:
         )
 
     def _make_law(self) -> None:
-        """Make the matrices that take positions and velocities of all to inputs and rates of trims of followers."""
+        """Make the matrix that takes positions and velocities of all to inputs, then rates of trims, of followers."""
         size, followers = len(self.agents), self._followers
-        feedback = np.zeros((len(followers), 3, 2, size, 3))
-        integral = np.zeros((len(followers), 3, size, 3))
+        feedback, integral = np.zeros((2, len(followers), 3, 2, size, 3))
         for row, agent in enumerate(followers):
             neighbors = agent.heard_neighbors
             law = agent.law_of(neighbors)
             places = [*(self._place[neighbor] for neighbor in neighbors), self._place[agent.agent_id]]
             feedback[row][:, :, places] = law.feedback.reshape(3, 2, -1, 3)
-            integral[row][:, places] = law.integral.reshape(3, -1, 3)
+            integral[row][:, 0, places] = law.integral.reshape(3, -1, 3)
             if law.lost_damping is not None:
                 feedback[row][:, 1, places[-1]] -= law.lost_damping
-        rows = 3 * len(followers)
-        self._law, self._integral = feedback.reshape(rows, 6 * size), integral.reshape(rows, 3 * size)
+        learns = integral.any()
+        self._law = np.concatenate([feedback, integral] if learns else [feedback]).reshape(-1, 6 * size)
         self._trims = np.zeros((len(followers), 3))
         for agent, trim in zip(followers, self._trims, strict=True):
             agent.keep_trim_in(trim)
         self._largest_trim = np.array([[agent.gains.largest_trim] for agent in followers]).reshape(-1, 1)
         self._largest = np.array([agent.gains.largest_acceleration for agent in followers])
+        self._largest_squared = self._largest**2
 
     def step(self, now: float) -> list[Outputs]:
         """Return what each agent asks for at a time (s), in the order of the agents."""
@@ -110,6 +113,9 @@ class GuidanceGroup:
             for agent in self._feedback:
                 agent.previous_round = self._settled_at
             self._settled_at = None
+
+    def _wake(self) -> None:
+        self._is_quiet = False
 
     @property
     def followers(self) -> list[int]:
@@ -135,8 +141,10 @@ class GuidanceGroup:
         if self._settled_at is None:
             if not self._is_settled():
                 return None
-        elif not all(agent.phase is Phase.FLIGHT and agent.asks_nothing for agent in self._feedback):
-            return None
+        elif not self._is_quiet:
+            if not all(agent.phase is Phase.FLIGHT and agent.asks_nothing for agent in self._feedback):
+                return None
+            self._is_quiet = True
         previous = self._feedback[0].previous_round if self._settled_at is None else self._settled_at
         self._settled_at = now
         self.was_together = True
@@ -217,12 +225,13 @@ class GuidanceGroup:
             stacked: Positions, then velocities of all agents, shape (6 N,).
             period: Time since the round before (s).
         """
-        trims = self._trims
-        if period:
-            trims += period * (self._integral @ stacked[: len(stacked) // 2]).reshape(-1, 3)
-            np.clip(trims, -self._largest_trim, self._largest_trim, out=trims)
-        inputs = (self._law @ stacked).reshape(-1, 3) + trims
-        sizes = np.sqrt(np.einsum("ij,ij->i", inputs, inputs))
-        if (sizes > self._largest).any():
-            inputs *= np.minimum(1.0, self._largest / np.maximum(sizes, 1e-300))[:, None]
+        trims, count = self._trims, len(self._trims)
+        found = (self._law @ stacked).reshape(-1, 3)
+        if period and len(found) > count:
+            trims += period * found[count:]
+            np.minimum(np.maximum(trims, -self._largest_trim, out=trims), self._largest_trim, out=trims)
+        inputs = found[:count] + trims
+        squares = np.einsum("ij,ij->i", inputs, inputs)
+        if (squares > self._largest_squared).any():
+            inputs *= np.minimum(1.0, self._largest / np.sqrt(np.maximum(squares, 1e-300)))[:, None]
         return inputs
