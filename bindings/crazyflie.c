@@ -228,6 +228,12 @@ void cf_tell_peers(cf_t *cf, const cf_peer_t *peers, int count) {
 
 // ------------------------------------------------------------------------------------- variables
 
+bool cf_is_out(const cf_t *cf) {
+  const cf_supervisor_t *supervisor = &cf->onboard.supervisor;
+  return cf->onboard.fault != CF_FAULT_NONE || cf_supervisor_is_crashed(supervisor) ||
+         cf_supervisor_is_locked(supervisor);
+}
+
 void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride) {
   for (int i = 0; i < count; i++) {
     cf_t *cf = (cf_t *)(void *)((char *)first + i * stride);

@@ -118,6 +118,9 @@ void cf_actuate(cf_t *cf);
 // Has no effect on the drone. A wrench that is not finite is returned as zero.
 void cf_wrench(const cf_t *cf, const cf_motion_t *motion, float force[3], float torque[3]);
 
+// Whether it cannot fly any more: the core stopped it, it crashed, or its supervisor is locked.
+bool cf_is_out(const cf_t *cf);
+
 // Brings the log variables up to date that nobody pays for in the tick (cf_onboard_refresh_logs,
 // refresh_logs of the provider), in `count` drones whose states start `stride` bytes apart.
 void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride);

@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
 
+_FLOOR_M = 0.1  # what starts higher does not start on a floor
+
 
 class Phase(enum.Enum):
     """Where in its flight a drone is."""
@@ -63,6 +65,8 @@ class Agent:
     """What it follows at present."""
     home: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     """Where it stood when its motors began to turn (m, world), shape (3,)."""
+    floor: float = 0.0
+    """Height of what it lands on (m)."""
     has_flown: bool = False
     """Whether it was clearly off the floor since its motors began to turn."""
     low_since: float | None = None
@@ -78,3 +82,8 @@ class Agent:
     def is_up(self) -> bool:
         """Whether its motors turn."""
         return self.phase.has_motors_on
+
+    def begin_at(self, position: NDArray[np.float64]) -> None:
+        """Note where it stands while its motors begin to turn (m, world)."""
+        self.home = position.copy()
+        self.floor = float(position[2]) if position[2] < _FLOOR_M else 0.0

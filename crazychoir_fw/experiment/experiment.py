@@ -27,7 +27,6 @@ TOUCHDOWN_M = 0.05
 
 _FLOWN_M = 0.2  # above its start, a drone has flown
 _FALLEN_S = 1.0  # on the floor, after which it is not about to go on
-_FLOOR_M = 0.1  # what starts higher does not start on a floor
 _LANDING_SPEED = 0.5  # [m/s], at which a drone that passes the floor has not come to land
 _ROUNDS_PER_LOOK = 4  # rounds between two looks at who failed
 PARTS = ("simulation", "guidance", "planning", "control", "sending", "record")
@@ -193,7 +192,7 @@ class Experiment:
                 continue
             agent.phase = Phase.FLYING
             agent.has_flown, agent.low_since = False, None
-            agent.home = poses.position[agent.index].copy()
+            agent.begin_at(poses.position[agent.index])
             # until somebody says otherwise
             agent.reference = Reference(position=agent.home.copy(), velocity=np.zeros(3), acceleration=np.zeros(3))
             self.accelerations[agent.index] = 0.0
@@ -231,10 +230,11 @@ class Experiment:
         clock = wall.perf_counter
         begin = clock()
         poses, now = self._poses(), self.time
+        known = self._known.tolist()
         # also those on the ground: neighbors hear them
-        self._decide([agent for agent in self.agents if agent.failure is None and self._known[agent.index]], poses, now)
+        self._decide([agent for agent in self.agents if agent.failure is None and known[agent.index]], poses, now)
         turning = self._turning()
-        up = [self.agents[i] for i in np.flatnonzero(turning & self._known)]
+        up = [agent for agent in self.agents if agent.phase.has_motors_on and known[agent.index]]
         decided = clock()
         self._follow(now)
         planned = clock()
@@ -377,7 +377,7 @@ class Experiment:
             agent
             for agent in up
             if agent.phase is Phase.LANDING
-            and poses.position[agent.index, 2] < _floor_of(agent) + TOUCHDOWN_M
+            and poses.position[agent.index, 2] < agent.floor + TOUCHDOWN_M
             and abs(poses.velocity[agent.index, 2]) < _LANDING_SPEED
         ]
         if landed:
@@ -391,11 +391,12 @@ class Experiment:
     def _look_for_fallen(self, up: Sequence[Agent], poses: Pose) -> None:
         """Stop who came down though nobody told it to: it may lie on its feet, and no supervisor minds."""
         now = self.time
+        heights = poses.position[:, 2].tolist()
         for agent in up:
-            height = poses.position[agent.index, 2] - _floor_of(agent)
+            height = heights[agent.index] - agent.floor
             if height > _FLOWN_M:
                 agent.has_flown = True
-            if not agent.has_flown or agent.phase is not Phase.FLYING or height > TOUCHDOWN_M:
+            if height > TOUCHDOWN_M or not agent.has_flown or agent.phase is not Phase.FLYING:
                 agent.low_since = None
             elif agent.low_since is None:
                 agent.low_since = now
@@ -489,11 +490,6 @@ _COMMANDS = tuple(f"layers.command{k + 1}" for k in range(4))
 
 def _parts(poses: Pose) -> tuple[Array, Array, Array, Array]:
     return poses.position, poses.orientation, poses.velocity, poses.angular  # type: ignore[return-value]
-
-
-def _floor_of(agent: Agent) -> float:
-    """Return the height of what a drone lands on (m)."""
-    return float(agent.home[2]) if agent.home[2] < _FLOOR_M else 0.0
 
 
 def _check_reference(reference: Reference | None) -> None:

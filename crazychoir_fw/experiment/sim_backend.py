@@ -125,14 +125,9 @@ class SimBackend:
 
     def failures(self) -> dict[int, str]:
         """See `Backend`."""
-        found = {}
-        for i, drone in enumerate(self.world.drones):
-            if drone.failure:
-                found[i] = drone.failure
-            elif drone.is_crashed or drone.is_locked:
-                what = "crashed" if drone.is_crashed else "locked up"
-                found[i] = f"{drone.id}: {what} at {self.time:.2f} s"
-        return found
+        now = self.time
+        sentences = ((i, drone.outage(now)) for i, drone in enumerate(self.world.drones))
+        return {i: sentence for i, sentence in sentences if sentence is not None}
 
     def record(self, extra: dict[str, Array]) -> None:
         """See `Backend`."""

@@ -285,13 +285,7 @@ class Flight:
             self._fail(name, sentence)
         self._events_seen = len(self._world.events)
         for drone in self._world.drones:
-            sentence = None
-            if drone.failure:
-                # a sentence with drone and time
-                sentence = drone.failure
-            elif drone.is_crashed or drone.is_locked:
-                what = "crashed" if drone.is_crashed else "locked up"
-                sentence = f"{drone.id}: {what} at {self._world.time:.2f} s"
+            sentence = drone.outage(self._world.time)
             if sentence is None:
                 continue
             if drone.motor_ctrl is not None and drone.id not in self._mission.may_fail:

@@ -171,6 +171,16 @@ class Drone:
             reason += f": {ffi.string(onboard.failure).decode(errors='replace')}"
         return f"{self.id}: {reason} (at {onboard.fault_tick / 1000:.3f} s)"
 
+    def outage(self, now: float) -> str | None:
+        """Return why the drone cannot fly any more, a sentence: failed, crashed or locked up; None while it can.
+
+        Args:
+            now: Time (s), for the sentence.
+        """
+        if not lib.cf_is_out(self._cf):
+            return None
+        return self.failure or f"{self.id}: {'crashed' if self.is_crashed else 'locked up'} at {now:.2f} s"
+
     @property
     def console(self) -> str:
         """The latest 512 characters that the onboard software printed."""
