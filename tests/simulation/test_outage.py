@@ -25,7 +25,7 @@ def fail(drone):
     [
         (crash, "cf2: crashed at 4.54 s"),
         (lock, "cf2: locked up at 4.54 s"),
-        (fail, "cf2: the estimate is not finite (at 3.010 s)"),
+        (fail, "cf2: the state estimate is not a number (at 3.010 s)"),
     ],
 )
 def test_what_happened_and_when(happen, sentence):
