@@ -207,6 +207,14 @@ def _check_criteria(mission: LayeredMission) -> None:
         layers = mission.layers
         if getattr(criteria, key) is not None and (len(layers.guidances) > 1 or layers.guidance.formation is None):
             raise MissionError(f"criteria.{key} needs layers.guidance.formation of all drones, whose bearings count")
+    if criteria.surveillance_error_m is not None or criteria.surveillance_rms_m is not None:
+        from crazychoir_fw.experiment.surveillance import surveillance_of
+
+        if surveillance_of(mission) is None:
+            raise MissionError(
+                "criteria.surveillance_error_m and surveillance_rms_m need layers.guidance of class "
+                "AggregativeGuidance, with an intruder for each defender"
+            )
     if mission.layers.rate % mission.log_rate:
         raise MissionError(f"log_rate is {mission.log_rate}, but must be a divisor of {mission.layers.rate} Hz")
 

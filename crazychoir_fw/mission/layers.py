@@ -433,6 +433,12 @@ class Criteria(Section):
     tracking_rms_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
     """Largest RMS distance of a drone from its reference while it follows a trajectory."""
 
+    surveillance_error_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
+    """Largest distance of a defender from where it should be, on average over the last second of the last `start`."""
+
+    surveillance_rms_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
+    """Largest RMS of that distance over the second half of the last `start`: how far defenders are behind."""
+
     min_distance_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
     """Least distance between two drones in flight."""
 

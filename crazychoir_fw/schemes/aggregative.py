@@ -281,6 +281,9 @@ class AggregativeGuidance(CFGuidance):
         intruder, target = self.get_intruder(), self.get_target()
         if intruder is None and target is None:
             return None
+        known = self._agent.problem
+        if known is not None and _same(intruder, known.intruder) and _same(target, known.target):
+            return known
         return SurveillanceProblem(intruder, target, **self._gammas)
 
     def algorithm_began(self, now: float) -> None:
@@ -390,6 +393,10 @@ class AggregativeGuidanceCrazyflieMovingIntruder(AggregativeGuidanceCrazyflie):
     """The intruder is a drone that is watched: by default that whose number is larger by the number of defenders."""
 
     intruder_moves = True
+
+
+def _same(one: Array | None, other: Array | None) -> bool:
+    return one is other if one is None or other is None else bool((one == other).all())
 
 
 def _optimizer(optimizer: str | type, agent_id: int) -> Callable[..., Any]:
