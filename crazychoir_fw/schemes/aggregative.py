@@ -42,7 +42,7 @@ class AggregativeGuidance(CFGuidance):
 
     A neighbor that is not heard by the deadline of a round is left out; with `ResilientAggregativeTracking` the
     defenders that are left find their own optimum. It is waited for again as soon as it is heard. An intruder that is
-    watched and not seen for a while drops out of the cost until it is seen again.
+    watched and not seen for a while is reported as lost, and counts where it was seen last.
 
     Subclasses may override `get_initial_condition`, `get_intruder`, `get_target` and `save_results`.
     """
@@ -77,6 +77,7 @@ class AggregativeGuidance(CFGuidance):
         update_frequency: float = 100.0,
         deadline: float = 0.05,
         silence: float = 0.5,
+        drop_unseen: bool = False,
         enable_log: bool = False,
     ) -> None:
         """Prepare.
@@ -107,6 +108,8 @@ class AggregativeGuidance(CFGuidance):
             update_frequency: Rounds per second (Hz).
             deadline: How long a round may take (s).
             silence: After which a watched intruder is lost (s), and a neighbor in asynchronous mode.
+            drop_unseen: A lost intruder drops out of the cost, and its defender goes to the target: not for two of
+                them at once. Otherwise it counts where it was seen last.
             enable_log: Remember the decision of every iteration in `results`.
 
         Raises:
@@ -143,6 +146,7 @@ class AggregativeGuidance(CFGuidance):
         self.reference_time = reference_time
         self.deadline = deadline
         self.silence = silence
+        self.drop_unseen = drop_unseen
         self.enable_log = enable_log
         self.target = None if target is None else self._checked("target", target, (2, 3))[:2]
         self.intruder = None if intruder is None else self._checked("intruder", intruder, (2, 3))[:2]
@@ -185,7 +189,11 @@ class AggregativeGuidance(CFGuidance):
 
     def get_intruder(self) -> Array | None:
         """Return where the intruder of this drone is at present (m), shape (2,), or None."""
-        return self._sightings.before(self.watched[0], self._now) if self.watched else self.intruder
+        if not self.watched:
+            return self.intruder
+        if self.drop_unseen and self._sightings.is_lost(self.watched[0], self._now):
+            return None
+        return self._sightings.before(self.watched[0], self._now)
 
     def get_target(self) -> Array | None:
         """Return where the target is at present (m), shape (2,), or None."""
@@ -234,6 +242,8 @@ class AggregativeGuidance(CFGuidance):
     @property
     def lost(self) -> frozenset[int]:
         """Neighbors that are not heard, and intruders that are not seen."""
+        if self._phase is not Phase.FLIGHT:
+            return frozenset()
         unseen = {one for one in self.watched if self._sightings.is_lost(one, self._now)}
         return frozenset(self._lost | unseen)
 

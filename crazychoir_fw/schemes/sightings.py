@@ -49,8 +49,8 @@ class Sightings:
         return number in self._seen_at and now - self._seen_at[number] > self._silence
 
     def before(self, number: int, now: float) -> Array | None:
-        """Return the newest position from before a time (m), None if the drone was never seen or is lost."""
-        if number not in self._newest or self.is_lost(number, now):
+        """Return the newest position from before a time (m), None if the drone was never seen."""
+        if number not in self._newest:
             return None
         newest = self._newest[number]
         return (newest if newest[0] < now - _EARLY else self._older[number])[1]
