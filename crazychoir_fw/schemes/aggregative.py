@@ -153,6 +153,10 @@ class AggregativeGuidance(CFGuidance):
         self._gammas = {"gamma_intruder": gamma_intruder, "gamma_target": gamma_target, "gamma_shape": gamma_shape}
         SurveillanceProblem((0.0, 0.0), **self._gammas)  # refuses weights now, and not in flight
         self._make = _optimizer(optimizer, agent_id)
+        if optimizer in OPTIMIZERS[:2] and not communicator.synchronous_mode:
+            raise RangeError(
+                f"agent {agent_id}: optimizer is {optimizer}, allowed in asynchronous mode: {OPTIMIZERS[2]}"
+            )
         neighbors = communicator.in_neighbors
         self._weights = dict.fromkeys(neighbors, 1.0 / (1 + len(neighbors))) if weights is None else weights
         self._agent = Agent(communicator=communicator, in_weights=self._weights, out_weights=self._weights)

@@ -269,6 +269,11 @@ def test_what_cannot_be_is_refused(options, kind, sentence):
         AggregativeGuidance(0, communicator, **{"target": (0.0, 0.0), **options})
 
 
+def test_lock_step_is_asked_for_where_it_is_needed():
+    with pytest.raises(RangeError, match="asynchronous mode: RobustAggregativeTracking"):
+        team(lockstep=False)
+
+
 def test_an_optimizer_may_be_a_class():
     class Mine(AggregativeTracking):
         pass
