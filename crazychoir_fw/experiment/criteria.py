@@ -19,6 +19,7 @@ from crazychoir_fw.guidance.bearing import bearing_errors_deg, bearing_laplacian
 from crazychoir_fw.guidance.graph import Graph
 
 if TYPE_CHECKING:
+    from crazychoir_fw.experiment.surveillance import Surveillance
     from crazychoir_fw.report.flight_log import FlightLog
 
 Array = NDArray[np.float64]
@@ -100,6 +101,8 @@ class Judge:
         self.log = log
         self.windows = list(windows)
         self.formation = formation
+        self.surveillance: Surveillance | None = None
+        """Who guards what, if somebody does."""
         self._at = positions(log)
         self._wanted = references(log)
         self._up = is_up(log)
@@ -204,6 +207,32 @@ class Judge:
                 rms[i], largest[i] = float(np.sqrt(np.mean(known**2))), float(known.max())
         return rms, largest
 
+    def surveillance_errors(self) -> Array | None:
+        """Return how far each defender is from where it should be over time (m), shape (T, D); NaN on the ground."""
+        if self.surveillance is None:
+            return None
+        errors = self.surveillance.errors(self._at)
+        return np.where(self._up[:, list(self.surveillance.defenders)], errors, np.nan)
+
+    def final_surveillance_errors(self, rms: bool = False) -> Array:
+        """Return the errors of defenders on average over the last second of START (m), shape (N,); NaN for others.
+
+        Args:
+            rms: Rather the RMS over the second half of START, for intruders that move.
+        """
+        found = np.full(self._at.shape[1], np.nan)
+        windows = [window for window in self.windows if window.name == "start"]
+        if self.surveillance is None or not windows:
+            return found
+        begin, end = windows[-1].begin, windows[-1].end
+        begin = (begin + end) / 2 if rms else end - FINAL_S
+        first, last = np.searchsorted(self.log.time, [begin - 1e-9, end + 1e-9])
+        errors = self.surveillance_errors()[first:last]  # type: ignore[index]
+        if len(errors):
+            mean = np.sqrt(np.mean(errors**2, axis=0)) if rms else np.mean(errors, axis=0)
+            found[list(self.surveillance.defenders)] = mean
+        return found
+
     def least_distances(self) -> Array:
         """Return how near another flying drone came to each (m), shape (N,); NaN for who was alone."""
         count = self._at.shape[1]
@@ -260,6 +289,10 @@ class Judge:
                     "tracking_rms_m", criteria.tracking_rms_m, self.tracking()[0], counted, names, "its reference (RMS)"
                 )
             )
+        for key, rms in (("surveillance_error_m", False), ("surveillance_rms_m", True)):
+            if (limit := getattr(criteria, key)) is not None:
+                values, what = self.final_surveillance_errors(rms), "where it should be" + (" (RMS)" if rms else "")
+                found.append(_worst(key, limit, values, counted, names, what))
         if criteria.min_distance_m is not None:
             found.append(self._distance(criteria.min_distance_m, counted, names))
         if criteria.landed and self.windows and self.windows[-1].name == "land":

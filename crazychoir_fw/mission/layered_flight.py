@@ -17,6 +17,7 @@ from crazychoir_fw.errors import CrazychoirError, MissionError
 from crazychoir_fw.experiment.agents import (
     formation_of,
     graph_of,
+    guidance_of,
     leads,
     make_agents,
     make_groups,
@@ -28,6 +29,7 @@ from crazychoir_fw.experiment.backend import Backend
 from crazychoir_fw.experiment.criteria import Formation, Judge, Window
 from crazychoir_fw.experiment.experiment import Experiment
 from crazychoir_fw.experiment.odometry import through_mocap
+from crazychoir_fw.experiment.surveillance import surveillance_of
 from crazychoir_fw.messages import TrajectoryPoint
 from crazychoir_fw.mission.fleet import drone_settings
 from crazychoir_fw.mission.runner import Film, FlightResult, Observer, Progress, build_world, turn_on_radios
@@ -65,7 +67,9 @@ class LayeredResult(FlightResult):
 
     @property
     def curve(self) -> ErrorCurve | None:
-        """Errors of the bearings over time, for the picture."""
+        """Errors of bearings or defenders over time, for the picture."""
+        if self.judge.surveillance is not None:
+            return self._surveillance_curve
         errors = self.judge.bearing_errors()
         if errors is None or np.isnan(errors).all():
             return None
@@ -78,6 +82,24 @@ class LayeredResult(FlightResult):
         return ErrorCurve("bearing error (deg)", mean, largest, limit, self.judge.places(), end, pairs)
 
     @property
+    def _surveillance_curve(self) -> ErrorCurve | None:
+        judge, criteria = self.judge, self.mission.criteria  # type: ignore[attr-defined]
+        errors = judge.surveillance_errors()
+        flies = ~np.isnan(errors).any(axis=1)
+        if not flies.any():
+            return None
+        mean, largest = np.full(len(errors), np.nan), np.full(len(errors), np.nan)
+        mean[flies], largest[flies] = np.mean(errors[flies], axis=1), np.max(errors[flies], axis=1)
+        end, label = judge.final_positions, "distance from optimum (m)"
+        places = None
+        if end is not None:
+            places = np.full_like(end, np.nan)
+            places[list(judge.surveillance.defenders), :2] = judge.surveillance.places(end)
+        return ErrorCurve(
+            label, mean, largest, criteria.surveillance_error_m, places, markers=judge.surveillance.markers(end)
+        )
+
+    @property
     def film_model(self) -> Any:
         """The model that the film is made with: drones of an integrator are drawn where they were."""
         from crazychoir_fw.simulation import DroneConfig
@@ -88,7 +110,10 @@ class LayeredResult(FlightResult):
         else:
             drones = [DroneConfig(**drone_settings(drone)) for drone in self.mission.fleet]
             model = build_model(drones, self.mission.scene, self.mission.seed, True)
-        formation = self.judge.formation
+        formation, surveillance = self.judge.formation, self.judge.surveillance
+        if surveillance is not None:
+            for i, drone in enumerate(self.mission.fleet):
+                _paint(model, drone.id, _FOLLOWER if i in surveillance.defenders else _LEADER)
         if formation is not None:
             for i, drone in enumerate(self.mission.fleet):
                 _paint(model, drone.id, _LEADER if i in formation.leaders else _FOLLOWER)
@@ -226,8 +251,7 @@ def _hardware(mission: LayeredMission, threads: int | None, visuals: bool) -> Ba
 
         box = settings.safety_area
         options["safety_area"] = SafetyArea(box.low, box.high, breach=box.breach)
-    control = mission.layers.control
-    kind = "xyz" if control is None else control.command
+    (kind,) = mission.layers.commands
     if kind in ("fpqr", "frpy"):
         options.setdefault("thrust", {drone.id: drone.platform for drone in mission.fleet})
     backend = HardwareBackend(
@@ -323,12 +347,13 @@ class _Flight:
             "platform": ", ".join(sorted({drone.platform for drone in mission.fleet})),
         }
         log = experiment.log(about)
-        places = formation_of(mission)
+        places = formation_of(mission) if len(mission.layers.guidances) == 1 else None
         formation = None
         if places is not None:
             leaders = tuple(i for i in range(len(names)) if leads(mission, i))
             formation = Formation(places, graph_of(mission), leaders)
         judge = Judge(log, self._windows, formation)
+        judge.surveillance = surveillance_of(mission)
         verdicts = judge.verdicts(mission.criteria, names, mission.may_fail)
 
         failures, expected = [], []
@@ -350,6 +375,9 @@ class _Flight:
             film = Film(
                 self._fps, list(times[is_new]), list(qpos[is_new]), max(1.0, float(np.ceil(flown / LONGEST_FILM_S)))
             )
+            if judge.surveillance is not None:
+                film.markers = [marker for marker in judge.surveillance.markers(None) if not marker.moves]
+                film.links = list(graph_of(mission).pairs)
             if formation is not None:
                 film.links = list(formation.graph.pairs)
         return LayeredResult(mission, self._world, log, film, summary, judge, no_film)  # type: ignore[arg-type]
@@ -417,7 +445,7 @@ class _Flight:
 
 
 def _role(mission: LayeredMission, i: int) -> str:
-    if mission.layers.guidance.formation is None:
+    if guidance_of(mission, i).formation is None:
         return "-"
     return "leader" if leads(mission, i) else "follower"
 

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.report.markers import Marker
+
 
 @dataclass(frozen=True)
 class ErrorCurve:
@@ -23,3 +25,5 @@ class ErrorCurve:
     """Where they are then (m)."""
     pairs: Sequence[tuple[int, int]] = ()
     """Drones whose bearings count."""
+    markers: Sequence[Marker] = ()
+    """Places that explain the flight."""

@@ -8,8 +8,12 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.report.markers import COLORS, Marker
+
 _GHOST_RADIUS_M = 0.025
 _GHOST_ALPHA = 0.35
+_MARKER_RADIUS_M = 0.05
+_MARKER_ALPHA = 0.6
 _NAME_PLACE = np.array([0.0, 0.0, 0.07])  # [m], over the drone
 _LINK_RADIUS_M = 0.004
 _LINK_COLOR = np.array([0.15, 0.2, 0.3, 0.35], dtype=np.float32)
@@ -56,6 +60,20 @@ def add_links(scene: mujoco.MjvScene, positions: NDArray[np.float64], pairs: Seq
         rod = mujoco.mjtGeom.mjGEOM_CAPSULE
         mujoco.mjv_initGeom(geom, rod, np.zeros(3), np.zeros(3), _NO_ROTATION, _LINK_COLOR)
         mujoco.mjv_connector(geom, rod, _LINK_RADIUS_M, positions[first], positions[second])
+        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+
+
+def add_markers(scene: mujoco.MjvScene, markers: Sequence[Marker]) -> None:
+    """Add a translucent ball at each place that explains the flight, as far as there is room."""
+    for marker in markers:
+        geom = _next(scene)
+        if geom is None:
+            return
+        text = COLORS[marker.kind]
+        color = [int(text[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
+        rgba = np.array([*color, _MARKER_ALPHA], dtype=np.float32)
+        size, place = np.full(3, _MARKER_RADIUS_M), np.array(marker.place)
+        mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_SPHERE, size, place, _NO_ROTATION, rgba)
         geom.category = mujoco.mjtCatBit.mjCAT_DECOR
 
 

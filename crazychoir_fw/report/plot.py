@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.replacing import replacing
 from crazychoir_fw.report.error_curve import ErrorCurve
 from crazychoir_fw.report.flight_log import FlightLog
+from crazychoir_fw.report.markers import COLORS, SHAPES
 
 _FEW = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#6A3D9A", "#444444")
 """Colors that people with any color vision tell apart (Okabe and Ito, yellow replaced for white paper)."""
@@ -237,6 +238,12 @@ def _draw_formation(axes: Axes, curve: ErrorCurve) -> None:
         for pair in curve.pairs:
             x, y, _ = curve.ends[list(pair)].T
             axes.plot(x, y, color="#9AA3AD", linewidth=0.7, zorder=0.5)
+    for marker in curve.markers:
+        shape, color = SHAPES[marker.kind], COLORS[marker.kind]
+        x, y, _ = marker.place
+        # what moves is a line already, and ends here
+        size = 40.0 if marker.moves else 130.0
+        axes.scatter([x], [y], marker=shape, s=size, color=color, linewidths=0.8, edgecolors="white", zorder=7)
     if curve.places is not None and np.isfinite(curve.places).any():
         x, y, _ = curve.places.T
         axes.scatter(x, y, marker="x", s=36.0, color=_INK, linewidths=1.0, zorder=6)

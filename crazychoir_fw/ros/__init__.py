@@ -28,6 +28,9 @@ _NAMES_IN = {
     ),
     "crazychoir_fw.mocap": "Estimator MocapConfig",
     "crazychoir_fw.planning": "AccelerationTraj FullStateTraj PositionTraj TrajHandlerStrategy",
+    "crazychoir_fw.ros.aggregative": (
+        "AggregativeGuidance AggregativeGuidanceCrazyflie AggregativeGuidanceCrazyflieMovingIntruder"
+    ),
     "crazychoir_fw.ros.buttons": "Buttons",
     "crazychoir_fw.ros.controller": "CrazyflieController HierarchicalController VelocityController",
     "crazychoir_fw.ros.guidance": "BearingFormation CFDistributedFeedback CFGuidance GoToGuidance SimpleGuidance",
