@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -18,12 +19,12 @@ from crazychoir_fw.control import (
     VelocityCtrlStrategy,
 )
 from crazychoir_fw.messages import Pose, Reference, Twist
-from crazychoir_fw.ros.conversions import message_to_reference
+from crazychoir_fw.ros.hub import Hub
 from crazychoir_fw.ros.names import CMD_VEL, LATEST, REFERENCES
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.pose_watch import PoseWatch
-from crazychoir_fw.ros.wire import twist_bytes
+from crazychoir_fw.ros.wire import bytes_to_reference, twist_bytes
 
 _CLOSE = 1.5  # control periods between poses, for which each pose makes a step
 _REST = 1e-3  # [m/s, m/s^2], below which a reference stands still
@@ -41,6 +42,8 @@ class CrazyflieController(LayerNode):
     of pose and clock comes first; where poses come slower than commands, or in real time, the clock does.
     """
 
+    stage = 2
+
     def __init__(
         self,
         pose_handler: str | None = "pubsub",
@@ -53,6 +56,7 @@ class CrazyflieController(LayerNode):
         agent_id: int | None = None,
         parameters: Mapping[str, Any] | None = None,
         context: Context | None = None,
+        hub: Hub | None = None,
     ) -> None:
         """Make the node ``controller``.
 
@@ -66,6 +70,7 @@ class CrazyflieController(LayerNode):
             agent_id: Number of the drone; None asks parameter and namespace.
             parameters: Values of parameters.
             context: Context of rclpy.
+            hub: What it shares with other nodes of its process.
 
         Raises:
             RangeError: If a part is missing or a parameter is outside its range.
@@ -73,7 +78,7 @@ class CrazyflieController(LayerNode):
         """
         # first: a part that is missing must not leave half a node behind
         made = self.make_controller(command_sender, traj_handler) if controller is None else controller
-        super().__init__("controller", agent_id=agent_id, parameters=parameters, context=context)
+        super().__init__("controller", agent_id=agent_id, parameters=parameters, context=context, hub=hub)
         self.controller: plain.CrazyflieController = made
         """The plain controller."""
         timeout = self.declare("pose_timeout", 0.5, "age of the pose at which nothing is sent any more (s)", low=0.001)
@@ -87,10 +92,11 @@ class CrazyflieController(LayerNode):
         self._period = min(made.periods)
         self._latest = -np.inf  # [s], of the times at which it worked
         self._pose_time, self._pose_step = -np.inf, np.inf
-        self._commands = self.announce(CMD_VEL)
+        self._commands = self.outlet(CMD_VEL)
         handler = made.traj_handler
         if hasattr(handler, "kind") and hasattr(handler, "topic"):
-            self.listen(REFERENCES[handler.kind], self._take_reference, handler.topic)
+            topic = REFERENCES[handler.kind]
+            self.listen(topic, self._take_reference, handler.topic, raw=True, direct=self._follow)
             self.create_subscription(Bool, "idle", self._take_idle, LATEST)
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
         self.when_time_jumps_back(self._begin_anew)
@@ -110,13 +116,16 @@ class CrazyflieController(LayerNode):
 
     def send_input(self, twist: Twist) -> None:
         """Publish a command; may be overridden."""
-        if not (np.isfinite(twist.linear).all() and np.isfinite(twist.angular).all()):
+        if not math.isfinite(twist.linear.sum() + twist.angular.sum()):
             self.get_logger().error(f"command is {twist}: not sent", throttle_duration_sec=1.0)
             return
-        self._commands.publish(twist_bytes(twist.linear, twist.angular))
+        self._commands.say(twist, _encoded)
 
-    def _take_reference(self, message: Any) -> None:
-        self.controller.set_reference(message_to_reference(message, self.controller.traj_handler.kind))
+    def _take_reference(self, data: bytes) -> None:
+        self._follow(bytes_to_reference(data, self.controller.traj_handler.kind))
+
+    def _follow(self, reference: Reference) -> None:
+        self.controller.set_reference(reference)
         self._has_new_reference = True
 
     def _take_idle(self, message: Bool) -> None:
@@ -174,6 +183,10 @@ class CrazyflieController(LayerNode):
         self._watch.reset()
         self.controller.set_pose(Pose())
         self.controller.clear_reference()
+
+
+def _encoded(twist: Twist) -> bytes:
+    return twist_bytes(twist.linear, twist.angular)
 
 
 def _is_at_rest(reference: Reference) -> bool:

@@ -11,12 +11,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
+from rclpy.serialization import serialize_message
 from std_msgs.msg import Bool, Empty, String
 
 from crazychoir_fw import guidance as plain
@@ -24,12 +26,14 @@ from crazychoir_fw.errors import RangeError
 from crazychoir_fw.guidance import Outputs, TimeVaryingCommunicator
 from crazychoir_fw.messages import Pose
 from crazychoir_fw.ros.communicator import RosTransport
-from crazychoir_fw.ros.conversions import points_to_joint_trajectory, reference_to_message
+from crazychoir_fw.ros.conversions import points_to_joint_trajectory
+from crazychoir_fw.ros.hub import Hub
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.node import LayerNode
+from crazychoir_fw.ros.outlet import Outlet
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.stalling import StallingClock
-from crazychoir_fw.ros.wire import vector3_bytes
+from crazychoir_fw.ros.wire import EMPTY, reference_bytes
 
 _CLOSE = 1.5  # periods between poses, for which each pose makes a step
 _SAME_PRESS = 0.05  # [s]
@@ -45,6 +49,8 @@ class GuidanceNode(LayerNode):
     The names below derive from it. Whoever has a plain guidance, hands a function that makes it to `build`.
     """
 
+    stage = 0
+
     def __init__(
         self,
         build: Build,
@@ -58,6 +64,7 @@ class GuidanceNode(LayerNode):
         agent_id: int | None = None,
         parameters: Mapping[str, Any] | None = None,
         context: Context | None = None,
+        hub: Hub | None = None,
     ) -> None:
         """Make the node.
 
@@ -72,15 +79,16 @@ class GuidanceNode(LayerNode):
             agent_id: Number of the drone; None asks parameter and namespace.
             parameters: Values of parameters.
             context: Context of rclpy.
+            hub: What it shares with other nodes of its process.
         """
-        super().__init__(node_name, agent_id=agent_id, parameters=parameters, context=context)
+        super().__init__(node_name, agent_id=agent_id, parameters=parameters, context=context, hub=hub)
         self.update_frequency = update_frequency
         self.patience: float = self.declare(
             "patience", 0.5, "longest wait for neighbors in a round (s, wall clock)", low=0.001, high=60.0
         )
         self._answers = None
         if self.declare("lockstep", False, "whether each tick is answered on the topic answered"):
-            self._answers = self.create_publisher(Empty, "answered", 10)
+            self._answers = Outlet(self.create_publisher(Empty, "answered", 10), self.hub)
         self.transport: RosTransport | None = None
         """Topics of its communicator, if it has one."""
         self.guidance: Any = build(self)
@@ -94,10 +102,10 @@ class GuidanceNode(LayerNode):
         self._has_pose = False
         kind = getattr(self.guidance, "kind", "acceleration")
         self._kind = kind
-        self._reference = self.announce(REFERENCES[kind], input_topic)
-        self._trajectory = self.announce(TRAJ_PARAMS)
+        self._encode_reference = partial(reference_bytes, kind=kind)
+        self._reference = self.outlet(REFERENCES[kind], input_topic)
+        self._trajectory = self.outlet(TRAJ_PARAMS)
         self._idle_publisher = self.create_publisher(Bool, "idle", LATEST)
-        self._empty = Empty()
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
         self._last_press: tuple[str, float] | None = None
         for name, topic in BUTTONS.items():
@@ -108,7 +116,11 @@ class GuidanceNode(LayerNode):
             self.create_subscription(String, where, self._take_last_button, LATEST)
         if self._has_rounds:
             self._lost_publisher = self.create_publisher(String, "lost_neighbors", 10)
-            self.create_timer(_LOOK_EVERY, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+            if self.hub is None:
+                self.create_timer(_LOOK_EVERY, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+            else:
+                self.hub.when_looking(self._look)
+                self.hub.when_settling(self, self._try_to_finish, lambda: self._in_round)
         if self.transport is not None:
             self.transport.when_received.append(self._try_to_finish)
         self.every(update_frequency, self._tick)
@@ -175,7 +187,8 @@ class GuidanceNode(LayerNode):
         else:
             self.guidance.begin_round(self._time.begin())
             self._in_round = True
-            self._try_to_finish()
+            if self.hub is None or not self.hub.is_working:
+                self._try_to_finish()
 
     def _try_to_finish(self) -> None:
         if self._in_round:
@@ -209,22 +222,23 @@ class GuidanceNode(LayerNode):
     def _send(self, outputs: Outputs) -> None:
         reference = outputs.reference
         if outputs.trajectory is not None:
-            self._trajectory.publish(points_to_joint_trajectory(outputs.trajectory, self.agent_id))
+            self._trajectory.say(outputs.trajectory, self._encode_points)
         if reference is not None:
-            if self._kind == "acceleration" and reference.acceleration is not None:
-                x, y, z = reference.acceleration.tolist()
-                if np.isfinite(x + y + z):
-                    self._reference.publish(vector3_bytes(x, y, z))
-                else:
-                    self.get_logger().error(f"asks for ({x}, {y}, {z}): not sent", throttle_duration_sec=1.0)
+            numbers = getattr(reference, self._kind, None)
+            if numbers is None or math.isfinite(numbers.sum()):
+                self._reference.say(reference, self._encode_reference)
             else:
-                self._reference.publish(reference_to_message(reference, self._kind))
+                text = f"asks for the {self._kind} {numbers}: not sent"
+                self.get_logger().error(text, throttle_duration_sec=1.0)
         idle = bool(getattr(outputs, "idle", False))
         if idle != self._idle:
             self._idle = idle
             self._idle_publisher.publish(Bool(data=idle))
         if self._answers is not None:
-            self._answers.publish(self._empty)
+            self._answers.say(None, _empty)
+
+    def _encode_points(self, points: Any) -> bytes:
+        return bytes(serialize_message(points_to_joint_trajectory(points, self.agent_id)))
 
     # ---------------------------------------------------------------- for those who build
 
@@ -258,6 +272,10 @@ class GuidanceNode(LayerNode):
     def is_connected(self) -> bool:
         """Whether somebody is at the other end of all topics of its communicator."""
         return self.transport is None or self.transport.is_connected
+
+
+def _empty(_: None) -> bytes:
+    return EMPTY
 
 
 class CFGuidance(GuidanceNode):

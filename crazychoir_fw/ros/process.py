@@ -20,6 +20,7 @@ from crazychoir_fw.ros.communicator import RosTransport
 from crazychoir_fw.ros.controller import CrazyflieController
 from crazychoir_fw.ros.guidance import GuidanceNode
 from crazychoir_fw.ros.hosting import ANSWERED, READY
+from crazychoir_fw.ros.hub import Hub
 from crazychoir_fw.ros.names import LATEST
 from crazychoir_fw.ros.parts import Part, layers_of_drone
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
@@ -28,7 +29,9 @@ _LOOK_EVERY = 0.05  # [s], wall: whether all partners are there
 _TRAFFIC = ("odom", "cmd_vel", "acceleration", "position", "fullstate", "answered", "clock")
 
 
-def make_nodes(mission: Any, part: Part, lockstep: bool, patience: float, context: Context | None = None) -> list[Node]:
+def make_nodes(
+    mission: Any, part: Part, lockstep: bool, patience: float, context: Context | None = None, hub: Hub | None = None
+) -> list[Node]:
     """Return the nodes of a part.
 
     Args:
@@ -37,18 +40,20 @@ def make_nodes(mission: Any, part: Part, lockstep: bool, patience: float, contex
         lockstep: Whether guidance answers each tick.
         patience: How long a guidance waits for neighbors while simulated time stands still (s, wall).
         context: Context of rclpy.
+        hub: What the nodes share.
 
     Raises:
         CrazychoirError: If a layer cannot be made as the mission says.
     """
     nodes: list[Node] = []
     for i in part.agents:
-        common: dict[str, Any] = {"agent_id": i, "parameters": {"use_sim_time": True}, "context": context}
+        common: dict[str, Any] = {"agent_id": i, "parameters": {"use_sim_time": True}}
+        common |= {"context": context, "hub": hub}
         for layer in layers_of_drone(mission, i):
             if layer not in part.layers:
                 continue
             if layer == "guidance":
-                nodes.append(_guidance(mission, i, lockstep, patience, context))
+                nodes.append(_guidance(mission, i, lockstep, patience, common))
             elif layer == "planning":
                 nodes.append(TrajectoryHandler(handler=agents.make_trajectory_handler(mission, i), **common))
             else:
@@ -56,7 +61,7 @@ def make_nodes(mission: Any, part: Part, lockstep: bool, patience: float, contex
     return nodes
 
 
-def _guidance(mission: Any, i: int, lockstep: bool, patience: float, context: Context | None) -> GuidanceNode:
+def _guidance(mission: Any, i: int, lockstep: bool, patience: float, common: dict[str, Any]) -> GuidanceNode:
     graph, settings = agents.graph_of(mission), mission.layers.communication
 
     def build(node: GuidanceNode) -> Any:
@@ -76,9 +81,7 @@ def _guidance(mission: Any, i: int, lockstep: bool, patience: float, context: Co
         return agents.make_guidance(mission, i, communicator)
 
     parameters = {"use_sim_time": True, "lockstep": lockstep, "patience": patience}
-    return GuidanceNode(
-        build, update_frequency=float(mission.layers.rate), agent_id=i, parameters=parameters, context=context
-    )
+    return GuidanceNode(build, update_frequency=float(mission.layers.rate), **{**common, "parameters": parameters})
 
 
 def run_part(mission: Any, part: Part, lockstep: bool = True, patience: float = 0.5) -> int:
@@ -100,7 +103,7 @@ def run_part(mission: Any, part: Part, lockstep: bool = True, patience: float = 
         signal.signal(sign, lambda *_: context.try_shutdown())
     try:
         executor = make_executor(context)
-        nodes = make_nodes(mission, part, lockstep, patience, context)
+        nodes = make_nodes(mission, part, lockstep, patience, context, Hub(part.name, lockstep))
         for node in nodes:
             executor.add_node(node)
         spin(executor, nodes, part.name, context)
