@@ -34,7 +34,7 @@ MEMBERS = Topic("/_swarm/members", String, 1, 1000, "how many subscriptions of a
 _NUMBERS = 13
 FRESH_S = 1.0
 """Wall time (s) for which somebody counts as there since he was heard."""
-LOOK_EVERY = 0.02
+LOOK_EVERY = 0.05
 """Wall time (s) between two looks at who else listens."""
 
 

@@ -121,6 +121,11 @@ class RosTransport(Transport):
             self._hub.listeners(_absolute(topic)).remove(self._direct.pop((topic, callback)))
 
     @property
+    def is_heard_outside(self) -> bool:
+        """Whether somebody outside of this process listens."""
+        return any(one.is_heard_outside for one in self._outlets.values())
+
+    @property
     def is_connected(self) -> bool:
         """Whether somebody is at the other end of every topic."""
         return all(one.listeners for one in self._outlets.values()) and all(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rclpy.context import Context
@@ -25,6 +25,9 @@ from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.pose_watch import PoseWatch
 from crazychoir_fw.ros.wire import bytes_to_reference, twist_bytes
+
+if TYPE_CHECKING:
+    from crazychoir_fw.ros.teams import ControlTeam
 
 _CLOSE = 1.5  # control periods between poses, for which each pose makes a step
 _REST = 1e-3  # [m/s, m/s^2], below which a reference stands still
@@ -89,6 +92,7 @@ class CrazyflieController(LayerNode):
         self._has_new_reference = False
         self._reference_time: float | None = None  # [s], of the step that followed the latest one first
         self._is_idle = False
+        self._team: ControlTeam | None = None
         self._period = min(made.periods)
         self._latest = -np.inf  # [s], of the times at which it worked
         self._pose_time, self._pose_step = -np.inf, np.inf
@@ -155,9 +159,24 @@ class CrazyflieController(LayerNode):
         self._latest = now = max(now, self._latest)
         if self._watch.is_fresh(now):
             self._mind_references(now)
+            if self._team is not None and self._works_in_team(now):
+                return
             twist = self.controller.step(now)
             if twist is not None:
                 self.send_input(twist)
+
+    def join(self, team: ControlTeam, number: int) -> None:
+        """Have commands computed together with others, where nothing speaks against it."""
+        self._team, self._number = team, number
+
+    def _works_in_team(self, now: float) -> bool:
+        pose, reference = self.controller.current_pose, self.controller.desired_reference
+        if not self.hub.is_working or reference is None or reference.acceleration is None:
+            return False
+        if pose.orientation is None or pose.angular is None or pose.velocity is None:
+            return False
+        self._team.take(self._number, pose, reference, now)
+        return True
 
     def _mind_references(self, now: float) -> None:
         """Give a reference up that nobody renews, once."""

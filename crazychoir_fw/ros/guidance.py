@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,7 @@ from std_msgs.msg import Bool, Empty, String
 from crazychoir_fw import guidance as plain
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.guidance import Outputs, TimeVaryingCommunicator
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.messages import Pose, Reference
 from crazychoir_fw.ros.communicator import RosTransport
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory
 from crazychoir_fw.ros.hub import Hub
@@ -38,6 +38,9 @@ from crazychoir_fw.ros.wire import EMPTY, reference_bytes
 _CLOSE = 1.5  # periods between poses, for which each pose makes a step
 _SAME_PRESS = 0.05  # [s]
 _LOOK_EVERY = 0.05  # [s], wall: at rounds that wait
+
+if TYPE_CHECKING:
+    from crazychoir_fw.ros.teams import GuidanceTeam
 
 Build = Callable[["GuidanceNode"], Any]
 """Makes the plain guidance of a node, once its parameters and topics are there."""
@@ -100,6 +103,8 @@ class GuidanceNode(LayerNode):
         self._lost: frozenset[int] = frozenset()
         self._idle: bool | None = None
         self._has_pose = False
+        self.team: GuidanceTeam | None = None
+        """With whom it decides together."""
         kind = getattr(self.guidance, "kind", "acceleration")
         self._kind = kind
         self._encode_reference = partial(reference_bytes, kind=kind)
@@ -147,6 +152,8 @@ class GuidanceNode(LayerNode):
 
     def _latest_time(self) -> float:
         """Return the time (s): that of the newest pose where simulated poses lead."""
+        if self.hub is not None:
+            return max(self.hub.now, self._pose_time) if self._is_led else self.hub.now
         # asking the clock of a node takes 20 µs
         return self._pose_time if self._is_led else self.now()
 
@@ -156,6 +163,8 @@ class GuidanceNode(LayerNode):
         if before is not None and before[0] == button and now - before[1] < _SAME_PRESS:
             return  # it was heard both ways
         self._last_press = (button, now)
+        if self.team is not None:
+            self.team.tell_poses()
         method = getattr(self.guidance, button, None)
         if method is not None:
             method(now)
@@ -203,7 +212,37 @@ class GuidanceNode(LayerNode):
 
     def _finish(self, now: float) -> None:
         self._in_round = False
-        outputs = self.guidance.finish_round(now)
+        self.take_outputs(self.guidance.finish_round(now))
+
+    # ---------------------------------------------------------------- in a team
+
+    @property
+    def row(self) -> int | None:
+        """Which row of a bundle of odometry is its own, if it takes its poses from there."""
+        return None if self.hub is None else self.hub.row_of(self)
+
+    @property
+    def may_work_in_team(self) -> bool:
+        """Whether its rounds are nobody's business but the team's."""
+        return not (self._in_round or self._time.has_waited or (self.transport and self.transport.is_heard_outside))
+
+    def note_pose(self, pose: Pose) -> None:
+        """Take a pose that begins no round."""
+        self._has_pose = True
+        self._pose_time = pose.time
+        self.guidance.set_pose(pose)
+
+    def ask_for(self, reference: Reference) -> None:
+        """Say a reference."""
+        self._reference.say(reference, self._encode_reference)
+
+    def answer(self) -> None:
+        """Answer the step, in lockstep."""
+        if self._answers is not None:
+            self._answers.say(None, _empty)
+
+    def take_outputs(self, outputs: Outputs) -> None:
+        """Say what the guidance asks for at the end of a round."""
         lost = frozenset(self.guidance.lost)
         if lost != self._lost:
             self._tell(lost)
@@ -226,7 +265,7 @@ class GuidanceNode(LayerNode):
         if reference is not None:
             numbers = getattr(reference, self._kind, None)
             if numbers is None or math.isfinite(numbers.sum()):
-                self._reference.say(reference, self._encode_reference)
+                self.ask_for(reference)
             else:
                 text = f"asks for the {self._kind} {numbers}: not sent"
                 self.get_logger().error(text, throttle_duration_sec=1.0)
@@ -234,8 +273,7 @@ class GuidanceNode(LayerNode):
         if idle != self._idle:
             self._idle = idle
             self._idle_publisher.publish(Bool(data=idle))
-        if self._answers is not None:
-            self._answers.say(None, _empty)
+        self.answer()
 
     def _encode_points(self, points: Any) -> bytes:
         return bytes(serialize_message(points_to_joint_trajectory(points, self.agent_id)))

@@ -50,6 +50,8 @@ class RemoteGuidance:
         self.reference: Reference | None = None
         self.points: list[TrajectoryPoint] | None = None
         self.lost: frozenset[int] = frozenset()
+        self.is_new = False
+        """Whether anything was heard since somebody looked."""
 
     def set_pose(self, pose: Pose) -> None:
         """It hears its pose by topic."""
@@ -307,6 +309,14 @@ class HostedExperiment(Experiment):
         if self.node.pace.lockstep:
             answers.expect_all()
 
+    def _decide(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
+        """Take what guidance elsewhere has asked for since the last round."""
+        for agent in agents:
+            guidance: RemoteGuidance = agent.guidance
+            if guidance.is_new or guidance.lost is not agent.lost:
+                guidance.is_new = not agent.is_up  # who rests takes nothing, and is asked again
+                self._take(agent, guidance.step(now), poses, now)
+
     def step(self) -> None:
         """Fly one round: say how things are, hear what is to be done, do it."""
         self.node.exchange(self._executor)
@@ -346,6 +356,7 @@ def _neighbors_taker(guidance: RemoteGuidance, numbers: dict[str, int]) -> Any:
 def _points_taker(guidance: RemoteGuidance) -> Any:
     def take(message: Any) -> None:
         guidance.points = joint_trajectory_to_points(message)
+        guidance.is_new = True
 
     return take
 
@@ -354,6 +365,7 @@ def _reference_taker(node: SimulationNode, guidance: RemoteGuidance, kind: str) 
     def take(data: bytes) -> None:
         try:
             guidance.reference = bytes_to_reference(data, kind)
+            guidance.is_new = True
         except CrazychoirError as error:
             node.complain(kind, error)
 

@@ -31,6 +31,7 @@ from crazychoir_fw.ros.wire import LEAST_NORM
 
 if TYPE_CHECKING:
     from crazychoir_fw.ros.node import LayerNode
+    from crazychoir_fw.ros.teams import GuidanceTeam
 
 STAGES = 4
 """Guidance, planning, control, others."""
@@ -71,6 +72,7 @@ class Hub:
         self._periodics: list[list[HubPeriodic]] = [[] for _ in range(STAGES)]
         self._looking: list[Callable[[], None]] = []
         self._waiting: list[Callable[[], bool]] = []
+        self._rows: dict[LayerNode, int | None] = {}
         self._said: list[bundles.Said] = []
         self._host: HostCard | None = None
         self._owes_answer = False
@@ -78,6 +80,8 @@ class Hub:
         self._bundle_wall = -np.inf
         self._look_wall = -np.inf
         self._carrier: LayerNode | None = None
+        self.guidance_team: GuidanceTeam | None = None
+        """Guidance that may decide for all nodes at once."""
 
     def add(self, node: LayerNode) -> None:
         """Take a node in; the first one carries the subscriptions of all."""
@@ -109,13 +113,19 @@ class Hub:
         self._inlets[node.stage].append(inlet)
         return inlet
 
+    def row_of(self, node: LayerNode) -> int | None:
+        """Return which row of the bundles is a node's own, if it takes its poses from there."""
+        return self._rows.get(node)
+
     def periodic(self, node: LayerNode, frequency: float, work: Callable[[float], None]) -> HubPeriodic:
         """Return work at a rate on the common clock."""
         periodic = HubPeriodic(self, frequency, work)
         self._periodics[node.stage].append(periodic)
         return periodic
 
-    def when_settling(self, node: LayerNode, callback: Callable[[], None], waits: Callable[[], bool]) -> None:
+    def when_settling(
+        self, node: LayerNode, callback: Callable[[], None], waits: Callable[[], bool] | None = None
+    ) -> None:
         """Register a node whose rounds wait for others.
 
         Args:
@@ -124,7 +134,8 @@ class Hub:
             waits: Whether a round is open; answers in lockstep wait for its end.
         """
         self._settling[node.stage].append(callback)
-        self._waiting.append(waits)
+        if waits is not None:
+            self._waiting.append(waits)
 
     def when_looking(self, callback: Callable[[], None]) -> None:
         """Have something called now and then by the clock on the wall, for rounds that wait."""
@@ -175,6 +186,7 @@ class Hub:
         for stage in self._inlets:
             for inlet in stage:
                 inlet.row = rows.get(inlet.topic)
+                self._rows[inlet.node] = inlet.row
         self._host, self._announced = card, False
         self._introduce()
 
@@ -217,7 +229,11 @@ class Hub:
             turned.flags.writeable = False
         self.is_working = True
         try:
-            for inlets, settling, periodics in zip(self._inlets, self._settling, self._periodics, strict=True):
+            stages = list(zip(self._inlets, self._settling, self._periodics, strict=True))
+            team = self.guidance_team
+            if team is not None and rows is not None and team.work(rows, turned, good, now):
+                stages = stages[1:]
+            for inlets, settling, periodics in stages:
                 if rows is not None:
                     for inlet in inlets:
                         row = inlet.row
@@ -247,7 +263,7 @@ class PoseInlet:
 
     def __init__(self, hub: Hub, node: LayerNode, topic: str, take: Callable[[Pose], None], decode: Any) -> None:
         """Bind a node's callback to a topic (its absolute name)."""
-        self._node, self.topic, self._take, self._decode = node, topic, take, decode
+        self.node, self.topic, self._take, self._decode = node, topic, take, decode
         self._hub = hub
         self.row: int | None = None
         """Which row of the bundle it is."""
@@ -270,7 +286,7 @@ class PoseInlet:
         try:
             self._take(pose)
         except CrazychoirError as error:
-            self._node.complain(self.topic, error)
+            self.node.complain(self.topic, error)
 
 
 class HubPeriodic:

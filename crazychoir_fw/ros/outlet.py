@@ -41,9 +41,7 @@ class Outlet:
             self._publisher.publish(encode(value))
             return
         if self._looked != hub.looks:
-            self._looked = hub.looks
-            self._host = hub.host_hears(self._topic)
-            self._outside = self._publisher.get_subscription_count() - len(self._inside) - self._host
+            self._look(hub)
         if self._outside > 0:
             data = encode(value)
             if self._inside:
@@ -53,6 +51,21 @@ class Outlet:
             hub.say(self._topic, encode(value))
         for take in self._inside:
             take(value)
+
+    def _look(self, hub: Hub) -> None:
+        self._looked = hub.looks
+        self._host = hub.host_hears(self._topic)
+        self._outside = self._publisher.get_subscription_count() - len(self._inside) - self._host
+
+    @property
+    def is_heard_outside(self) -> bool:
+        """Whether somebody listens who is not of this process, nor served with bundles."""
+        hub = self._hub
+        if hub is None:
+            return self._publisher.get_subscription_count() > 0
+        if self._looked != hub.looks:
+            self._look(hub)
+        return self._outside > 0
 
     @property
     def listeners(self) -> int:

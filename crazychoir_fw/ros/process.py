@@ -23,6 +23,7 @@ from crazychoir_fw.ros.hosting import ANSWERED, READY
 from crazychoir_fw.ros.hub import Hub
 from crazychoir_fw.ros.names import LATEST
 from crazychoir_fw.ros.parts import Part, layers_of_drone
+from crazychoir_fw.ros.teams import make_teams
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
 
 _LOOK_EVERY = 0.05  # [s], wall: whether all partners are there
@@ -58,6 +59,8 @@ def make_nodes(
                 nodes.append(TrajectoryHandler(handler=agents.make_trajectory_handler(mission, i), **common))
             else:
                 nodes.append(CrazyflieController(controller=agents.make_controller(mission, i), **common))
+    if hub is not None:
+        make_teams(mission, nodes)
     return nodes
 
 

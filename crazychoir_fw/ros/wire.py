@@ -40,6 +40,8 @@ _POSE = struct.Struct("<7d")
 _SIX = struct.Struct("<6d")
 _THREE = struct.Struct("<3d")
 _COVARIANCE = 36 * 8
+# one transform, one velocity, one acceleration, and a duration, each list with its length and what aligns it
+_FULLSTATE = struct.Struct("<2s2xI4x7dI4x6dI4x6diI")
 LEAST_NORM = 0.8  # of a quaternion: less is a lost sample (features dossier section 10)
 
 
@@ -114,7 +116,18 @@ def reference_bytes(reference: Reference, kind: str) -> bytes:
     Raises:
         RangeError: If a number is not finite, or the reference lacks what the kind needs.
     """
-    if kind != "fullstate":
+    if kind == "fullstate":
+        vectors = (reference.position, reference.velocity, reference.acceleration)
+        if all(type(vector) is np.ndarray and vector.shape == (3,) for vector in vectors):
+            half = 0.5 * (0.0 if reference.yaw is None else float(reference.yaw))
+            turn = 0.0 if reference.yaw_rate is None else float(reference.yaw_rate)
+            place, speed, push = (vector.tolist() for vector in vectors)
+            if math.isfinite(sum(place) + sum(speed) + sum(push) + half + turn):
+                rotation = (0.0, 0.0, math.sin(half), math.cos(half))
+                return _FULLSTATE.pack(
+                    *(_PLAIN_CDR, 1, *place, *rotation, 1, *speed, 0.0, 0.0, turn, 1, *push, 0.0, 0.0, 0.0, 0, 0)
+                )
+    else:
         vector = getattr(reference, kind)
         if vector is not None and vector.shape == (3,):
             x, y, z = vector.tolist()
@@ -130,6 +143,14 @@ def bytes_to_reference(data: bytes, kind: str) -> Reference:
         RangeError: If a number is not finite, or it is no such message.
     """
     if kind == "fullstate":
+        if len(data) == _FULLSTATE.size and data[:2] == _PLAIN_CDR:
+            _, n, *pose, m, vx, vy, vz, _, _, turn, k, ax, ay, az, _, _, _, _, _ = _FULLSTATE.unpack(data)
+            z, w = pose[5:]
+            # turned about z only, as here; whatever else there is, is decoded with care
+            if n == m == k == 1 and pose[3] == pose[4] == 0.0 and abs(z * z + w * w - 1.0) < 1e-9:
+                vectors = (np.array(pose[:3]), np.array((vx, vy, vz)), np.array((ax, ay, az)))
+                if math.isfinite(sum(pose) + vx + vy + vz + turn + ax + ay + az):
+                    return Reference(*vectors, yaw=math.atan2(2.0 * w * z, 1.0 - 2.0 * z * z), yaw_rate=turn)
         return message_to_reference(deserialize_message(data, MultiDOFJointTrajectoryPoint), kind)
     numbers = vector3_numbers(data)
     if not math.isfinite(sum(numbers)):
