@@ -45,7 +45,7 @@ def mission_of(count: int, backend: str, folder: Path):
             "planning": {"class": "Spline"},
             "control": {"gains": "mujoco"},
         },
-        "flight": [{"takeoff": {"duration": 5.0}}],
+        "flight": [{"takeoff": {"duration": 2.0}}, {"start": {"duration": 5.0}}],
     }
     path = folder / "ros_swarm.yaml"
     path.write_text(json.dumps(mission))
@@ -72,7 +72,9 @@ def measure(mission, options, seconds, result):
     booted = time.perf_counter() - booting
     experiment.warm_up()
     experiment.takeoff()
-    experiment.run(1.0)
+    experiment.run(2.0)
+    experiment.start()
+    experiment.run(0.5)
     node = experiment.node
     node.latencies = []
     began, processor = time.perf_counter(), time.process_time()
