@@ -21,12 +21,13 @@ from crazychoir_fw.ros.controller import CrazyflieController
 from crazychoir_fw.ros.guidance import GuidanceNode
 from crazychoir_fw.ros.hosting import ANSWERED, READY
 from crazychoir_fw.ros.hub import Hub
-from crazychoir_fw.ros.names import LATEST
+from crazychoir_fw.ros.names import CLOCK, LATEST
 from crazychoir_fw.ros.parts import Part, layers_of_drone
 from crazychoir_fw.ros.teams import make_teams
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
 
 _LOOK_EVERY = 0.05  # [s], wall: whether all partners are there
+_LOOK_AT_CLOCK = 0.5  # [s], wall: whether somebody still publishes it
 _TRAFFIC = ("odom", "cmd_vel", "acceleration", "position", "fullstate", "answered", "clock")
 
 
@@ -87,7 +88,9 @@ def _guidance(mission: Any, i: int, lockstep: bool, patience: float, common: dic
     return GuidanceNode(build, update_frequency=float(mission.layers.rate), **{**common, "parameters": parameters})
 
 
-def run_part(mission: Any, part: Part, lockstep: bool = True, patience: float = 0.5) -> int:
+def run_part(
+    mission: Any, part: Part, lockstep: bool = True, patience: float = 0.5, leave_after: float | None = None
+) -> int:
     """Be a process of a mission until ROS is shut down.
 
     Args:
@@ -95,6 +98,7 @@ def run_part(mission: Any, part: Part, lockstep: bool = True, patience: float = 
         part: What this process does.
         lockstep: Whether guidance answers each tick.
         patience: See `make_nodes`.
+        leave_after: How long nobody may publish ``/clock`` any more until this process ends (s, wall); None: for ever.
 
     Returns:
         The exit code.
@@ -109,7 +113,7 @@ def run_part(mission: Any, part: Part, lockstep: bool = True, patience: float = 
         nodes = make_nodes(mission, part, lockstep, patience, context, Hub(part.name, lockstep))
         for node in nodes:
             executor.add_node(node)
-        spin(executor, nodes, part.name, context)
+        spin(executor, nodes, part.name, context, leave_after)
     except ExternalShutdownException:
         pass
     finally:
@@ -128,17 +132,25 @@ def make_executor(context: Context) -> Any:
     return EventsExecutor(context=context)
 
 
-def spin(executor: Any, nodes: Sequence[Node], name: str, context: Context) -> None:
-    """Work on messages, and say when all partners are there."""
+def spin(executor: Any, nodes: Sequence[Node], name: str, context: Context, leave_after: float | None = None) -> None:
+    """Work on messages, say when all partners are there, and end when the one with the clock has long been gone."""
     if not nodes:
         return
     announcer = nodes[0].create_publisher(String, READY, LATEST)
     is_ready = False
-    looked = 0.0
+    looked = clock_looked = clock_seen = 0.0
     while context.ok():
         executor.spin_once(timeout_sec=0.1 if is_ready else _LOOK_EVERY)
-        if not is_ready and time.monotonic() - looked > _LOOK_EVERY:
-            looked = time.monotonic()
+        now = time.monotonic()
+        if leave_after is not None and now - clock_looked > _LOOK_AT_CLOCK:
+            clock_looked = now
+            if nodes[0].count_publishers(CLOCK.name):
+                clock_seen = now
+            elif clock_seen and now - clock_seen > leave_after:
+                nodes[0].get_logger().warning(f"nobody has published {CLOCK.name} for {leave_after:g} s: ends")
+                return
+        if not is_ready and now - looked > _LOOK_EVERY:
+            looked = now
             if all(is_connected(node) for node in nodes):
                 is_ready = True
                 announcer.publish(String(data=name))

@@ -248,7 +248,7 @@ def test_without_bundles_the_clock_of_ros_drives_a_hub(bench):
 
 
 def test_a_team_of_controllers_says_what_each_would_say(bench, swarm):
-    hub, controllers, node = swarm
+    _, controllers, node = swarm
     assert all(has_no_memory(one.controller) for one in controllers)
     together = PlainController(
         FlatnessAccelerationCtrl(mass=np.full(2, 0.038)),
