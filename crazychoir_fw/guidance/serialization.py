@@ -6,6 +6,7 @@ survive the way, but for NumPy's scalars, which arrive as Python's. Arrays arriv
 
 from __future__ import annotations
 
+import struct
 import sys
 from typing import Any
 
@@ -44,6 +45,10 @@ def dumps(obj: object, limit: int = LARGEST_BYTES) -> bytes:
     Raises:
         MessageError: If something in it may not be sent, or it is too large.
     """
+    if isinstance(obj, Pose):
+        data = _pack_full_pose(obj)
+        if data is not None and len(data) <= limit:
+            return data
     try:
         data = _pack(_plain(obj, DEEPEST))
     except (OverflowError, ValueError, UnicodeError) as error:  # of msgpack: large integers, lone surrogates
@@ -67,6 +72,10 @@ def loads(data: bytes, limit: int = LARGEST_BYTES) -> Any:
     """
     if len(data) > limit:
         raise MessageError(f"message has {len(data)} bytes, allowed: {limit}")
+    if len(data) == _FULL_POSE.size:
+        pose = _unpack_full_pose(data)
+        if pose is not None:
+            return pose
     return _unpack(bytes(data), DEEPEST + 1)  # a tuple is unpacked inside of its own level
 
 
@@ -188,3 +197,46 @@ def _pose(fields: Any) -> Pose:
     if time is not None and type(time) is not float:
         raise MessageError("message holds a pose whose time is no number")
     return Pose(*[None if vector is None else _array(vector) for vector in vectors], time)
+
+
+# A pose of which everything is known is what agents send a hundred times a second. Its bytes differ in 14 numbers only,
+# which are put between what always stays, instead of being made by msgpack (60 µs).
+_FULL_SIZES = (3, 4, 3, 3)
+
+
+def _split_full_pose() -> tuple[list[bytes], struct.Struct]:
+    """Return the bytes between the numbers, and how both follow each other."""
+    marks = [np.full(size, 1.5 + k) for k, size in enumerate(_FULL_SIZES)]
+    rest, parts, layout = _pack(_plain(Pose(*marks, 9.5), DEEPEST)), [], "<"
+    for mark in marks:
+        part, _, rest = rest.partition(mark.tobytes())
+        parts.append(part)
+        layout += f"{len(part)}s{len(mark)}d"
+    part = rest[: -struct.calcsize("d")]
+    return [*parts, part], struct.Struct(f"{layout}{len(part)}s8s")
+
+
+_FULL_PARTS, _FULL_POSE = _split_full_pose()
+_FULL_TIME = struct.Struct(">d")  # as msgpack has it
+
+
+def _pack_full_pose(pose: Pose) -> bytes | None:
+    """Return a pose as bytes, or None if it has to be packed the long way."""
+    p, q, v, w = pose.position, pose.orientation, pose.velocity, pose.angular
+    if type(pose.time) is not float:
+        return None
+    for vector, size in zip((p, q, v, w), _FULL_SIZES, strict=True):
+        if type(vector) is not np.ndarray or vector.dtype != np.float64 or vector.shape != (size,):
+            return None
+    a, b, c, d, e = _FULL_PARTS
+    return _FULL_POSE.pack(a, *p, b, *q, c, *v, d, *w, e, _FULL_TIME.pack(pose.time))  # type: ignore[misc]
+
+
+def _unpack_full_pose(data: bytes) -> Pose | None:
+    """Return a pose of which everything is known, or None if the bytes are something else."""
+    a, px, py, pz, b, qx, qy, qz, qw, c, vx, vy, vz, d, wx, wy, wz, e, time = _FULL_POSE.unpack(data)
+    if [a, b, c, d, e] != _FULL_PARTS:
+        return None
+    numbers = np.array((px, py, pz, qx, qy, qz, qw, vx, vy, vz, wx, wy, wz))
+    numbers.flags.writeable = False
+    return Pose(numbers[:3], numbers[3:7], numbers[7:10], numbers[10:], _FULL_TIME.unpack(time)[0])

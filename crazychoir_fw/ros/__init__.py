@@ -37,6 +37,7 @@ _NAMES_IN = {
     "crazychoir_fw.ros.integrator": "CrazyflieIntegrator",
     "crazychoir_fw.ros.mocap": "MocapOdometry MocapSimulator",
     "crazychoir_fw.ros.node": "LayerNode",
+    "crazychoir_fw.ros.planner": "PointToPointPlanner_2D",
     "crazychoir_fw.ros.pose_sources": "pose_subscribe",
     "crazychoir_fw.ros.radio": (
         "RadioHandler RadioHandlerFPQR RadioHandlerFRPY RadioHandlerVel RadioHandlerVelLightHouse RadioHandlerXYZ "

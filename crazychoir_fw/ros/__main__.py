@@ -21,8 +21,11 @@ def layers(
         list[str] | None, typer.Option(help="guidance, planning or control; repeatable. All without it.")
     ] = None,
     lockstep: Annotated[bool, typer.Option(help="Whether guidance answers each tick.")] = False,
+    leave_after: Annotated[
+        float, typer.Option(help="Seconds after which it ends when nobody publishes /clock any more; 0 is never.")
+    ] = 10.0,
 ) -> None:
-    """Be some layers of some drones until interrupted."""
+    """Be some layers of some drones until interrupted, or until the simulation has gone."""
     from crazychoir_fw.ros.parts import LAYERS, Part
     from crazychoir_fw.ros.process import run_part
 
@@ -34,9 +37,8 @@ def layers(
                 raise typer.BadParameter(f"'{word}', allowed: {', '.join(known)}")
     numbers = tuple(i for i, name in enumerate(names) if not drone or name in drone)
     chosen = tuple(one for one in LAYERS if not layer or one in layer)
-    raise typer.Exit(
-        run_part(loaded, Part("/".join([*(drone or []), *(layer or [])]) or "layers", numbers, chosen), lockstep)
-    )
+    part = Part("/".join([*(drone or []), *(layer or [])]) or "layers", numbers, chosen)
+    raise typer.Exit(run_part(loaded, part, lockstep, leave_after=leave_after or None))
 
 
 @app.command()

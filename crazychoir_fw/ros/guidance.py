@@ -11,29 +11,36 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
+from rclpy.serialization import serialize_message
 from std_msgs.msg import Bool, Empty, String
 
 from crazychoir_fw import guidance as plain
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.guidance import Outputs, TimeVaryingCommunicator
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.messages import Pose, Reference
 from crazychoir_fw.ros.communicator import RosTransport
-from crazychoir_fw.ros.conversions import points_to_joint_trajectory, reference_to_message
+from crazychoir_fw.ros.conversions import points_to_joint_trajectory
+from crazychoir_fw.ros.hub import Hub
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, ODOM, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.node import LayerNode
+from crazychoir_fw.ros.outlet import Outlet
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.stalling import StallingClock
-from crazychoir_fw.ros.wire import vector3_bytes
+from crazychoir_fw.ros.wire import EMPTY, reference_bytes
 
 _CLOSE = 1.5  # periods between poses, for which each pose makes a step
 _SAME_PRESS = 0.05  # [s]
 _LOOK_EVERY = 0.05  # [s], wall: at rounds that wait
+
+if TYPE_CHECKING:
+    from crazychoir_fw.ros.teams import GuidanceTeam
 
 Build = Callable[["GuidanceNode"], Any]
 """Makes the plain guidance of a node, once its parameters and topics are there."""
@@ -44,6 +51,8 @@ class GuidanceNode(LayerNode):
 
     The names below derive from it. Whoever has a plain guidance, hands a function that makes it to `build`.
     """
+
+    stage = 0
 
     def __init__(
         self,
@@ -58,6 +67,7 @@ class GuidanceNode(LayerNode):
         agent_id: int | None = None,
         parameters: Mapping[str, Any] | None = None,
         context: Context | None = None,
+        hub: Hub | None = None,
     ) -> None:
         """Make the node.
 
@@ -72,15 +82,16 @@ class GuidanceNode(LayerNode):
             agent_id: Number of the drone; None asks parameter and namespace.
             parameters: Values of parameters.
             context: Context of rclpy.
+            hub: What it shares with other nodes of its process.
         """
-        super().__init__(node_name, agent_id=agent_id, parameters=parameters, context=context)
+        super().__init__(node_name, agent_id=agent_id, parameters=parameters, context=context, hub=hub)
         self.update_frequency = update_frequency
         self.patience: float = self.declare(
             "patience", 0.5, "longest wait for neighbors in a round (s, wall clock)", low=0.001, high=60.0
         )
         self._answers = None
         if self.declare("lockstep", False, "whether each tick is answered on the topic answered"):
-            self._answers = self.create_publisher(Empty, "answered", 10)
+            self._answers = Outlet(self.create_publisher(Empty, "answered", 10), self.hub)
         self.transport: RosTransport | None = None
         """Topics of its communicator, if it has one."""
         self.guidance: Any = build(self)
@@ -92,12 +103,14 @@ class GuidanceNode(LayerNode):
         self._lost: frozenset[int] = frozenset()
         self._idle: bool | None = None
         self._has_pose = False
+        self.team: GuidanceTeam | None = None
+        """With whom it decides together."""
         kind = getattr(self.guidance, "kind", "acceleration")
         self._kind = kind
-        self._reference = self.announce(REFERENCES[kind], input_topic)
-        self._trajectory = self.announce(TRAJ_PARAMS)
+        self._encode_reference = partial(reference_bytes, kind=kind)
+        self._reference = self.outlet(REFERENCES[kind], input_topic)
+        self._trajectory = self.outlet(TRAJ_PARAMS)
         self._idle_publisher = self.create_publisher(Bool, "idle", LATEST)
-        self._empty = Empty()
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
         for other in getattr(self.guidance, "watched", ()):
             topic = self.topic_of(other, ODOM.name)
@@ -111,7 +124,11 @@ class GuidanceNode(LayerNode):
             self.create_subscription(String, where, self._take_last_button, LATEST)
         if self._has_rounds:
             self._lost_publisher = self.create_publisher(String, "lost_neighbors", 10)
-            self.create_timer(_LOOK_EVERY, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+            if self.hub is None:
+                self.create_timer(_LOOK_EVERY, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+            else:
+                self.hub.when_looking(self._look)
+                self.hub.when_settling(self, self._try_to_finish, lambda: self._in_round)
         if self.transport is not None:
             self.transport.when_received.append(self._try_to_finish)
         self.every(update_frequency, self._tick)
@@ -138,6 +155,8 @@ class GuidanceNode(LayerNode):
 
     def _latest_time(self) -> float:
         """Return the time (s): that of the newest pose where simulated poses lead."""
+        if self.hub is not None:
+            return max(self.hub.now, self._pose_time) if self._is_led else self.hub.now
         # asking the clock of a node takes 20 µs
         return self._pose_time if self._is_led else self.now()
 
@@ -147,6 +166,8 @@ class GuidanceNode(LayerNode):
         if before is not None and before[0] == button and now - before[1] < _SAME_PRESS:
             return  # it was heard both ways
         self._last_press = (button, now)
+        if self.team is not None:
+            self.team.tell_poses()
         method = getattr(self.guidance, button, None)
         if method is not None:
             method(now)
@@ -178,7 +199,8 @@ class GuidanceNode(LayerNode):
         else:
             self.guidance.begin_round(self._time.begin())
             self._in_round = True
-            self._try_to_finish()
+            if self.hub is None or not self.hub.is_working:
+                self._try_to_finish()
 
     def _try_to_finish(self) -> None:
         if self._in_round:
@@ -193,7 +215,37 @@ class GuidanceNode(LayerNode):
 
     def _finish(self, now: float) -> None:
         self._in_round = False
-        outputs = self.guidance.finish_round(now)
+        self.take_outputs(self.guidance.finish_round(now))
+
+    # ---------------------------------------------------------------- in a team
+
+    @property
+    def row(self) -> int | None:
+        """Which row of a bundle of odometry is its own, if it takes its poses from there."""
+        return None if self.hub is None else self.hub.row_of(self)
+
+    @property
+    def may_work_in_team(self) -> bool:
+        """Whether its rounds are nobody's business but the team's."""
+        return not (self._in_round or self._time.has_waited or (self.transport and self.transport.is_heard_outside))
+
+    def note_pose(self, pose: Pose) -> None:
+        """Take a pose that begins no round."""
+        self._has_pose = True
+        self._pose_time = pose.time
+        self.guidance.set_pose(pose)
+
+    def ask_for(self, reference: Reference) -> None:
+        """Say a reference."""
+        self._reference.say(reference, self._encode_reference)
+
+    def answer(self) -> None:
+        """Answer the step, in lockstep."""
+        if self._answers is not None:
+            self._answers.say(None, _empty)
+
+    def take_outputs(self, outputs: Outputs) -> None:
+        """Say what the guidance asks for at the end of a round."""
         lost = frozenset(self.guidance.lost)
         if lost != self._lost:
             self._tell(lost)
@@ -212,22 +264,22 @@ class GuidanceNode(LayerNode):
     def _send(self, outputs: Outputs) -> None:
         reference = outputs.reference
         if outputs.trajectory is not None:
-            self._trajectory.publish(points_to_joint_trajectory(outputs.trajectory, self.agent_id))
+            self._trajectory.say(outputs.trajectory, self._encode_points)
         if reference is not None:
-            if self._kind == "acceleration" and reference.acceleration is not None:
-                x, y, z = reference.acceleration.tolist()
-                if np.isfinite(x + y + z):
-                    self._reference.publish(vector3_bytes(x, y, z))
-                else:
-                    self.get_logger().error(f"asks for ({x}, {y}, {z}): not sent", throttle_duration_sec=1.0)
+            numbers = getattr(reference, self._kind, None)
+            if numbers is None or math.isfinite(numbers.sum()):
+                self.ask_for(reference)
             else:
-                self._reference.publish(reference_to_message(reference, self._kind))
+                text = f"asks for the {self._kind} {numbers}: not sent"
+                self.get_logger().error(text, throttle_duration_sec=1.0)
         idle = bool(getattr(outputs, "idle", False))
         if idle != self._idle:
             self._idle = idle
             self._idle_publisher.publish(Bool(data=idle))
-        if self._answers is not None:
-            self._answers.publish(self._empty)
+        self.answer()
+
+    def _encode_points(self, points: Any) -> bytes:
+        return bytes(serialize_message(points_to_joint_trajectory(points, self.agent_id)))
 
     # ---------------------------------------------------------------- for those who build
 
@@ -261,6 +313,10 @@ class GuidanceNode(LayerNode):
     def is_connected(self) -> bool:
         """Whether somebody is at the other end of all topics of its communicator."""
         return self.transport is None or self.transport.is_connected
+
+
+def _empty(_: None) -> bytes:
+    return EMPTY
 
 
 class CFGuidance(GuidanceNode):

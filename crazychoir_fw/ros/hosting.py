@@ -23,11 +23,11 @@ from crazychoir_fw.experiment.agents import names_of, what_it_follows
 from crazychoir_fw.experiment.experiment import Experiment, Names
 from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
-from crazychoir_fw.ros.conversions import joint_trajectory_to_points, message_to_reference, points_to_joint_trajectory
+from crazychoir_fw.ros.conversions import joint_trajectory_to_points, points_to_joint_trajectory
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.parts import Part, one_command
 from crazychoir_fw.ros.simulation import Pace, SimulationNode
-from crazychoir_fw.ros.wire import vector3_numbers
+from crazychoir_fw.ros.wire import bytes_to_reference
 
 ANSWERED = "answered"
 """Topic on which a guidance answers each tick in lock step."""
@@ -50,6 +50,8 @@ class RemoteGuidance:
         self.reference: Reference | None = None
         self.points: list[TrajectoryPoint] | None = None
         self.lost: frozenset[int] = frozenset()
+        self.is_new = False
+        """Whether anything was heard since somebody looked."""
 
     def set_pose(self, pose: Pose) -> None:
         """It hears its pose by topic."""
@@ -192,11 +194,8 @@ class HostedExperiment(Experiment):
                 continue
             follows = what_it_follows(mission, i)
             topic = REFERENCES[follows]
-            take = _reference_taker(guidance, follows)
-            if follows == "fullstate":
-                node.listen(topic, take, node.topic_of(i, topic.name))
-            else:
-                node.create_subscription(topic.type, node.topic_of(i, topic.name), take, topic.subscribe_qos, raw=True)
+            node.hear(topic, node.topic_of(i, topic.name), _reference_taker(node, guidance, follows))
+        node.members.invite()
 
     # ---------------------------------------------------------------- buttons
 
@@ -310,6 +309,14 @@ class HostedExperiment(Experiment):
         if self.node.pace.lockstep:
             answers.expect_all()
 
+    def _decide(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
+        """Take what guidance elsewhere has asked for since the last round."""
+        for agent in agents:
+            guidance: RemoteGuidance = agent.guidance
+            if guidance.is_new or guidance.lost is not agent.lost:
+                guidance.is_new = not agent.is_up  # who rests takes nothing, and is asked again
+                self._take(agent, guidance.step(now), poses, now)
+
     def step(self) -> None:
         """Fly one round: say how things are, hear what is to be done, do it."""
         self.node.exchange(self._executor)
@@ -349,17 +356,17 @@ def _neighbors_taker(guidance: RemoteGuidance, numbers: dict[str, int]) -> Any:
 def _points_taker(guidance: RemoteGuidance) -> Any:
     def take(message: Any) -> None:
         guidance.points = joint_trajectory_to_points(message)
+        guidance.is_new = True
 
     return take
 
 
-def _reference_taker(guidance: RemoteGuidance, kind: str) -> Any:
-    def take(message: Any) -> None:
-        if kind == "fullstate":
-            guidance.reference = message_to_reference(message, kind)
-            return
-        numbers = np.array(vector3_numbers(message))
-        if np.isfinite(numbers).all():
-            guidance.reference = Reference(**{kind: numbers})
+def _reference_taker(node: SimulationNode, guidance: RemoteGuidance, kind: str) -> Any:
+    def take(data: bytes) -> None:
+        try:
+            guidance.reference = bytes_to_reference(data, kind)
+            guidance.is_new = True
+        except CrazychoirError as error:
+            node.complain(kind, error)
 
     return take

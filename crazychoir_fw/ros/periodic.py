@@ -10,6 +10,16 @@ from rclpy.node import Node
 from crazychoir_fw.errors import RangeError
 
 
+def check_frequency(who: str, frequency: float) -> None:
+    """Refuse what is no frequency.
+
+    Raises:
+        RangeError: If it is not above zero.
+    """
+    if not (math.isfinite(frequency) and 0.0 < frequency <= 1e6):
+        raise RangeError(f"{who}: frequency is {frequency}, allowed: above 0 Hz, up to 1 MHz")
+
+
 class Periodic:
     """Calls ``work(now)`` on a grid of times: it does not drift, does not catch up in bursts, and can begin anew."""
 
@@ -24,8 +34,7 @@ class Periodic:
         Raises:
             RangeError: If the frequency is not above zero.
         """
-        if not (math.isfinite(frequency) and 0.0 < frequency <= 1e6):
-            raise RangeError(f"{node.get_name()}: frequency is {frequency}, allowed: above 0 Hz, up to 1 MHz")
+        check_frequency(node.get_name(), frequency)
         self.frequency = float(frequency)
         """Calls per second (Hz)."""
         self._node = node

@@ -63,10 +63,16 @@ def pose_subscribe(
     if is_filter:
         callback.set_pose(kept)  # type: ignore[union-attr]
 
-    def take(message: Any) -> None:
-        pose = decode(message) if is_filter else strict(message)
+    def accept(pose: Pose) -> None:
         if pose.time is None:
             pose.time = node.now()
+        if not is_filter and not isinstance(dest_pose, Pose):
+            # nobody keeps the pose but whom it is for
+            if pose.position is not None:
+                dest_pose(pose)
+            if callback is not None:
+                callback()
+            return
         for field in fields(Pose):
             setattr(kept, field.name, getattr(pose, field.name))
         if is_filter:
@@ -76,12 +82,17 @@ def pose_subscribe(
         if callback is not None and not is_filter:
             callback()
 
+    def take(message: Any) -> None:
+        accept(decode(message) if is_filter else strict(message))
+
     if qos_profile is None and handler != "pubsub":
         qos_profile = qos(line.subscribe_depth)
         qos_profile.reliability = QoSReliabilityPolicy.BEST_EFFORT
     profile = qos(qos_profile) if isinstance(qos_profile, int) else qos_profile
     # odometry has 72 numbers of covariance, that take much longer to decode than what is wanted
     raw = handler == "pubsub" and not is_filter
+    if raw and node.hub is not None:
+        take = node.hub.pose_inlet(node, node.resolve_topic_name(topic), accept, strict)
     return node.listen(line, take, topic, profile=profile, callback_group=callback_group, raw=raw)
 
 

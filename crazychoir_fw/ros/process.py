@@ -20,15 +20,20 @@ from crazychoir_fw.ros.communicator import RosTransport
 from crazychoir_fw.ros.controller import CrazyflieController
 from crazychoir_fw.ros.guidance import GuidanceNode
 from crazychoir_fw.ros.hosting import ANSWERED, READY
-from crazychoir_fw.ros.names import LATEST
+from crazychoir_fw.ros.hub import Hub
+from crazychoir_fw.ros.names import CLOCK, LATEST
 from crazychoir_fw.ros.parts import Part, layers_of_drone
+from crazychoir_fw.ros.teams import make_teams
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
 
 _LOOK_EVERY = 0.05  # [s], wall: whether all partners are there
+_LOOK_AT_CLOCK = 0.5  # [s], wall: whether somebody still publishes it
 _TRAFFIC = ("odom", "cmd_vel", "acceleration", "position", "fullstate", "answered", "clock")
 
 
-def make_nodes(mission: Any, part: Part, lockstep: bool, patience: float, context: Context | None = None) -> list[Node]:
+def make_nodes(
+    mission: Any, part: Part, lockstep: bool, patience: float, context: Context | None = None, hub: Hub | None = None
+) -> list[Node]:
     """Return the nodes of a part.
 
     Args:
@@ -37,26 +42,30 @@ def make_nodes(mission: Any, part: Part, lockstep: bool, patience: float, contex
         lockstep: Whether guidance answers each tick.
         patience: How long a guidance waits for neighbors while simulated time stands still (s, wall).
         context: Context of rclpy.
+        hub: What the nodes share.
 
     Raises:
         CrazychoirError: If a layer cannot be made as the mission says.
     """
     nodes: list[Node] = []
     for i in part.agents:
-        common: dict[str, Any] = {"agent_id": i, "parameters": {"use_sim_time": True}, "context": context}
+        common: dict[str, Any] = {"agent_id": i, "parameters": {"use_sim_time": True}}
+        common |= {"context": context, "hub": hub}
         for layer in layers_of_drone(mission, i):
             if layer not in part.layers:
                 continue
             if layer == "guidance":
-                nodes.append(_guidance(mission, i, lockstep, patience, context))
+                nodes.append(_guidance(mission, i, lockstep, patience, common))
             elif layer == "planning":
                 nodes.append(TrajectoryHandler(handler=agents.make_trajectory_handler(mission, i), **common))
             else:
                 nodes.append(CrazyflieController(controller=agents.make_controller(mission, i), **common))
+    if hub is not None:
+        make_teams(mission, nodes)
     return nodes
 
 
-def _guidance(mission: Any, i: int, lockstep: bool, patience: float, context: Context | None) -> GuidanceNode:
+def _guidance(mission: Any, i: int, lockstep: bool, patience: float, common: dict[str, Any]) -> GuidanceNode:
     graph, settings = agents.graph_of(mission), mission.layers.communication_of(mission.fleet[i].id)
 
     def build(node: GuidanceNode) -> Any:
@@ -76,12 +85,12 @@ def _guidance(mission: Any, i: int, lockstep: bool, patience: float, context: Co
         return agents.make_guidance(mission, i, communicator)
 
     parameters = {"use_sim_time": True, "lockstep": lockstep, "patience": patience}
-    return GuidanceNode(
-        build, update_frequency=float(mission.layers.rate), agent_id=i, parameters=parameters, context=context
-    )
+    return GuidanceNode(build, update_frequency=float(mission.layers.rate), **{**common, "parameters": parameters})
 
 
-def run_part(mission: Any, part: Part, lockstep: bool = True, patience: float = 0.5) -> int:
+def run_part(
+    mission: Any, part: Part, lockstep: bool = True, patience: float = 0.5, leave_after: float | None = None
+) -> int:
     """Be a process of a mission until ROS is shut down.
 
     Args:
@@ -89,6 +98,7 @@ def run_part(mission: Any, part: Part, lockstep: bool = True, patience: float = 
         part: What this process does.
         lockstep: Whether guidance answers each tick.
         patience: See `make_nodes`.
+        leave_after: How long nobody may publish ``/clock`` any more until this process ends (s, wall); None: for ever.
 
     Returns:
         The exit code.
@@ -100,10 +110,10 @@ def run_part(mission: Any, part: Part, lockstep: bool = True, patience: float = 
         signal.signal(sign, lambda *_: context.try_shutdown())
     try:
         executor = make_executor(context)
-        nodes = make_nodes(mission, part, lockstep, patience, context)
+        nodes = make_nodes(mission, part, lockstep, patience, context, Hub(part.name, lockstep))
         for node in nodes:
             executor.add_node(node)
-        spin(executor, nodes, part.name, context)
+        spin(executor, nodes, part.name, context, leave_after)
     except ExternalShutdownException:
         pass
     finally:
@@ -122,17 +132,25 @@ def make_executor(context: Context) -> Any:
     return EventsExecutor(context=context)
 
 
-def spin(executor: Any, nodes: Sequence[Node], name: str, context: Context) -> None:
-    """Work on messages, and say when all partners are there."""
+def spin(executor: Any, nodes: Sequence[Node], name: str, context: Context, leave_after: float | None = None) -> None:
+    """Work on messages, say when all partners are there, and end when the one with the clock has long been gone."""
     if not nodes:
         return
     announcer = nodes[0].create_publisher(String, READY, LATEST)
     is_ready = False
-    looked = 0.0
+    looked = clock_looked = clock_seen = 0.0
     while context.ok():
         executor.spin_once(timeout_sec=0.1 if is_ready else _LOOK_EVERY)
-        if not is_ready and time.monotonic() - looked > _LOOK_EVERY:
-            looked = time.monotonic()
+        now = time.monotonic()
+        if leave_after is not None and now - clock_looked > _LOOK_AT_CLOCK:
+            clock_looked = now
+            if nodes[0].count_publishers(CLOCK.name):
+                clock_seen = now
+            elif clock_seen and now - clock_seen > leave_after:
+                nodes[0].get_logger().warning(f"nobody has published {CLOCK.name} for {leave_after:g} s: ends")
+                return
+        if not is_ready and now - looked > _LOOK_EVERY:
+            looked = now
             if all(is_connected(node) for node in nodes):
                 is_ready = True
                 announcer.publish(String(data=name))

@@ -6,6 +6,7 @@ simulated time.
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ from crazychoir_fw.messages import Pose, TrajectoryPoint, Twist
 from crazychoir_fw.ros.buttons import serve_trigger
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points
 from crazychoir_fw.ros.lockstep import Answers
+from crazychoir_fw.ros.members import Members
 from crazychoir_fw.ros.names import (
     CLOCK,
     CMD_VEL,
@@ -32,6 +34,7 @@ from crazychoir_fw.ros.names import (
     REFERENCES,
     STOP,
     TRAJ_PARAMS,
+    Topic,
     qos,
 )
 from crazychoir_fw.ros.node import LayerNode
@@ -164,6 +167,10 @@ class SimulationNode(LayerNode):
         self._clock_publisher = self.announce(CLOCK)
         self._odom_rows = Rows(odometry_layout(), count)
         self._odom = [self.announce(ODOM, self.topic_of(i, "odom")) for i in range(count)]
+        self._odom_topics = [self.topic_of(i, "odom") for i in range(count)]
+        self._numbers = np.zeros((count, 13))
+        self.members = Members(self, self._odom_topics)
+        """Processes of layers that need no message per drone."""
         self._imu: list[Any] = []
         if imu and hasattr(self.host, "imu"):
             self._imu_rows = Rows(imu_layout(), count)
@@ -186,7 +193,7 @@ class SimulationNode(LayerNode):
                 self.listen(TRAJ_PARAMS, self._point_taker(i), topic)
             else:
                 # the bytes themselves, read when the step needs them
-                self.create_subscription(CMD_VEL.type, topic, self._command_taker(i), CMD_VEL.subscribe_qos, raw=True)
+                self.hear(CMD_VEL, topic, self._command_taker(i))
         for topic, drones in answers.items():
             if topic != CMD_VEL.name:
                 for i in drones:
@@ -202,7 +209,13 @@ class SimulationNode(LayerNode):
     def _listen_for_answers(self, index: int, topic: str) -> None:
         party = (index, topic)
         kind = REFERENCES[topic].type if topic in REFERENCES else Empty
-        self.create_subscription(kind, self.topic_of(index, topic), lambda _: self._answer(party), 10, raw=True)
+        line = Topic(topic, kind, 10, 10, "")
+        self.hear(line, self.topic_of(index, topic), lambda _: self._answer(party))
+
+    def hear(self, line: Topic, topic: str, callback: Callable[[bytes], None]) -> None:
+        """Have ``callback(bytes)`` called for the messages of a topic (absolute name), however they come."""
+        self.members.hear(topic, callback)
+        self.create_subscription(line.type, topic, callback, line.subscribe_qos, raw=True)
 
     def _idle_taker(self, index: int) -> Callable[[Bool], None]:
         """A guidance says whether its drone shall rest: motors off, whatever its controller asks for."""
@@ -222,7 +235,7 @@ class SimulationNode(LayerNode):
 
         def take(data: bytes) -> None:
             numbers = twist_numbers(data)
-            if not all(map(np.isfinite, numbers)):
+            if not math.isfinite(sum(numbers)):
                 self._refuse(f"{self._command_topics[index]}: {numbers}, allowed: finite numbers")
                 return
             self._linear[index], self._angular[index] = numbers[:3], numbers[3:]
@@ -291,13 +304,15 @@ class SimulationNode(LayerNode):
         """Say how things are: odometry first, then the clock, on which nodes begin to work."""
         self.answers.ask()
         nanoseconds = round(self.host.time * 1e9)
-        pose, rows = self.host.poses(), self._odom_rows
-        columns = rows.columns
-        columns["position"] = pose.position
-        columns["orientation"] = (0.0, 0.0, 0.0, 1.0) if pose.orientation is None else pose.orientation
-        columns["velocity"] = 0.0 if pose.velocity is None else pose.velocity
-        columns["angular"] = 0.0 if pose.angular is None else pose.angular
-        self._publish_rows(self._odom, rows, nanoseconds)
+        pose, numbers = self.host.poses(), self._numbers
+        numbers[:, :3] = pose.position
+        numbers[:, 3:7] = (0.0, 0.0, 0.0, 1.0) if pose.orientation is None else pose.orientation
+        numbers[:, 7:10] = 0.0 if pose.velocity is None else pose.velocity
+        numbers[:, 10:] = 0.0 if pose.angular is None else pose.angular
+        self.last_step_wall = time.perf_counter()
+        self.members.look()
+        self.members.send(nanoseconds, numbers)
+        self._publish_odometry(nanoseconds)
         if self._imu:
             self._imu_rows.columns["angular"], self._imu_rows.columns["acceleration"] = self.host.imu()
             self._publish_rows(self._imu, self._imu_rows, nanoseconds)
@@ -307,8 +322,22 @@ class SimulationNode(LayerNode):
             self._mocap_rows.columns["position"] = truth.position + noise
             self._mocap_rows.columns["orientation"] = truth.orientation
             self._publish_rows(self._mocap, self._mocap_rows, nanoseconds)
-        self.last_step_wall = time.perf_counter()
-        self.publish_clock()
+        if self.members.is_heard_outside(self._clock_publisher, CLOCK.name):
+            self.publish_clock()
+
+    def _publish_odometry(self, nanoseconds: int) -> None:
+        """Publish the odometry of those drones that somebody outside of the bundles listens to."""
+        heard = self.members.is_heard_outside
+        chosen = [i for i, topic in enumerate(self._odom_topics) if heard(self._odom[i], topic)]
+        if not chosen:
+            return
+        rows, numbers = self._odom_rows, self._numbers
+        rows.stamp(nanoseconds)
+        columns = rows.columns
+        columns["position"], columns["orientation"] = numbers[:, :3], numbers[:, 3:7]
+        columns["velocity"], columns["angular"] = numbers[:, 7:10], numbers[:, 10:]
+        for i in chosen:
+            self._odom[i].publish(rows.row(i))
 
     def publish_clock(self) -> None:
         """Say what time it is."""
@@ -326,6 +355,7 @@ class SimulationNode(LayerNode):
             executor: The executor that this node is in; it is worked on meanwhile.
             until: Simulated time of the end (s); None has no end.
         """
+        self.members.invite()
         self.publish()
         while not self._stopping and self.context.ok() and (until is None or self.host.time < until - 1e-9):
             if self.is_due(executor):

@@ -28,6 +28,11 @@ class StallingClock:
         self._seen = clock()
         self._since = wall()
 
+    @property
+    def has_waited(self) -> bool:
+        """Whether anything was ever waited for in vain."""
+        return self._waited > 0.0
+
     def now(self) -> float:
         """Return the time (s)."""
         return self._clock() + self._waited

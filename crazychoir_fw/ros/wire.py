@@ -9,6 +9,7 @@ What is not little-endian CDR of version 1, which everything here sends, is deco
 
 from __future__ import annotations
 
+import math
 import struct
 from typing import Any
 
@@ -16,16 +17,20 @@ import numpy as np
 from geometry_msgs.msg import Twist, Vector3
 from nav_msgs.msg import Odometry
 from numpy.typing import NDArray
-from rclpy.serialization import deserialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import UInt8MultiArray
+from trajectory_msgs.msg import MultiDOFJointTrajectoryPoint
 
 from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.messages import Pose, Reference
 from crazychoir_fw.report.cdr import CdrLayout
-from crazychoir_fw.ros.conversions import odometry_to_pose
+from crazychoir_fw.ros.conversions import message_to_reference, odometry_to_pose, reference_to_message
 from crazychoir_fw.ros.names import BODY_FRAME, ODOM_FRAME, WORLD_FRAME
 
 Array = NDArray[np.float64]
+
+EMPTY = b"\x00\x01\x00\x00\x00"
+"""A ``std_msgs/Empty``."""
 
 _PLAIN_CDR = b"\x00\x01"
 _BODY = 4  # bytes of the encapsulation, which alignment does not count
@@ -35,7 +40,9 @@ _POSE = struct.Struct("<7d")
 _SIX = struct.Struct("<6d")
 _THREE = struct.Struct("<3d")
 _COVARIANCE = 36 * 8
-_LEAST_NORM = 0.8  # of a quaternion: less is a lost sample (features dossier section 10)
+# one transform, one velocity, one acceleration, and a duration, each list with its length and what aligns it
+_FULLSTATE = struct.Struct("<2s2xI4x7dI4x6dI4x6diI")
+LEAST_NORM = 0.8  # of a quaternion: less is a lost sample (features dossier section 10)
 
 
 def odometry_layout(frame_id: str = ODOM_FRAME, child_frame_id: str = BODY_FRAME) -> CdrLayout:
@@ -103,6 +110,54 @@ def vector3_bytes(x: float, y: float, z: float) -> bytes:
     return b"\x00\x01\x00\x00" + _THREE.pack(x, y, z)
 
 
+def reference_bytes(reference: Reference, kind: str) -> bytes:
+    """Return a reference as the message of its kind, ready to be published.
+
+    Raises:
+        RangeError: If a number is not finite, or the reference lacks what the kind needs.
+    """
+    if kind == "fullstate":
+        vectors = (reference.position, reference.velocity, reference.acceleration)
+        if all(type(vector) is np.ndarray and vector.shape == (3,) for vector in vectors):
+            half = 0.5 * (0.0 if reference.yaw is None else float(reference.yaw))
+            turn = 0.0 if reference.yaw_rate is None else float(reference.yaw_rate)
+            place, speed, push = (vector.tolist() for vector in vectors)
+            if math.isfinite(sum(place) + sum(speed) + sum(push) + half + turn):
+                rotation = (0.0, 0.0, math.sin(half), math.cos(half))
+                return _FULLSTATE.pack(
+                    *(_PLAIN_CDR, 1, *place, *rotation, 1, *speed, 0.0, 0.0, turn, 1, *push, 0.0, 0.0, 0.0, 0, 0)
+                )
+    else:
+        vector = getattr(reference, kind)
+        if vector is not None and vector.shape == (3,):
+            x, y, z = vector.tolist()
+            if math.isfinite(x + y + z):
+                return vector3_bytes(x, y, z)
+    return bytes(serialize_message(reference_to_message(reference, kind)))  # which says what is wrong
+
+
+def bytes_to_reference(data: bytes, kind: str) -> Reference:
+    """Return the message of a reference.
+
+    Raises:
+        RangeError: If a number is not finite, or it is no such message.
+    """
+    if kind == "fullstate":
+        if len(data) == _FULLSTATE.size and data[:2] == _PLAIN_CDR:
+            _, n, *pose, m, vx, vy, vz, _, _, turn, k, ax, ay, az, _, _, _, _, _ = _FULLSTATE.unpack(data)
+            z, w = pose[5:]
+            # turned about z only, as here; whatever else there is, is decoded with care
+            if n == m == k == 1 and pose[3] == pose[4] == 0.0 and abs(z * z + w * w - 1.0) < 1e-9:
+                vectors = (np.array(pose[:3]), np.array((vx, vy, vz)), np.array((ax, ay, az)))
+                if math.isfinite(sum(pose) + vx + vy + vz + turn + ax + ay + az):
+                    return Reference(*vectors, yaw=math.atan2(2.0 * w * z, 1.0 - 2.0 * z * z), yaw_rate=turn)
+        return message_to_reference(deserialize_message(data, MultiDOFJointTrajectoryPoint), kind)
+    numbers = vector3_numbers(data)
+    if not math.isfinite(sum(numbers)):
+        raise RangeError(f"reference: {kind} is {list(numbers)}, allowed: finite numbers")
+    return Reference(**{kind: np.array(numbers)})
+
+
 def twist_bytes(linear: Array, angular: Array) -> bytes:
     """Return a ``geometry_msgs/Twist`` ready to be published."""
     return b"\x00\x01\x00\x00" + _SIX.pack(*linear, *angular)
@@ -127,7 +182,7 @@ def odometry_pose(data: bytes) -> Pose:
     quaternion = pose[3:]
     norm = float(quaternion @ quaternion) ** 0.5
     # one look at the sum finds what is not finite in any of the numbers
-    if not (np.isfinite(pose.sum() + motion.sum()) and norm >= _LEAST_NORM):
+    if not (np.isfinite(pose.sum() + motion.sum()) and norm >= LEAST_NORM):
         return odometry_to_pose(deserialize_message(data, Odometry))  # which says what is wrong
     time = sec + nanosec / 1e9 if sec or nanosec else None
     return Pose(pose[:3], quaternion / norm, motion[:3], motion[3:], time)

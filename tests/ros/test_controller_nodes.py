@@ -108,7 +108,7 @@ def test_every_pose_is_answered_whatever_comes_first(bench):
         else:
             bench.at(now)
             desk.pose(now)
-        desk.commanded(k)
+        assert desk.commanded(k).linear.z == pytest.approx(HOVER)
 
 
 def test_with_slow_poses_the_clock_leads(bench):
