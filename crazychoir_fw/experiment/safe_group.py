@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.control import SafeFlatnessPositionCtrl
 from crazychoir_fw.control.schedule import Schedule
 from crazychoir_fw.experiment.agent import Agent
 from crazychoir_fw.experiment.both_laws import BothFlatnessLaws
 from crazychoir_fw.experiment.control_group import ControlGroup
 from crazychoir_fw.experiment.sensing import Sensing
-from crazychoir_fw.control import SafeFlatnessPositionCtrl
 from crazychoir_fw.messages import Pose, Reference, Twist
 from crazychoir_fw.safety import SingleIntegratorCollisionAvoidance
 

@@ -41,6 +41,9 @@ class CrazyflieController(LayerNode):
     of pose and clock comes first; where poses come slower than commands, or in real time, the clock does.
     """
 
+    command_topic = CMD_VEL
+    """Where commands go."""
+
     def __init__(
         self,
         pose_handler: str | None = "pubsub",
@@ -87,7 +90,7 @@ class CrazyflieController(LayerNode):
         self._period = min(made.periods)
         self._latest = -np.inf  # [s], of the times at which it worked
         self._pose_time, self._pose_step = -np.inf, np.inf
-        self._commands = self.announce(CMD_VEL)
+        self._commands = self.announce(self.command_topic)
         handler = made.traj_handler
         if hasattr(handler, "kind") and hasattr(handler, "topic"):
             self.listen(REFERENCES[handler.kind], self._take_reference, handler.topic)

@@ -17,15 +17,25 @@ from std_msgs.msg import String
 from crazychoir_fw.experiment import agents
 from crazychoir_fw.guidance import TimeVaryingCommunicator
 from crazychoir_fw.ros.communicator import RosTransport
-from crazychoir_fw.ros.controller import CrazyflieController
 from crazychoir_fw.ros.guidance import GuidanceNode
 from crazychoir_fw.ros.hosting import ANSWERED, READY
 from crazychoir_fw.ros.names import LATEST
-from crazychoir_fw.ros.parts import Part, layers_of_drone
+from crazychoir_fw.ros.parts import SENSING, Part, layers_of_drone
+from crazychoir_fw.ros.safety_parts import make_avoidance_node, make_control_node, make_sensing_node
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
 
 _LOOK_EVERY = 0.05  # [s], wall: whether all partners are there
-_TRAFFIC = ("odom", "cmd_vel", "acceleration", "position", "fullstate", "answered", "clock")
+_TRAFFIC = (
+    "odom",
+    "cmd_vel",
+    "acceleration",
+    "position",
+    "fullstate",
+    "answered",
+    "clock",
+    "closest_robots",
+    "cmd_vel_des",
+)
 
 
 def make_nodes(mission: Any, part: Part, lockstep: bool, patience: float, context: Context | None = None) -> list[Node]:
@@ -51,8 +61,12 @@ def make_nodes(mission: Any, part: Part, lockstep: bool, patience: float, contex
                 nodes.append(_guidance(mission, i, lockstep, patience, context))
             elif layer == "planning":
                 nodes.append(TrajectoryHandler(handler=agents.make_trajectory_handler(mission, i), **common))
+            elif layer == "avoidance":
+                nodes.append(make_avoidance_node(mission, **common))
             else:
-                nodes.append(CrazyflieController(controller=agents.make_controller(mission, i), **common))
+                nodes.append(make_control_node(mission, **common))
+    if SENSING in part.layers:
+        nodes.append(make_sensing_node(mission, parameters={"use_sim_time": True}, context=context))
     return nodes
 
 
