@@ -1,12 +1,12 @@
 r"""Flatness laws whose horizontal acceleration passes a safety filter (features dossier 4.3, 9).
 
-The filter speaks of accelerations of the drone, the laws of forces of its rotors. Between them stand the mass and what
-the integral has learned about steady disturbances:
+The filter speaks of accelerations of the drone, the laws of forces of its rotors. Between them stand the mass and a
+disturbance d that is estimated from how the velocity follows the force:
 
-.. math:: m a = F - m g e_3 + k_i I
+.. math:: m a = F - m g e_3 + m d
 
-so that a drone that is told not to accelerate does not, and its integral does not fight the filter. The drag of the air
-is left out: it only slows drones down, and a force that makes up for drag that is not there would run away with them.
+so that a drone that is told not to accelerate does not. The integral of the position error could not do that: it would
+also learn that the filter keeps a drone waiting.
 """
 
 from __future__ import annotations
@@ -32,6 +32,10 @@ from crazychoir_fw.messages import Pose, Reference
 Array = NDArray[np.float64]
 
 _ALTERED = 1e-9  # [m/s^2]
+
+# Of the estimate of the disturbance: two poles at -1.4/s, slower than the attitude follows and than the law works.
+_OF_VELOCITY = 2.8  # [1/s]
+_OF_DISTURBANCE = 2.0  # [1/s^2]
 
 
 class AccelerationFilter(Protocol):
@@ -96,20 +100,20 @@ class SafeFlatnessCtrl(FlatnessCtrl):
     def force(self, current_pose: Pose, desired_reference: Reference) -> Array:
         """See `FlatnessCtrl`."""
         force = np.array(super().force(current_pose, desired_reference)) + np.zeros_like(current_pose.position)
-        steady = self._weight + self._learned()
-        wish = ((force - steady) / self._mass)[..., :2]
+        wish = ((force - self._weight) / self._mass)[..., :2]
         size = np.sqrt(np.sum(wish**2, axis=-1, keepdims=True))
         # straight ahead, also where it is too much: the filter would cut each axis by itself
         wish = wish * (self.max_acceleration / np.maximum(size, self.max_acceleration))
         others = _for_all(self.closest, wish.shape[:-1])
         safe = self.safety_filter.filter(wish, current_pose, others)
         self.altered = np.any(np.abs(safe - wish) > _ALTERED, axis=-1)
-        force[..., :2] = (steady + self._mass * np.concatenate([safe, np.zeros_like(safe[..., :1])], axis=-1))[..., :2]
+        force[..., :2] = self._mass * self._against_disturbance(safe, current_pose)
         return force
 
-    def _learned(self) -> Array | float:
-        """Return the force against steady disturbances, as far as they are known (N), shape (..., 3)."""
-        return 0.0
+    def _against_disturbance(self, acceleration: Array, pose: Pose) -> Array:
+        """Return the specific force of the rotors that makes an acceleration (m/s^2), shape (..., 2)."""
+        del pose
+        return acceleration
 
 
 def _for_all(closest: Any, lead: tuple[int, ...]) -> Pose | Mapping[int, Pose]:
@@ -122,10 +126,14 @@ class SafeFlatnessPositionCtrl(SafeFlatnessCtrl, FlatnessPositionCtrl):
     """Tracks position, velocity, acceleration and yaw as `FlatnessPositionCtrl`, as far as it is safe.
 
     Far from its place, because the filter kept it waiting, a drone flies back no faster than it can stop with
-    `max_acceleration`. Its integral rests meanwhile.
+    `max_acceleration`. With gains that have an integral, an estimate of the disturbance takes its place in the plane,
+    and is at most what the integral would be.
     """
 
-    _is_far: NDArray[np.bool_] = np.zeros((), bool)
+    _velocity: Array | None = None  # [m/s], as it should be
+    _push = 0.0  # [m/s^2], of the rotors, in the last period
+    disturbance: Array | float = 0.0
+    """Horizontal acceleration by what is not the rotors, as far as it is known (m/s^2), shape (..., 2)."""
 
     def __init__(
         self,
@@ -174,20 +182,30 @@ class SafeFlatnessPositionCtrl(SafeFlatnessCtrl, FlatnessPositionCtrl):
             position = np.array(desired_reference.position, float)
             error = position - current_pose.position
             size = np.sqrt(np.sum(error[..., :2] ** 2, axis=-1, keepdims=True))
-            self._is_far = size[..., 0] > self._reach[..., 0]
             error[..., :2] *= np.minimum(self._reach / np.maximum(size, 1e-9), 1.0)
             desired_reference = replace(desired_reference, position=current_pose.position + error)
         return super().force(current_pose, desired_reference)
 
     def _integrated(self, error: Array) -> Array:
-        rests = self.altered | self._is_far
-        if rests.any():
-            error = error.copy()
-            error[rests, :2] = 0.0
-        return super()._integrated(error)
+        return super()._integrated(error * np.array([0.0, 0.0, 1.0]))
 
-    def _learned(self) -> Array | float:
-        return -self._k_i * self._integral if self._has_integral else 0.0
+    def _against_disturbance(self, acceleration: Array, pose: Pose) -> Array:
+        if not self._has_integral:
+            return acceleration
+        measured = np.asarray(pose.velocity)[..., :2]
+        if self._velocity is None or self._velocity.shape != measured.shape:
+            self._velocity, self.disturbance, self._push = measured, np.zeros_like(measured), 0.0
+        dt, error = 1.0 / self.update_frequency, measured - self._velocity
+        self._velocity = self._velocity + dt * (self._push + self.disturbance + _OF_VELOCITY * error)
+        limit = (self._k_i / self._mass)[..., :2] * self.gains.integral_limit
+        self.disturbance = np.clip(self.disturbance + dt * _OF_DISTURBANCE * error, -limit, limit)
+        self._push = acceleration - self.disturbance
+        return self._push
+
+    def reset(self) -> None:
+        """Forget integral and disturbance."""
+        super().reset()
+        self._velocity = None
 
 
 class SafeFlatnessAccelerationCtrl(SafeFlatnessCtrl, FlatnessAccelerationCtrl):
