@@ -46,6 +46,7 @@ def shortened(path, folder):
             for goal, duration in zip(goals, durations, strict=True):
                 goal[0] = duration
         data["flight"][0]["start"]["duration"] = seconds
+        data["layers"]["rate"] = 50
     data["criteria"] |= criteria
     data["log_rate"] = 25
     for file in EXAMPLES.glob("*.csv"):
