@@ -110,8 +110,11 @@ class HierarchicalController(CrazyflieController):
             return None
         reference = self._followed(pose)
         if thinks:
-            self.thrust, self.desired_attitude = self.position_strategy.control(pose, reference)
+            self.thrust, self.desired_attitude = self._position_law(pose, reference)
         return self._send(pose, reference) if sends else None
+
+    def _position_law(self, pose: Pose, reference: Reference) -> tuple[Array, Array]:
+        return self.position_strategy.control(pose, reference)
 
     def _send(self, pose: Pose, reference: Reference) -> Twist:
         if self.attitude_strategy is not None:

@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw import control, guidance, planning
+from crazychoir_fw import control, guidance, planning, safety
 from crazychoir_fw.errors import CrazychoirError, MissionError, RangeError, UnknownNameError
 from crazychoir_fw.experiment.agent import Agent
 from crazychoir_fw.experiment.both_laws import BothFlatnessLaws
 from crazychoir_fw.experiment.control_group import ControlGroup
+from crazychoir_fw.experiment.safe_group import FilteredController, SafeBothFlatnessLaws, SafeControlGroup
+from crazychoir_fw.experiment.sensing import Sensing
 from crazychoir_fw.guidance.gains import FORMATION_GAINS, FormationGains
 from crazychoir_fw.guidance.graph import Graph
 from crazychoir_fw.user_code import describe, load_module
@@ -313,7 +315,7 @@ def make_controller(
     layer, where = mission.layers.control_of(name), mission.layers.path_of(name, "control")
     if layer is None:
         return None
-    rate = float(mission.layers.rate)
+    rate = float(layer.rate or mission.layers.rate)
     if layer.mass is not None:
         mass: Any = layer.mass
     else:
@@ -331,23 +333,31 @@ def make_controller(
         chosen = layer.gains if isinstance(layer.gains, str) else layer.gains.get(gains, "webots")
         if isinstance(chosen, Mapping):
             chosen = _gains(f"{where}.gains.{gains}", chosen, sets, kind, "webots")
-        return _made(cls, key, {"update_frequency": rate, "gains": chosen, "mass": mass, "gravity": GRAVITY}, {})
+        known = {"update_frequency": rate, "gains": chosen, "mass": mass, "gravity": GRAVITY}
+        return _made(cls, key, {**known, "safety_filter": safe}, {})
+
+    safe = make_safety_filter(mission)
 
     if layer.kind == "VelocityController":
         law = strategy("velocity", layer.velocity, "velocity", None)
         return control.VelocityController(velocity_strategy=law, command_sender=sender, traj_handler=traj_handler)
     word = layer.acceleration if follows == "acceleration" else layer.position
+    if safe is not None:
+        word = _SAFE_LAWS.get(word, word)
     position = strategy(
         "acceleration" if follows == "acceleration" else "position", word, "position", control.PositionCtrlStrategy
     )
     if len(accelerated):
         arguments = {"update_frequency": rate, "gains": position.gains, "mass": position.mass, "gravity": GRAVITY}
-        position = BothFlatnessLaws(np.isin(i, accelerated), **arguments)
+        if safe is None:
+            position = BothFlatnessLaws(np.isin(i, accelerated), **arguments)
+        else:
+            position = SafeBothFlatnessLaws(np.isin(i, accelerated), safe, **arguments)
     attitude = None
     if layer.command == "fpqr":
         attitude = strategy("attitude", layer.attitude, "attitude", control.AttitudeCtrlStrategy)
     if layer.kind == "HierarchicalController":
-        cls: type = control.HierarchicalController
+        cls: type = control.HierarchicalController if safe is None else control.SafeHierarchicalController
     else:
         cls = _once(mission, f"{where}.class", layer.kind, control, control.CrazyflieController)
     parts = {
@@ -358,6 +368,11 @@ def make_controller(
     }
     return _made(cls, where, parts, {})
 
+
+_SAFE_LAWS = {
+    "FlatnessPositionCtrl": "SafeFlatnessPositionCtrl",
+    "FlatnessAccelerationCtrl": "SafeFlatnessAccelerationCtrl",
+}
 
 GRAVITY = 9.81
 """Acceleration of gravity of both simulations (m/s^2)."""
@@ -386,6 +401,46 @@ def what_it_follows(mission: LayeredMission, i: int) -> str:
     return str(_once(mission, f"{key}.class", layer.kind, planning, planning.TrajectoryHandler).kind)
 
 
+# -------------------------------------------------------------------------------- safety
+
+
+def make_safety_filter(mission: LayeredMission) -> Any:
+    """Return what keeps drones apart, or None.
+
+    Raises:
+        CrazychoirError: If it cannot be made as the mission says.
+    """
+    layer = mission.layers.safety
+    if layer is None:
+        return None
+    names = ("gamma", "kappa", "max_acceleration", "max_braking_acceleration", "max_velocity", "max_braking_velocity")
+    given = {name: getattr(layer, name) for name in names if getattr(layer, name) is not None}
+    kind = getattr(safety, layer.filter)
+    return kind(distance=layer.distance + layer.margin, keep_right=layer.keep_right, **given)
+
+
+def make_collision_avoidance(mission: LayeredMission) -> Any:
+    """Return the filter between velocity controllers and drones, or None if there is none of that kind."""
+    filter_ = make_safety_filter(mission)
+    if filter_ is None or mission.layers.safety.filter != "SingleIntegratorCBF":  # type: ignore[union-attr]
+        return None
+    return safety.SingleIntegratorCollisionAvoidance(filter_)
+
+
+def make_sensing(mission: LayeredMission, truth: Callable[[], Any] | None = None) -> Sensing | None:
+    """Return what the drones see each other by, or None.
+
+    Args:
+        mission: The mission.
+        truth: Returns the true poses, for missions whose drones see others where they are.
+    """
+    layer = mission.layers.safety
+    if layer is None:
+        return None
+    rate = float(layer.sensing_rate or mission.layers.rate)
+    return Sensing(layer.sensing_distance, rate, truth if layer.sees == "truth" else None)
+
+
 # -------------------------------------------------------------------------------- a whole swarm
 
 
@@ -406,19 +461,32 @@ def make_agents(mission: LayeredMission, clock: Callable[[], float]) -> list[Age
     ]
 
 
-def make_groups(mission: LayeredMission, masses: Sequence[float]) -> list[ControlGroup]:
-    """Return the controllers of all drones: one object for all that are controlled alike."""
+def make_groups(
+    mission: LayeredMission, masses: Sequence[float], truth: Callable[[], Any] | None = None
+) -> list[ControlGroup]:
+    """Return the controllers of all drones: one object for all that are controlled alike.
+
+    Args:
+        mission: The mission.
+        masses: What all drones weigh (kg).
+        truth: Returns their true poses, if anybody knows them.
+    """
     of_layer: dict[str, tuple[Any, dict[str, list[int]]]] = {}
     for i, name in enumerate(names_of(mission)):
         layer = mission.layers.control_of(name)
         if layer is not None:
             _, alike = of_layer.setdefault(mission.layers.path_of(name, "control"), (layer, {}))
             alike.setdefault(what_it_follows(mission, i), []).append(i)
-    return [group for layer, alike in of_layer.values() for group in _groups(mission, masses, layer, alike)]
+    sensing = make_sensing(mission, truth)
+    return [group for layer, alike in of_layer.values() for group in _groups(mission, masses, layer, alike, sensing)]
 
 
 def _groups(
-    mission: LayeredMission, masses: Sequence[float], layer: ControlLayer, alike: Mapping[str, list[int]]
+    mission: LayeredMission,
+    masses: Sequence[float],
+    layer: ControlLayer,
+    alike: Mapping[str, list[int]],
+    sensing: Sensing | None,
 ) -> list[ControlGroup]:
     """Return the controllers of drones with one control layer.
 
@@ -427,15 +495,23 @@ def _groups(
         masses: Of all its drones (kg).
         layer: Their control layer.
         alike: Their numbers, by what they follow.
+        sensing: What they see each other by, if they do.
     """
+
+    def group(controller: Any, members: Sequence[int], follows: str, accelerated: Sequence[int] = ()) -> ControlGroup:
+        if sensing is None:
+            return ControlGroup(controller, members, layer.command, follows, accelerated)
+        avoidance = make_collision_avoidance(mission)
+        if avoidance is not None:
+            rate = float(mission.layers.safety.rate or mission.layers.rate)  # type: ignore[union-attr]
+            controller = FilteredController(controller, avoidance, rate)
+        return SafeControlGroup(sensing, controller, members, layer.command, follows, accelerated)
+
     laws = (layer.kind, layer.position, layer.acceleration)
     stock = ("HierarchicalController", "FlatnessPositionCtrl", "FlatnessAccelerationCtrl")
     if set(alike) == {"fullstate", "acceleration"} and laws == stock:
         everybody = sorted([*alike["fullstate"], *alike["acceleration"]])
         # made as that of drones that follow full states
         controller = make_controller(mission, everybody, masses, "fullstate", alike["acceleration"])
-        return [ControlGroup(controller, everybody, layer.command, "fullstate", alike["acceleration"])]
-    return [
-        ControlGroup(make_controller(mission, members, masses), members, layer.command, follows)
-        for follows, members in alike.items()
-    ]
+        return [group(controller, everybody, "fullstate", alike["acceleration"])]
+    return [group(make_controller(mission, members, masses), members, follows) for follows, members in alike.items()]

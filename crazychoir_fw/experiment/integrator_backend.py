@@ -133,6 +133,10 @@ class IntegratorBackend:
         """See `Backend`."""
         return one_of(self.poses(), index)
 
+    def true_poses(self) -> Pose:
+        """Return where all drones are and how they move."""
+        return self._truth()
+
     def true_positions(self) -> Array:
         """See `Backend`."""
         return self.integrator.state[:, 0:3].copy()

@@ -74,6 +74,10 @@ class SimBackend:
         """See `Backend`."""
         return one_of(self.poses(), index)
 
+    def true_poses(self) -> Pose:
+        """Return where all drones are and how they move."""
+        return self._true()
+
     def true_positions(self) -> Array:
         """See `Backend`."""
         return self._true().position

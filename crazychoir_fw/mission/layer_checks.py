@@ -30,6 +30,7 @@ def check_layers(mission: LayeredMission) -> None:
     _check_graph(mission, names)
     _check_formation(mission)
     _check_control(mission)
+    _check_safety(mission)
     _check_buttons(mission, names)
     _check_criteria(mission)
     _check_backend(mission)
@@ -187,6 +188,46 @@ def _check_control(mission: LayeredMission) -> None:
             raise MissionError(f"{path}.sender is 'VelSender', but must be FPQRSender or FRPYSender there")
         if drone.motor_ctrl is not None:
             raise MissionError(f"{drone.id} has a motor_ctrl, but layers fly it already")
+
+
+_FILTERED = {"DoubleIntegratorCBF": "HierarchicalController", "SingleIntegratorCBF": "VelocityController"}
+_OF_ONE = {
+    "DoubleIntegratorCBF": ("kappa", "max_acceleration", "max_braking_acceleration"),
+    "SingleIntegratorCBF": ("max_velocity", "max_braking_velocity", "rate"),
+}
+
+
+def _check_safety(mission: LayeredMission) -> None:
+    layers = mission.layers
+    safety, control = layers.safety, layers.control
+    for path, rate in (
+        ("control.rate", None if control is None else control.rate),
+        ("safety.rate", None if safety is None else safety.rate),
+        ("safety.sensing_rate", None if safety is None else safety.sensing_rate),
+    ):
+        if rate is not None and layers.rate % rate:
+            raise MissionError(f"layers.{path} is {rate}, but must be a divisor of layers.rate, {layers.rate} Hz")
+    if safety is None:
+        return
+    if control is None:
+        raise MissionError("layers.safety needs layers.control: what the planners on board do is not filtered")
+    needed = _FILTERED[safety.filter]
+    if control.kind != needed:
+        raise MissionError(
+            f"layers.safety.filter is {safety.filter}, which filters the commands of a {needed}, but "
+            f"layers.control.class is {control.kind}"
+        )
+    for kind, keys in _OF_ONE.items():
+        for key in keys:
+            if kind != safety.filter and getattr(safety, key) is not None:
+                raise MissionError(f"layers.safety.{key} is for the filter {kind}, but filter is {safety.filter}")
+    if safety.sensing_distance <= safety.distance + safety.margin:
+        raise MissionError(
+            f"layers.safety.sensing_distance is {safety.sensing_distance:g}, but must be above distance and margin, "
+            f"{safety.distance + safety.margin:g} m"
+        )
+    if safety.sees == "truth" and mission.backend == "hardware":
+        raise MissionError("layers.safety.sees is 'truth', but nobody knows the truth of real drones; use odometry")
 
 
 def _check_buttons(mission: LayeredMission, names: list[str]) -> None:

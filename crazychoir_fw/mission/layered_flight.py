@@ -167,7 +167,7 @@ def make_experiment(
     """
     chosen = make_backend(mission) if backend is None else backend
     agents = make_agents(mission, lambda: chosen.time)
-    groups = make_groups(mission, list(chosen.masses))
+    groups = make_groups(mission, list(chosen.masses), getattr(chosen, "true_poses", None))
     return Experiment(chosen, agents, groups, mission.layers.rate, mission.log_rate, observe)
 
 

@@ -40,6 +40,7 @@ POSITION = ("FlatnessPositionCtrl",)
 ACCELERATION = ("FlatnessAccelerationCtrl",)
 ATTITUDE = ("GeometryAttitudeCtrl",)
 VELOCITY = ("VelocityCtrlStrategy",)
+FILTERS = ("SingleIntegratorCBF", "DoubleIntegratorCBF")
 SENDERS = {"FPQRSender": "fpqr", "FRPYSender": "frpy", "VelSender": "vel"}
 """What each sender sends."""
 
@@ -224,6 +225,9 @@ class ControlLayer(Section):
     mass: Annotated[float, number(0.005, 1.0, "kg")] | None = None
     """Mass that the laws believe in (kg); None is that of the vehicle."""
 
+    rate: Annotated[int, BeforeValidator(lambda value: _rate(value))] | None = None
+    """Commands per second (Hz), a divisor of the rate of the layers; None is that rate."""
+
     @property
     def command(self) -> str:
         """What is sent: fpqr, frpy or vel."""
@@ -283,6 +287,54 @@ GuidanceEntries = Annotated[
 ]
 
 
+class SafetyLayer(Section):
+    """What keeps drones apart, whatever guidance and planning want; see docs/optimization.md."""
+
+    filter: Annotated[str, choice(*FILTERS)]
+    """`DoubleIntegratorCBF` filters accelerations within a `HierarchicalController`, `SingleIntegratorCBF` velocities
+    behind a `VelocityController`."""
+
+    distance: Annotated[float, number(0.01, 10.0, "m")] = 0.4
+    """Least distance of two drones, horizontally (m)."""
+
+    margin: Annotated[float, number(0.0, 5.0, "m")] = 0.0
+    """Added to the distance for the filter (m): what real drones fall short of the filter's ideal ones."""
+
+    gamma: Annotated[float, number(1e-6, 1e6)] | None = None
+    """How fast a barrier may fall: higher brakes later; None is that of the class."""
+
+    kappa: Annotated[float, number(1e-3, 2.0)] | None = None
+    """Of accelerations: share of both drones' braking that is counted on."""
+
+    max_acceleration: Annotated[float, number(1e-3, 10.0, "m/s^2")] | None = None
+    """Of accelerations: largest one, along x and along y (m/s^2)."""
+
+    max_braking_acceleration: Annotated[float, number(1e-3, 10.0, "m/s^2")] | None = None
+    """Of accelerations: deceleration of who must brake (m/s^2)."""
+
+    max_velocity: Annotated[float, number(1e-3, 10.0, "m/s")] | None = None
+    """Of velocities: largest one, along x and along y (m/s)."""
+
+    max_braking_velocity: Annotated[float, number(1e-3, 10.0, "m/s")] | None = None
+    """Of velocities: speed at which who is too near backs off (m/s)."""
+
+    keep_right: Annotated[float, number(0.0, 10.0)] = 1.0
+    """Which part of what the filter takes away goes to the right: drones that block each other turn about each other.
+    0 is the filter alone, behind which they may wait for ever."""
+
+    rate: Annotated[int, BeforeValidator(lambda value: _rate(value))] | None = None
+    """Of velocities: how often the latest one is filtered (Hz), a divisor of the rate of the layers; None is that."""
+
+    sensing_distance: Annotated[float, number(0.05, 100.0, "m")] = 3.0
+    """How far a drone sees others, horizontally (m)."""
+
+    sensing_rate: Annotated[int, BeforeValidator(lambda value: _rate(value))] | None = None
+    """How often it looks (Hz), a divisor of the rate of the layers; None is that rate."""
+
+    sees: Annotated[str, choice("odometry", "truth")] = "odometry"
+    """Whether drones see others where these believe to be, or where they are."""
+
+
 def _rate(value: object) -> int:
     if isinstance(value, bool) or value not in RATES:
         raise refusal(f"one of {', '.join(map(str, RATES))} Hz")
@@ -310,6 +362,9 @@ class Layers(Section):
 
     control: ControlLayer | None = None
     """What controls; without it points go to the planners on board."""
+
+    safety: SafetyLayer | None = None
+    """What keeps drones apart; without it nothing does."""
 
     @property
     def guidance(self) -> GuidanceLayer:

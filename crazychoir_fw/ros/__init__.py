@@ -24,8 +24,10 @@ except ModuleNotFoundError as error:
 _NAMES_IN = {
     "crazychoir_fw.control": (
         "AttitudeControl AttitudeCtrlStrategy FPQRSender FRPYSender FlatnessAccelerationCtrl FlatnessPositionCtrl "
-        "GeometryAttitudeCtrl PositionControl PositionCtrlStrategy SenderStrategy VelSender VelocityCtrlStrategy"
+        "GeometryAttitudeCtrl PositionControl PositionCtrlStrategy SafeFlatnessAccelerationCtrl "
+        "SafeFlatnessPositionCtrl SenderStrategy VelSender VelocityCtrlStrategy"
     ),
+    "crazychoir_fw.safety": "DoubleIntegratorCBF SingleIntegratorCBF",
     "crazychoir_fw.mocap": "Estimator MocapConfig",
     "crazychoir_fw.planning": "AccelerationTraj FullStateTraj PositionTraj TrajHandlerStrategy",
     "crazychoir_fw.ros.aggregative": (
@@ -42,6 +44,10 @@ _NAMES_IN = {
     "crazychoir_fw.ros.radio": (
         "RadioHandler RadioHandlerFPQR RadioHandlerFRPY RadioHandlerVel RadioHandlerVelLightHouse RadioHandlerXYZ "
         "RadioHandlerXYZLightHouse"
+    ),
+    "crazychoir_fw.ros.safety": (
+        "ClosestRobotGetter CollisionAvoidance DoubleIntegratorCollisionAvoidance SafeHierarchicalController "
+        "SingleIntegratorCollisionAvoidance UnicycleCollisionAvoidance"
     ),
     "crazychoir_fw.ros.simulation": "Pace SimulationNode",
     "crazychoir_fw.ros.trajectory": (

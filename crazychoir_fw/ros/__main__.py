@@ -18,7 +18,8 @@ def layers(
     mission: File,
     drone: Annotated[list[str] | None, typer.Option(help="Id of a drone; repeatable. All without it.")] = None,
     layer: Annotated[
-        list[str] | None, typer.Option(help="guidance, planning or control; repeatable. All without it.")
+        list[str] | None,
+        typer.Option(help="guidance, planning, control, avoidance or sensing; repeatable. All without it."),
     ] = None,
     lockstep: Annotated[bool, typer.Option(help="Whether guidance answers each tick.")] = False,
     leave_after: Annotated[
@@ -26,17 +27,18 @@ def layers(
     ] = 10.0,
 ) -> None:
     """Be some layers of some drones until interrupted, or until the simulation has gone."""
-    from crazychoir_fw.ros.parts import LAYERS, Part
+    from crazychoir_fw.ros.parts import LAYERS, SENSING, Part
     from crazychoir_fw.ros.process import run_part
 
     loaded = _load(mission)
     names = [one.id for one in loaded.fleet]
-    for given, known in ((drone or [], names), (layer or [], LAYERS)):
+    for given, known in ((drone or [], names), (layer or [], (*LAYERS, SENSING))):
         for word in given:
             if word not in known:
                 raise typer.BadParameter(f"'{word}', allowed: {', '.join(known)}")
     numbers = tuple(i for i, name in enumerate(names) if not drone or name in drone)
-    chosen = tuple(one for one in LAYERS if not layer or one in layer)
+    every = LAYERS if loaded.layers.safety is None else (*LAYERS, SENSING)
+    chosen = tuple(one for one in every if not layer or one in layer)
     part = Part("/".join([*(drone or []), *(layer or [])]) or "layers", numbers, chosen)
     raise typer.Exit(run_part(loaded, part, lockstep, leave_after=leave_after or None))
 

@@ -46,6 +46,8 @@ class CrazyflieController(LayerNode):
     """
 
     stage = 2
+    command_topic = CMD_VEL
+    """Where commands go."""
 
     def __init__(
         self,
@@ -96,7 +98,7 @@ class CrazyflieController(LayerNode):
         self._period = min(made.periods)
         self._latest = -np.inf  # [s], of the times at which it worked
         self._pose_time, self._pose_step = -np.inf, np.inf
-        self._commands = self.outlet(CMD_VEL)
+        self._commands = self.outlet(self.command_topic)
         handler = made.traj_handler
         if hasattr(handler, "kind") and hasattr(handler, "topic"):
             topic = REFERENCES[handler.kind]

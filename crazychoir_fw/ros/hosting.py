@@ -35,6 +35,7 @@ ANSWERED = "answered"
 READY = "/ready"
 """Topic on which each process says that it has found its partners."""
 
+_COMMANDS = (("control", "cmd_vel"), ("avoidance", "cmd_vel"))
 _SILENCE_S = 0.2  # [s], after which a drone counts as abandoned, as by the handlers of the radio
 _HOLD_S = 0.5  # [s], within which it comes to rest
 _WARM_UP_ROUNDS = 10
@@ -281,7 +282,7 @@ class HostedExperiment(Experiment):
                 return
             for part in (by_name[word] for word in words if word in by_name):
                 for i in part.agents:
-                    for layer, topic in (("guidance", ANSWERED), ("control", "cmd_vel")):
+                    for layer, topic in (("guidance", ANSWERED), *_COMMANDS):
                         if layer in part.layers:
                             self.node.answers.bury((i, topic))
 

@@ -8,7 +8,9 @@ from typing import Any
 from crazychoir_fw.errors import MissionError
 from crazychoir_fw.experiment import agents
 
-LAYERS = ("guidance", "planning", "control")
+LAYERS = ("guidance", "planning", "control", "avoidance")
+SENSING = "sensing"
+"""What one process does for all drones: it finds out who is near whom."""
 
 
 @dataclass(frozen=True)
@@ -27,13 +29,16 @@ def parts_of(mission: Any, processes: str) -> list[Part]:
         mission: The mission.
         processes: ``per-node``: one per drone and layer; ``per-drone``; ``one`` for all layers of all drones.
     """
-    count = len(mission.fleet)
+    everybody = tuple(range(len(mission.fleet)))
+    has_sensing = mission.layers.safety is not None
     if processes == "one":
-        return [Part("layers", tuple(range(count)), LAYERS)]
+        return [Part("layers", everybody, (*LAYERS, SENSING) if has_sensing else LAYERS)]
     names = agents.names_of(mission)
+    sensing = [Part(SENSING, everybody, (SENSING,))] if has_sensing else []
     if processes == "per-drone":
-        return [Part(names[i], (i,), LAYERS) for i in range(count)]
-    return [Part(f"{names[i]}/{layer}", (i,), (layer,)) for i in range(count) for layer in layers_of_drone(mission, i)]
+        return [*(Part(names[i], (i,), LAYERS) for i in everybody), *sensing]
+    single = [Part(f"{names[i]}/{layer}", (i,), (layer,)) for i in everybody for layer in layers_of_drone(mission, i)]
+    return [*single, *sensing]
 
 
 def layers_of_drone(mission: Any, i: int) -> list[str]:
@@ -43,6 +48,7 @@ def layers_of_drone(mission: Any, i: int) -> list[str]:
         "guidance": True,
         "planning": layers.planning_of(name) is not None and agents.follows_trajectory(mission, i),
         "control": layers.control_of(name) is not None,
+        "avoidance": agents.make_collision_avoidance(mission) is not None,
     }
     return [layer for layer in LAYERS if has[layer]]
 

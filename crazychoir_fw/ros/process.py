@@ -17,18 +17,28 @@ from std_msgs.msg import String
 from crazychoir_fw.experiment import agents
 from crazychoir_fw.guidance import TimeVaryingCommunicator
 from crazychoir_fw.ros.communicator import RosTransport
-from crazychoir_fw.ros.controller import CrazyflieController
 from crazychoir_fw.ros.guidance import GuidanceNode
 from crazychoir_fw.ros.hosting import ANSWERED, READY
 from crazychoir_fw.ros.hub import Hub
 from crazychoir_fw.ros.names import CLOCK, LATEST
-from crazychoir_fw.ros.parts import Part, layers_of_drone
+from crazychoir_fw.ros.parts import SENSING, Part, layers_of_drone
+from crazychoir_fw.ros.safety_parts import make_avoidance_node, make_control_node, make_sensing_node
 from crazychoir_fw.ros.teams import make_teams
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
 
 _LOOK_EVERY = 0.05  # [s], wall: whether all partners are there
 _LOOK_AT_CLOCK = 0.5  # [s], wall: whether somebody still publishes it
-_TRAFFIC = ("odom", "cmd_vel", "acceleration", "position", "fullstate", "answered", "clock")
+_TRAFFIC = (
+    "odom",
+    "cmd_vel",
+    "acceleration",
+    "position",
+    "fullstate",
+    "answered",
+    "clock",
+    "closest_robots",
+    "cmd_vel_des",
+)
 
 
 def make_nodes(
@@ -58,8 +68,12 @@ def make_nodes(
                 nodes.append(_guidance(mission, i, lockstep, patience, common))
             elif layer == "planning":
                 nodes.append(TrajectoryHandler(handler=agents.make_trajectory_handler(mission, i), **common))
+            elif layer == "avoidance":
+                nodes.append(make_avoidance_node(mission, **common))
             else:
-                nodes.append(CrazyflieController(controller=agents.make_controller(mission, i), **common))
+                nodes.append(make_control_node(mission, **common))
+    if SENSING in part.layers:
+        nodes.append(make_sensing_node(mission, parameters={"use_sim_time": True}, context=context))
     if hub is not None:
         make_teams(mission, nodes)
     return nodes
@@ -110,7 +124,9 @@ def run_part(
         signal.signal(sign, lambda *_: context.try_shutdown())
     try:
         executor = make_executor(context)
-        nodes = make_nodes(mission, part, lockstep, patience, context, Hub(part.name, lockstep))
+        # whoever is near travels on a topic, after the odometry: controllers that wait for it take no short cut
+        hub = Hub(part.name, lockstep) if mission.layers.safety is None else None
+        nodes = make_nodes(mission, part, lockstep, patience, context, hub)
         for node in nodes:
             executor.add_node(node)
         spin(executor, nodes, part.name, context, leave_after)

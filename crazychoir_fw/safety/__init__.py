@@ -5,7 +5,23 @@ They work in the horizontal plane, whatever the heights are; z passes through (f
 
 from crazychoir_fw.safety.barrier_filter import BarrierFilter
 from crazychoir_fw.safety.closest import ClosestRobotGetter, stacked
+from crazychoir_fw.safety.collision_avoidance import (
+    CollisionAvoidance,
+    DoubleIntegratorCollisionAvoidance,
+    SingleIntegratorCollisionAvoidance,
+    UnicycleCollisionAvoidance,
+)
 from crazychoir_fw.safety.double_integrator import DoubleIntegratorCBF
 from crazychoir_fw.safety.single_integrator import SingleIntegratorCBF
 
-__all__ = ["BarrierFilter", "ClosestRobotGetter", "DoubleIntegratorCBF", "SingleIntegratorCBF", "stacked"]
+__all__ = [
+    "BarrierFilter",
+    "ClosestRobotGetter",
+    "CollisionAvoidance",
+    "DoubleIntegratorCBF",
+    "DoubleIntegratorCollisionAvoidance",
+    "SingleIntegratorCBF",
+    "SingleIntegratorCollisionAvoidance",
+    "UnicycleCollisionAvoidance",
+    "stacked",
+]

@@ -14,20 +14,31 @@ from crazychoir_fw.safety.closest import ClosestRobotGetter, stacked
 
 Array = NDArray[np.float64]
 
+_LEAST_LOSS = 1e-6  # of the limit: less is rounding
+
 
 class BarrierFilter(ABC):
     """Changes a desired input as little as possible so that nobody comes nearer than `distance`, horizontally.
 
+    Who meets another one head-on may be kept waiting for ever: both want to go where the other is. With `keep_right`,
+    what the filter takes away of an input goes to the right of it instead, as far as that is safe, so that those who
+    block each other turn about each other, all the same way around.
+
     Attributes:
         distance: Least distance of two agents (m), center to center.
+        keep_right: Which part of what is taken away of an input goes to its right; 0 waits.
         braking: Which agents braked in the last call, shape (...).
         least_barrier: Least value of their barriers in the last call, shape (...); infinite where nobody is near.
     """
 
     distance: float
+    keep_right: float
 
-    def __init__(self, distance: float) -> None:
+    def __init__(self, distance: float, keep_right: float = 0.0) -> None:
         self.distance = positive("distance", distance, "m")
+        if not 0.0 <= keep_right < np.inf:
+            raise RangeError(f"keep_right is {keep_right}, allowed: 0 or more")
+        self.keep_right = float(keep_right)
         self.braking: NDArray[np.bool_] = np.zeros((), dtype=bool)
         self.least_barrier: Array = np.full((), np.inf)
 
@@ -63,9 +74,11 @@ class BarrierFilter(ABC):
                 f"other poses have shape {position.shape[:-1]}, allowed: {(*lead, 'K')} as the desired input"
             ) from error
         offset, closing = _only_known(offset, closing)
-        plane, braking, barrier = self._safe(
-            wish.reshape(-1, wish.shape[-1])[:, :2], own_velocity.reshape(-1, 2), offset, closing
-        )
+        desired_plane = wish.reshape(-1, wish.shape[-1])[:, :2].copy()
+        own = own_velocity.reshape(-1, 2)
+        plane, braking, barrier = self._safe(desired_plane, own, offset, closing)
+        if self.keep_right:
+            self._pass_on_the_right(plane, braking, desired_plane, own, offset, closing)
         self.braking = braking.reshape(lead)
         self.least_barrier = barrier.min(axis=1, initial=np.inf).reshape(lead)
         wish[..., :2] = plane.reshape(*lead, 2)
@@ -80,6 +93,21 @@ class BarrierFilter(ABC):
             getter: Says who is near whom.
         """
         return self.filter(desired, poses, getter.gathered(poses))
+
+    def _pass_on_the_right(
+        self, plane: Array, braking: NDArray[np.bool_], desired: Array, velocity: Array, offset: Array, closing: Array
+    ) -> None:
+        """Give to the right what others take away, in place; who brakes has no choice."""
+        lost = np.clip(desired, -self.limit, self.limit) - plane
+        held = np.flatnonzero(~braking & (np.hypot(lost[:, 0], lost[:, 1]) > _LEAST_LOSS * self.limit))
+        if held.size:
+            aside = self.keep_right * np.stack([lost[held, 1], -lost[held, 0]], axis=1)
+            plane[held] = self._safe(plane[held] + aside, velocity[held], offset[held], closing[held])[0]
+
+    @property
+    @abstractmethod
+    def limit(self) -> float:
+        """Largest input along x and along y."""
 
     @property
     @abstractmethod

@@ -43,6 +43,7 @@ class DoubleIntegratorCBF(BarrierFilter):
         max_acceleration: float = 0.1,
         max_braking_acceleration: float = 0.2,
         *,
+        keep_right: float = 0.0,
         legacy: bool = False,
     ) -> None:
         """Choose it.
@@ -53,17 +54,23 @@ class DoubleIntegratorCBF(BarrierFilter):
             kappa: Share of the braking of both, 2 a, that the barrier counts on, above 0; 2 is all there is.
             max_acceleration: Largest acceleration along x and along y, a (m/s^2): not a force.
             max_braking_acceleration: Deceleration of who brakes (m/s^2).
+            keep_right: Which part of what is taken away of an acceleration goes to its right, see `BarrierFilter`.
             legacy: The last term as the original has it, larger by the square root of 2: not quite the derivative of h.
 
         Raises:
             RangeError: If a number is not above zero.
         """
-        super().__init__(distance)
+        super().__init__(distance, keep_right)
         self.gamma = positive("gamma", gamma, "s/m^2")
         self.kappa = positive("kappa", kappa, "")
         self.max_acceleration = positive("max_acceleration", max_acceleration, "m/s^2")
         self.max_braking_acceleration = positive("max_braking_acceleration", max_braking_acceleration, "m/s^2")
         self.legacy = legacy
+
+    @property
+    def limit(self) -> float:
+        """See `BarrierFilter`."""
+        return self.max_acceleration
 
     def barriers(self, offset: Array, closing: Array) -> Array:
         """Return the barriers (m/s), shape (...).

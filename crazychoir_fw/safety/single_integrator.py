@@ -33,6 +33,8 @@ class SingleIntegratorCBF(BarrierFilter):
         gamma: float = 5.0,
         max_velocity: float = 0.2,
         max_braking_velocity: float = 0.4,
+        *,
+        keep_right: float = 0.0,
     ) -> None:
         """Choose it.
 
@@ -41,14 +43,20 @@ class SingleIntegratorCBF(BarrierFilter):
             gamma: How fast a barrier may fall (1/(m^4 s)): higher brakes later.
             max_velocity: Largest velocity along x and along y (m/s).
             max_braking_velocity: Speed at which an agent backs off (m/s).
+            keep_right: Which part of what is taken away of a velocity goes to its right, see `BarrierFilter`.
 
         Raises:
             RangeError: If one is not above zero.
         """
-        super().__init__(distance)
+        super().__init__(distance, keep_right)
         self.gamma = positive("gamma", gamma, "1/(m^4 s)")
         self.max_velocity = positive("max_velocity", max_velocity, "m/s")
         self.max_braking_velocity = positive("max_braking_velocity", max_braking_velocity, "m/s")
+
+    @property
+    def limit(self) -> float:
+        """See `BarrierFilter`."""
+        return self.max_velocity
 
     def barriers(self, offset: Array) -> Array:
         """Return the barriers (m^2), shape (...), of offsets from others to oneself (m), shape (..., 2)."""

@@ -27,6 +27,8 @@ SHORTER = {
     "letter_s": (16.0, {"bearing_error_deg": 3.0, "position_error_m": 0.5}),
 }
 GOALS = [8.0, 10.0]  # seconds of the two long legs of goto
+SWAPS = {"collision": (3.0, 12.0, 30.0), "collision_vel": (3.0, 12.0, 34.0), "swap_ten": (3.0, 8.0, 26.0)}
+"""Seconds of take-off, swap and all of `start`."""
 
 
 def shortened(path, folder):
@@ -45,6 +47,13 @@ def shortened(path, folder):
         for goals in data["layers"]["guidance"][1]["goals"].values():
             for goal in goals:
                 goal[0] = 6.0
+    if path.stem in SWAPS:
+        *durations, seconds = SWAPS[path.stem]
+        for goals in data["layers"]["guidance"]["goals"].values():
+            for goal, duration in zip(goals, durations, strict=True):
+                goal[0] = duration
+        data["flight"][0]["start"]["duration"] = seconds
+        data["layers"]["rate"] = 50
     data["criteria"] |= criteria
     data["log_rate"] = 25
     for file in EXAMPLES.glob("*.csv"):

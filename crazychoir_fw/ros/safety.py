@@ -1,0 +1,500 @@
+"""Collision avoidance as ROS 2 nodes, with the class names of the original (features dossier section 9).
+
+Who is near whom is found by one node for all drones, and told to each on ``closest_robots``: a
+`std_msgs/UInt8MultiArray` whose label is the time (ns) of the poses, and whose data are numbers, positions (m) and
+velocities (m/s) of those nearby, nearest first, as `crazychoir_fw.guidance.serialization` writes arrays.
+
+A drone that does not know who is near does not move on: it stays where it is until it is told again.
+
+Under simulated time a node works on a pose when it has heard what else belongs to that time, so that results do not
+depend on who is faster. Who is silent is waited for once, and then no more until heard again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rclpy.context import Context
+
+from crazychoir_fw import safety as plain
+from crazychoir_fw.control import SafeHierarchicalController as PlainSafeHierarchicalController
+from crazychoir_fw.control.schedule import Schedule
+from crazychoir_fw.errors import RangeError
+from crazychoir_fw.guidance.serialization import dumps, loads
+from crazychoir_fw.messages import Pose, Twist
+from crazychoir_fw.ros.controller import CrazyflieController, HierarchicalController
+from crazychoir_fw.ros.names import ACCELERATION, CLOSEST_ROBOTS, CMD_VEL, CMD_VEL_DES, ODOM, Topic
+from crazychoir_fw.ros.node import LayerNode
+from crazychoir_fw.ros.pose_sources import pose_subscribe
+from crazychoir_fw.ros.pose_watch import PoseWatch
+from crazychoir_fw.ros.wire import (
+    label_and_data,
+    labeled_bytes,
+    odometry_pose,
+    twist_bytes,
+    twist_numbers,
+    vector3_bytes,
+    vector3_numbers,
+)
+
+Array = NDArray[np.float64]
+
+_SAME = 1e-7  # [s]: stamps are whole nanoseconds
+_CLOSE = 1.5  # periods between poses, for which each pose makes a step
+_MOST_NEAR = 10_000  # robots in a message
+
+
+# ---------------------------------------------------------------- the message
+
+
+def closest_bytes(time: float, numbers: Sequence[int] | NDArray[np.intp], position: Array, velocity: Array) -> bytes:
+    """Return a message of ``closest_robots``, ready to be published.
+
+    Args:
+        time: Time of the poses (s).
+        numbers: Who is near, nearest first, shape (K,).
+        position: Where they are (m, world), shape (K, 3).
+        velocity: How they move (m/s, world), shape (K, 3).
+    """
+    who = np.asarray(numbers, np.int64)
+    return labeled_bytes(round(time * 1e9), dumps((who, np.asarray(position, float), np.asarray(velocity, float))))
+
+
+def closest_of_bytes(data: bytes) -> tuple[float, NDArray[np.int64], Pose]:
+    """Return time (s), numbers (K,) and poses (K, 3) of a message of ``closest_robots``.
+
+    Raises:
+        CrazychoirError: If it is none.
+    """
+    label, content = label_and_data(data)
+    found = loads(content)
+    if not (isinstance(found, tuple) and len(found) == 3 and all(isinstance(part, np.ndarray) for part in found)):
+        raise RangeError("closest_robots: not numbers, positions and velocities")
+    numbers, position, velocity = found
+    shape = (len(numbers) if numbers.ndim == 1 else -1, 3)
+    is_fine = numbers.dtype.kind == "i" and position.shape == velocity.shape == shape and len(numbers) <= _MOST_NEAR
+    if not (is_fine and np.isfinite(position).all() and np.isfinite(velocity).all()):
+        raise RangeError(
+            f"closest_robots: {len(found[0]) if numbers.ndim else 0} robots with positions {position.shape}, allowed: "
+            "(K,) whole numbers, (K, 3) finite positions and velocities"
+        )
+    return label / 1e9, numbers, Pose(position=np.array(position, float), velocity=np.array(velocity, float))
+
+
+# ---------------------------------------------------------------- who is near whom
+
+
+class ClosestRobotGetter(LayerNode):
+    """One node for all drones: odometry in, ``closest_robots`` of each drone out."""
+
+    def __init__(
+        self,
+        sensing_distance: float = 3.0,
+        *,
+        agents: Sequence[int] | None = None,
+        freq: float | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        context: Context | None = None,
+        **options: Any,
+    ) -> None:
+        """Make the node ``closest_robots_getter``.
+
+        Args:
+            sensing_distance: How far drones see (m).
+            agents: Numbers of the drones; None asks the parameters ``first_id`` and ``last_id``.
+            freq: Looks per second (Hz); None asks the parameter ``freq``.
+            parameters: Values of parameters; besides, ``odom_timeout``: age (s) at which a drone that is silent
+                counts as at rest, ``forget_after``: and at which as gone; ``least_height``: who is lower (m) lies on
+                the floor and is nobody's obstacle.
+            context: Context of rclpy.
+            options: Of `LayerNode`.
+
+        Raises:
+            RangeError: If a number is outside its range.
+        """
+        self._getter = plain.ClosestRobotGetter(sensing_distance)
+        super().__init__("closest_robots_getter", parameters=parameters, context=context, swarm_wide=True, **options)
+        if agents is None:
+            first = self.declare("first_id", 0, "number of the first drone", low=0)
+            last = self.declare("last_id", 0, "number of the last drone", low=first)
+            agents = range(first, last + 1)
+        self.agents = tuple(agents)
+        """Numbers of the drones."""
+        rate = self.declare("freq", 100.0, "looks per second (Hz)", low=0.001) if freq is None else float(freq)
+        self._timeout = self.declare("odom_timeout", 0.5, "age at which a silent drone counts as at rest (s)", low=0.01)
+        self._forget = self.declare("forget_after", 5.0, "age at which a silent drone counts as gone (s)", low=0.01)
+        self._floor = self.declare("least_height", 0.1, "height below which a drone is no obstacle (m)", float)
+        count = len(self.agents)
+        self._position, self._velocity = np.full((count, 3), np.nan), np.zeros((count, 3))
+        self._stamp, self._came = np.full(count, -np.inf), np.full(count, -np.inf)
+        self._published = -np.inf
+        nobody: Any = (np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3)))
+        self._found = [nobody] * count
+        self._schedule = Schedule(rate)
+        self._closest = [self.announce(CLOSEST_ROBOTS, self.topic_of(i, CLOSEST_ROBOTS.name)) for i in self.agents]
+        for row, i in enumerate(self.agents):
+            self.listen(ODOM, self._pose_taker(row), self.topic_of(i, ODOM.name), raw=True)
+        self.when_time_jumps_back(self._begin_anew)
+        self.every(rate, self._tick)
+
+    def _pose_taker(self, row: int) -> Callable[[bytes], None]:
+        def take(data: bytes) -> None:
+            pose = odometry_pose(data)
+            now = self.now()
+            self._position[row] = pose.position
+            self._velocity[row] = 0.0 if pose.velocity is None else pose.velocity
+            self._stamp[row] = now if pose.time is None else pose.time
+            self._came[row] = max(now, self._stamp[row])
+            # simulated poses come all with one stamp: the last one makes the set complete
+            if self.is_simulated_time:
+                latest = self._stamp[row]
+                awaited = latest - self._came < self._timeout
+                if latest > self._published and np.all(self._stamp[awaited] >= latest - _SAME):
+                    self._look(latest)
+
+        return take
+
+    def _tick(self, now: float) -> None:
+        """Look by the clock: in real time, and where no set becomes complete."""
+        is_late = np.isfinite(self._stamp).any() and now > self._published + _CLOSE * self._schedule.period
+        if is_late or not self.is_simulated_time:
+            self._look(now)
+
+    def _look(self, now: float) -> None:
+        self._published = now
+        if self._schedule.is_due(now):
+            self._find(now)
+        for row, publisher in enumerate(self._closest):
+            publisher.publish(closest_bytes(now, *self._found[row]))
+
+    def _find(self, now: float) -> None:
+        age = now - self._came
+        is_obstacle = (age <= self._forget) & (self._position[:, 2] >= self._floor)
+        velocity = np.where((age > self._timeout)[:, None], 0.0, self._velocity)
+        table = self._getter.neighbors(self._position)
+        numbers = np.array(self.agents)
+        for row, others in enumerate(table):
+            # who lies on the floor sees others, but is no obstacle
+            near = others[(others >= 0) & is_obstacle[others]]
+            self._found[row] = numbers[near], self._position[near], velocity[near]
+
+    def _begin_anew(self, now: float) -> None:
+        del now
+        self._position[:], self._stamp[:], self._came[:] = np.nan, -np.inf, -np.inf
+        self._published = -np.inf
+
+
+# ---------------------------------------------------------------- what belongs to one time
+
+
+class Gathering:
+    """Calls ``work(time)`` for each pose once everything that belongs to it has come.
+
+    Where the next pose comes before that, somebody is silent: from then on nobody is waited for, until all have been
+    heard again.
+    """
+
+    def __init__(self, work: Callable[[float], None], wants_desired: bool) -> None:
+        """Choose what is done, and whether a desired input belongs to each pose."""
+        self._work = work
+        self._wants_desired = wants_desired
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all times."""
+        self._waiting: float | None = None
+        self._closest = -math.inf
+        self._has_desired = False
+        self._is_patient = True
+
+    def took_pose(self, time: float) -> None:
+        """A pose came (s)."""
+        if self._waiting is not None:
+            self._is_patient = False
+        self._waiting = time
+        self._try()
+
+    def took_closest(self, time: float) -> None:
+        """It is known who was near at a time (s)."""
+        self._closest = time
+        self._try()
+
+    def took_desired(self) -> None:
+        """A desired input came."""
+        self._has_desired = True
+        self._try()
+
+    def _try(self) -> None:
+        if self._waiting is None:
+            return
+        is_complete = self._closest >= self._waiting - _SAME and (self._has_desired or not self._wants_desired)
+        if not (is_complete or not self._is_patient):
+            return
+        self._is_patient = self._is_patient or is_complete
+        time, self._waiting, self._has_desired = self._waiting, None, False
+        self._work(time)
+
+
+class _Sight:
+    """Whether it is known who is near; says when that changes."""
+
+    def __init__(self, node: LayerNode, take: Callable[[Pose], None], came: Callable[[float], None]) -> None:
+        self._node, self._take, self._came_at = node, take, came
+        self._timeout = node.declare(
+            "closest_timeout", 0.5, "age of closest_robots at which the drone stays where it is (s)", low=0.001
+        )
+        self._heard: float | None = None
+        self._is_blind = False
+        node.listen(CLOSEST_ROBOTS, self._listen, raw=True)
+
+    def _listen(self, data: bytes) -> None:
+        time, _, poses = closest_of_bytes(data)
+        self._heard = max(self._node.now(), time)
+        self._take(poses)
+        self._came_at(time)
+
+    @property
+    def has_seen(self) -> bool:
+        return self._heard is not None
+
+    def is_clear(self, now: float) -> bool:
+        is_blind = self._heard is None or now - self._heard > self._timeout
+        if is_blind != self._is_blind:
+            self._is_blind = is_blind
+            if is_blind:
+                self._node.get_logger().warning(
+                    f"no closest_robots for {self._timeout:g} s (closest_timeout): stays where it is"
+                )
+            else:
+                self._node.get_logger().info("closest_robots again: goes on")
+        return not is_blind
+
+    def reset(self) -> None:
+        self._heard = None
+
+
+# ---------------------------------------------------------------- controllers
+
+
+class SafeController(CrazyflieController):
+    """A controller that is told who is near, such as a plain `SafeHierarchicalController`.
+
+    Nothing is sent before that is known. When it is known no more, the drone stays where it is.
+    """
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        """Make the node ``controller``; arguments as of `CrazyflieController`."""
+        self._gathering = Gathering(self._work_on, wants_desired=False)
+        self._sight: _Sight | None = None
+        super().__init__(*args, **options)
+        self._sight = _Sight(self, self._take_closest, self._gathering.took_closest)
+
+    def join(self, team: Any, number: int) -> None:
+        """A team would not know who is near: each computes for itself."""
+
+    def _take_closest(self, poses: Pose) -> None:
+        self.controller.set_closest(poses)  # type: ignore[attr-defined]
+
+    def _work(self, now: float) -> None:
+        if self._sight is None:
+            return
+        if self.is_simulated_time and self._is_led_by_poses(now):
+            self._gathering.took_pose(now)
+        else:
+            self._work_on(now)
+
+    def _work_on(self, now: float) -> None:
+        assert self._sight is not None
+        if not self._sight.has_seen:
+            return
+        if not self._sight.is_clear(now):
+            # whatever is asked for
+            self.controller.clear_reference() if self.controller.desired_reference is not None else None
+        super()._work(now)
+
+    def _begin_anew(self, now: float) -> None:
+        self._gathering.reset()
+        if self._sight is not None:
+            self._sight.reset()
+        super()._begin_anew(now)
+
+
+class SafeHierarchicalController(SafeController, HierarchicalController):
+    """Position law that knows who is near, attitude law and sender, each at its rate."""
+
+    def make_controller(self, command_sender: Any, traj_handler: Any) -> PlainSafeHierarchicalController:
+        """See `CrazyflieController`."""
+        return PlainSafeHierarchicalController(command_sender=command_sender, traj_handler=traj_handler, **self._laws)
+
+
+class DesiredVelocityController(CrazyflieController):
+    """A controller of velocities in front of a filter: its commands go to ``cmd_vel_des``."""
+
+    command_topic = CMD_VEL_DES
+
+
+# ---------------------------------------------------------------- filters between controller and drone
+
+
+class CollisionAvoidance(LayerNode):
+    """A filter as a node: ``{topic}_des``, ``closest_robots`` and poses in, what is safe on ``{topic}`` out.
+
+    The names below derive from it; whoever has a plain filter hands it over.
+    """
+
+    def __init__(
+        self,
+        pose_handler: str | None = "pubsub",
+        pose_topic: str | None = "odom",
+        pose_callback: Callable[[], Any] | None = None,
+        node_frequency: float = 100.0,
+        safety_filter: plain.BarrierFilter | None = None,
+        *,
+        input_topic_name: str | None = None,
+        avoidance: plain.CollisionAvoidance | None = None,
+        agent_id: int | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        context: Context | None = None,
+        **options: Any,
+    ) -> None:
+        """Make the node ``collision_avoidance``.
+
+        Args:
+            pose_handler: Where poses come from, see `crazychoir_fw.ros.pose_sources`.
+            pose_topic: Topic of the pose.
+            pose_callback: Called after each pose.
+            node_frequency: How often the latest desired input is filtered (Hz).
+            safety_filter: The filter; needed unless `avoidance` is given.
+            input_topic_name: Where what is safe goes; None is the usual one.
+            avoidance: A plain collision avoidance.
+            agent_id: Number of the drone; None asks parameter and namespace.
+            parameters: Values of parameters: ``pose_timeout``, ``closest_timeout`` and ``desired_timeout`` (s), ages
+                at which the drone stays where it is; of poses, at which nothing is sent.
+            context: Context of rclpy.
+            options: Of `LayerNode`.
+
+        Raises:
+            RangeError: If a part is missing or of the wrong kind.
+        """
+        made = self._make(safety_filter) if avoidance is None else avoidance
+        super().__init__("collision_avoidance", agent_id=agent_id, parameters=parameters, context=context, **options)
+        self.avoidance: Any = made
+        """The plain filter."""
+        timeout = self.declare("pose_timeout", 0.5, "age of the pose at which nothing is sent any more (s)", low=0.001)
+        self._patience = self.declare(
+            "desired_timeout", 0.5, "age of the desired input at which the drone stays where it is (s)", low=0.001
+        )
+        self._watch = PoseWatch(self, timeout)
+        self._schedule = Schedule(node_frequency)
+        self._period = self._schedule.period
+        self._pose_time, self._pose_step = -math.inf, math.inf
+        self._desired_at = -math.inf
+        topic: Topic = {"cmd_vel": CMD_VEL, "acceleration": ACCELERATION}[made.input_topic_name]
+        name = input_topic_name or topic.name
+        self._is_twist = topic is CMD_VEL
+        self._output = self.announce(topic, name)
+        self._gathering = Gathering(self._work, wants_desired=True)
+        self.listen(topic, self._take_desired, f"{name}_des", raw=True)
+        self._sight = _Sight(self, made.set_closest, self._gathering.took_closest)
+        self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
+        self.when_time_jumps_back(self._begin_anew)
+        self.every(node_frequency, self._tick)
+
+    _plain: Any = None
+
+    def _make(self, safety_filter: plain.BarrierFilter | None) -> plain.CollisionAvoidance:
+        if self._plain is None:
+            raise RangeError(f"{type(self).__name__}: avoidance is None, allowed: one of crazychoir_fw.safety")
+        return self._plain(safety_filter)
+
+    def _take_desired(self, data: bytes) -> None:
+        numbers = np.array(twist_numbers(data) if self._is_twist else vector3_numbers(data))
+        if not np.isfinite(numbers).all():
+            raise RangeError(f"{numbers.tolist()}, allowed: finite numbers")
+        self.avoidance.set_desired(Twist(numbers[:3], numbers[3:]) if self._is_twist else numbers)
+        self._desired_at = max(self.now(), self._pose_time)
+        self._gathering.took_desired()
+
+    def _take_pose(self, pose: Pose) -> None:
+        self.avoidance.set_pose(pose)
+        self._watch.saw(pose, self.now())
+        if pose.time is None or pose.time == self._pose_time:
+            return
+        self._pose_step, self._pose_time = pose.time - self._pose_time, pose.time
+        if self.is_simulated_time and self._is_led_by_poses(pose.time):
+            self._gathering.took_pose(pose.time)
+
+    def _is_led_by_poses(self, now: float) -> bool:
+        limit = _CLOSE * self._period
+        return 0.0 < self._pose_step <= limit and now - self._pose_time <= limit
+
+    def _tick(self, now: float) -> None:
+        if not (self.is_simulated_time and self._is_led_by_poses(now)):
+            self._work(now)
+
+    def _work(self, now: float) -> None:
+        if not (self._watch.is_fresh(now) and self._sight.has_seen and self._schedule.is_due(now)):
+            return
+        safe = self.avoidance.step()
+        if safe is None:
+            return
+        if not self._sight.is_clear(now) or now - self._desired_at > self._patience:
+            safe = self.avoidance.standstill()
+        if self._is_twist:
+            self._output.publish(twist_bytes(safe.linear, safe.angular))
+        else:
+            self._output.publish(vector3_bytes(*safe.tolist()))
+
+    def _begin_anew(self, now: float) -> None:
+        del now
+        self._pose_time, self._pose_step, self._desired_at = -math.inf, math.inf, -math.inf
+        self._gathering.reset()
+        self._sight.reset()
+        self._watch.reset()
+        self.avoidance.set_desired(None)
+        self.avoidance.set_pose(Pose())
+
+
+class SingleIntegratorCollisionAvoidance(CollisionAvoidance):
+    """Of velocities: ``cmd_vel_des`` in, ``cmd_vel`` out."""
+
+    _plain = plain.SingleIntegratorCollisionAvoidance
+
+
+class DoubleIntegratorCollisionAvoidance(CollisionAvoidance):
+    """Of accelerations: ``acceleration_des`` in, ``acceleration`` out."""
+
+    _plain = plain.DoubleIntegratorCollisionAvoidance
+
+
+class UnicycleCollisionAvoidance(CollisionAvoidance):
+    """Of robots that drive and turn: ``cmd_vel_des`` in, ``cmd_vel`` out."""
+
+    _plain = plain.UnicycleCollisionAvoidance
+
+
+class EveryRound:
+    """A plain controller that repeats its latest command in rounds in which it has none: lock step wants answers."""
+
+    def __init__(self, controller: Any, rate: float) -> None:
+        """Wrap a controller in rounds of a rate (Hz)."""
+        self._controller = controller
+        self._period = 1.0 / rate
+        self._latest: Twist | None = None
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._controller, name)
+
+    @property
+    def periods(self) -> tuple[float, ...]:
+        """That of the rounds (s)."""
+        return (self._period,)
+
+    def step(self, now: float) -> Twist | None:
+        """See `CrazyflieController`."""
+        self._latest = self._controller.step(now) or self._latest
+        return self._latest
