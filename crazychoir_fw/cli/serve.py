@@ -40,6 +40,7 @@ class Request:
     newest_wins: bool
     keep_priority: bool
     storage: Path | None
+    reads_ahead: bool
 
 
 def serve(
@@ -75,6 +76,10 @@ def serve(
     storage: Annotated[
         Path | None, typer.Option(help="Folder of what clients store on their drones, from one run to the next.")
     ] = None,
+    as_asked: Annotated[
+        bool,
+        typer.Option("--as-asked", help="Send tables of contents item by item as they are asked for, as a vehicle does."),
+    ] = False,
 ) -> None:
     """Serve the drones of a mission by UDP, so that scripts with cflib fly them; its phases are not flown."""
     from crazychoir_fw.errors import CrazychoirError
@@ -82,7 +87,7 @@ def serve(
     require_way(view)
     if (mission is None) == (drones is None):
         refuse("name a mission file, or a number of drones with --drones")
-    request = Request(host, port, speed, seconds, out, view, threads, newest_wins, keep_priority, storage)
+    request = Request(host, port, speed, seconds, out, view, threads, newest_wins, keep_priority, storage, not as_asked)
     try:
         chosen = _mission(mission, drones, {"seed": seed, "provider": provider})
         if out is not None:
@@ -131,6 +136,7 @@ def _serve(mission: "Mission", request: Request) -> list[str]:
         newest_client_wins=request.newest_wins,
         relax_after_session=not request.keep_priority,
         storage=request.storage,
+        reads_ahead=request.reads_ahead,
     )
     with view as show, server, stop_at_signals(server.stop):
         _boot(world)

@@ -379,6 +379,7 @@ class World:
         relax_after_session: bool = True,
         silence: float = 1.0,
         storage: str | Path | None = None,
+        reads_ahead: bool = True,
     ) -> Server:
         """Return a server of all drones, so that the unmodified cflib flies them; to be used in a with statement.
 
@@ -395,6 +396,8 @@ class World:
             silence: Time (s) without a packet after which a client has gone.
             storage: Folder of the parameters that clients store on their drones; None keeps them for as long as the
                 world lives.
+            reads_ahead: Whether a client that downloads a table of contents is sent the next items unasked, which
+                halves the time that a swarm takes to connect for the first time; never through a link.
 
         Raises:
             RangeError: If a value is outside its range.
@@ -413,6 +416,7 @@ class World:
             relax_after_session=relax_after_session,
             silence=silence,
             storage=storage,
+            reads_ahead=reads_ahead,
         )
 
     def render(
