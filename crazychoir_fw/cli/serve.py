@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 BOOT_S = 5.0
 """So long drones may take to boot (s, simulated)."""
 _FRAME_S = 1.0 / 60.0
+_NO_JOURNAL = "the drones were served with --no-journal"
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,7 @@ class Request:
     keep_priority: bool
     storage: Path | None
     reads_ahead: bool
+    keeps_journal: bool
 
 
 def serve(
@@ -78,7 +80,11 @@ def serve(
     ] = None,
     as_asked: Annotated[
         bool,
-        typer.Option("--as-asked", help="Send tables of contents item by item as they are asked for, as a vehicle does."),
+        typer.Option("--as-asked", help="Send tables of contents item by item, as they are asked for."),
+    ] = False,
+    no_journal: Annotated[
+        bool,
+        typer.Option("--no-journal", help="With --out: write no requests down, for days of serving; no replay then."),
     ] = False,
 ) -> None:
     """Serve the drones of a mission by UDP, so that scripts with cflib fly them; its phases are not flown."""
@@ -87,7 +93,20 @@ def serve(
     require_way(view)
     if (mission is None) == (drones is None):
         refuse("name a mission file, or a number of drones with --drones")
-    request = Request(host, port, speed, seconds, out, view, threads, newest_wins, keep_priority, storage, not as_asked)
+    request = Request(
+        host,
+        port,
+        speed,
+        seconds,
+        out,
+        view,
+        threads,
+        newest_wins,
+        keep_priority,
+        storage,
+        reads_ahead=not as_asked,
+        keeps_journal=not no_journal,
+    )
     try:
         chosen = _mission(mission, drones, {"seed": seed, "provider": provider})
         if out is not None:
@@ -128,6 +147,9 @@ def _serve(mission: "Mission", request: Request) -> list[str]:
 
         view = open_view(request.view, lambda line: console.print(line, soft_wrap=True, markup=False))
     world = build_world(mission, request.threads, visuals=request.view is not None)
+    # without a folder nobody could read it, and it grows with every packet
+    if request.out is None or not request.keeps_journal:
+        world.stop_journal(_NO_JOURNAL)
     server = world.serve(
         request.host,
         request.port,
@@ -221,4 +243,5 @@ def _write(folder: Path, mission: "Mission", recorder: "FlightRecorder", statist
     plot_flight(log, folder / "flight.png", mission.description or mission.name)
     with replacing(folder / "statistics.json") as temporary:
         temporary.write_text(json.dumps(statistics.as_dict(), indent=2) + "\n", encoding="utf-8")
-    console.print(f"Written to {folder}/", markup=False, highlight=False)
+    note = "" if log.journal is None or log.journal.is_kept else " (without a journal: it cannot be replayed)"
+    console.print(f"Written to {folder}/{note}", markup=False, highlight=False)

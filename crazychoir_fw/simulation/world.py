@@ -294,13 +294,21 @@ class World:
         self.agenda.seek(self.tick)
         self._collisions.forget()
         self.events = [event for event in self.events if event.time <= self.time]
-        self.journal = Journal(self.journal.recipe)
+        self.journal = self.journal.begin_again()
 
     def _set_parameters(self) -> None:
         """Set the onboard parameters that the drones were configured with."""
         for drone in self.drones:
             for name, value in drone.config.parameters.items():
                 drone.param[name] = value
+
+    def stop_journal(self, why: str = "none was kept") -> None:
+        """Write no requests down, now and in the future, for a world that is flown for days; it cannot be replayed.
+
+        Args:
+            why: What replay says of a record of this world.
+        """
+        self.journal.stop(why)
 
     def snapshot(self) -> Snapshot:
         """Return everything that the world is now: time, motion, every byte of every drone, events, journal.
@@ -319,9 +327,11 @@ class World:
         self.agenda.seek(self.tick)
         self._collisions.forget()
         self.events = list(snapshot.events)
-        recipe = self.journal.recipe
+        before = self.journal
         self.journal = snapshot.journal.copy()
-        self.journal.recipe = recipe
+        self.journal.recipe = before.recipe
+        if not before.is_kept and before.gap is not None:
+            self.journal.stop(before.gap)
         self._pilots.restored()
 
     def fork(self, count: int = 1) -> list[World]:

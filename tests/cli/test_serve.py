@@ -83,6 +83,16 @@ def test_a_number_of_drones_is_enough():
     assert "network" not in result.output
 
 
+def test_without_a_journal_there_is_no_replay(tmp_path):
+    words = ("--drones", 1, "--port", 0, "--seconds", 0.05, "--speed", 0, "--out", tmp_path, "--no-journal")
+    result = serve(*words)
+    assert result.exit_code == 0, result.output
+    assert "it cannot be replayed" in result.output
+    result = CliRunner().invoke(app, ["replay", str(tmp_path), "--check"])
+    assert result.exit_code == 2
+    assert "the journal has a gap: the drones were served with --no-journal" in result.output
+
+
 def test_a_crowd_is_not_listed_whole():
     result = serve("--drones", 40, "--port", 0, "--seconds", 0.01, "--speed", 0)
     assert result.exit_code == 0, result.output
