@@ -43,6 +43,7 @@ class Request:
     storage: Path | None
     reads_ahead: bool
     keeps_journal: bool
+    clients: int
 
 
 def serve(
@@ -82,13 +83,16 @@ def serve(
         bool,
         typer.Option("--as-asked", help="Send tables of contents item by item, as they are asked for."),
     ] = False,
+    wait_for: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Let time stand still until so many drones have a client.")
+    ] = 0,
     no_journal: Annotated[
         bool,
         typer.Option("--no-journal", help="With --out: write no requests down, for days of serving; no replay then."),
     ] = False,
 ) -> None:
     """Serve the drones of a mission by UDP, so that scripts with cflib fly them; its phases are not flown."""
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.errors import CrazychoirError, RangeError
 
     require_way(view)
     if (mission is None) == (drones is None):
@@ -106,9 +110,12 @@ def serve(
         storage,
         reads_ahead=not as_asked,
         keeps_journal=not no_journal,
+        clients=wait_for,
     )
     try:
         chosen = _mission(mission, drones, {"seed": seed, "provider": provider})
+        if wait_for > len(chosen.fleet):
+            raise RangeError(f"--wait-for is {wait_for}, allowed: 0 to {len(chosen.fleet)}, the number of drones")
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
         failures = _serve(chosen, request)
@@ -171,11 +178,16 @@ def _serve(mission: "Mission", request: Request) -> list[str]:
         # a page waits for somebody who opens it, and drones do not move before
         picture = _Picture(show, world) if show is not None else None
         announce(server, mission, request.host, request.speed, request.seconds)
+        if request.clients:
+            server.pause()
+            console.print(f"Time stands still until {request.clients} drones have a client")
         try:
             with Status(server) as status:
 
                 def observe(_: "Server") -> None:
                     status.show()
+                    if server.is_paused and server.clients >= request.clients:
+                        server.resume()
                     if picture is not None:
                         picture.show()
 
