@@ -6,8 +6,8 @@ A `Swarm` connects to all drones at once with an empty cache, another one with t
 Then every drone has two log blocks of five values at 100 Hz, and hovers on position set-points at 50 Hz. A log packet
 is lost where the time stamps of its block have a gap.
 
-To tell what is the client's share: the same client connects to a responder that runs no simulation and looks every
-reply up in a table.
+The same is measured with a server that sends tables of contents item by item as they are asked for, and, to tell what
+is the client's share, with a responder that runs no simulation and looks every reply up in a table.
 
 Figures depend on what else the machine does; its load stands beside them.
 """
@@ -40,7 +40,7 @@ PATIENCE_S = 120.0
 # ---------------------------------------------------------------- the server, in a process of its own
 
 
-def serve(drones: int) -> None:
+def serve(drones: int, reads_ahead: bool = True) -> None:
     """Serve a grid of drones; print URIs, and figures since the last line whenever a line comes."""
     from crazychoir_fw.mission import parse_mission
     from crazychoir_fw.mission.runner import build_world
@@ -48,7 +48,7 @@ def serve(drones: int) -> None:
     grid = {"name": "served", "drones": {"count": drones, "spacing": 1.0}, "flight": [{"hover": {"duration": 1.0}}]}
     world = build_world(parse_mission(grid, source="--drones"), None, visuals=False)
     world.wait_until_ready()
-    with world.serve(port=0) as server:
+    with world.serve(port=0, reads_ahead=reads_ahead) as server:
         tell(uris=list(server.uris.values()))
         marks: list[str] = []
 
@@ -261,19 +261,24 @@ def process_of(mode: str, drones: int) -> Iterator[tuple[list[str], Any]]:
 
 
 def measure(drones: int, seconds: float, repeats: int) -> dict[str, Any]:
-    """Measure everything; connecting so many times, against server and responder in turns."""
-    result: dict[str, Any] = {"drones": drones, "cold": [], "warm": [], "cold_responder": [], "warm_responder": []}
-    with process_of("--serve", drones) as (uris, mark), process_of("--respond", drones) as (table_uris, _):
+    """Measure everything; connecting so many times, against servers and a responder in turns."""
+    result: dict[str, Any] = {"drones": drones}
+    with (
+        process_of("--serve", drones) as (uris, mark),
+        process_of("--serve-as-asked", drones) as (plain_uris, plain_mark),
+        process_of("--respond", drones) as (table_uris, _),
+    ):
+        servers = (("", uris, mark), ("_as_asked", plain_uris, plain_mark), ("_responder", table_uris, dict))
         for _ in range(repeats):
-            for ending, targets, ask in (("", uris, mark), ("_responder", table_uris, dict)):
+            for ending, targets, ask in servers:
                 with tempfile.TemporaryDirectory() as cache:
                     for kind in ("cold", "warm"):
-                        if kind + ending == "warm" or (result["cold"] and not ending):
+                        if kind == "warm" or kind + ending in result:
                             time.sleep(1.2)  # until the drones are free again
                         ask()
                         figures = run_client(targets, cache, 0.0, ask)
                         figures["load"] = os.getloadavg()[0]
-                        result[kind + ending].append(figures)
+                        result.setdefault(kind + ending, []).append(figures)
                         show(kind + ending, figures)
     if seconds > 0.0:
         with process_of("--serve", drones) as (uris, mark), tempfile.TemporaryDirectory() as cache:
@@ -298,12 +303,15 @@ def main() -> None:
     parser.add_argument("--repeats", type=int, default=3, help="of connecting")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
+    parser.add_argument("--serve-as-asked", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--respond", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--be-client", metavar="CACHE", help=argparse.SUPPRESS)
     parser.add_argument("--uris", nargs="*", default=[], help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.serve:
         serve(options.drones)
+    elif options.serve_as_asked:
+        serve(options.drones, reads_ahead=False)
     elif options.respond:
         respond(options.drones)
     elif options.be_client:

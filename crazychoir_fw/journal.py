@@ -64,6 +64,11 @@ class Journal:
         """Why the requests alone do not lead to the end of the flight, as a sentence; None when they do."""
         self.samples: list[int] = []
         """Of a recorded flight: how many requests had come before each sample of the log, (T,)."""
+        self.is_kept = True
+        """Whether requests are written down."""
+        self._clear()
+
+    def _clear(self) -> None:
         self._ticks = array("q")
         self._drones = array("i")
         self._kind_numbers = array("i")
@@ -79,8 +84,27 @@ class Journal:
     def __repr__(self) -> str:
         return f"<Journal of {len(self)} requests>"
 
+    def stop(self, why: str) -> None:
+        """Forget all requests and write none down any more.
+
+        Args:
+            why: A sentence, which is the gap from now on.
+        """
+        self.gap = why
+        self.is_kept = False
+        self._clear()
+
+    def begin_again(self) -> Journal:
+        """Return an empty journal of the same world, for a flight from its start."""
+        other = Journal(self.recipe)
+        if not self.is_kept and self.gap is not None:
+            other.stop(self.gap)
+        return other
+
     def add(self, tick: int, drone: int, verb: str, arguments: Sequence[Any]) -> None:
         """Write a request down; what no file can hold becomes a gap."""
+        if not self.is_kept:
+            return
         types = (verb, *map(type, arguments))
         number = self._scalar_kinds.get(types)
         if number is not None and (int not in types or _are_exact(arguments)):
@@ -118,6 +142,8 @@ class Journal:
             blocks: One block behind the other.
             size: Bytes of each.
         """
+        if not self.is_kept:
+            return
         number = self._number(verb, "y")
         kind = self._kinds[number]
         count = len(drones)
@@ -143,6 +169,7 @@ class Journal:
         """Return a journal that goes on by itself."""
         other = Journal(self.recipe)
         other.gap = self.gap
+        other.is_kept = self.is_kept
         other.samples = list(self.samples)
         other._ticks, other._drones = self._ticks[:], self._drones[:]
         other._kind_numbers = self._kind_numbers[:]

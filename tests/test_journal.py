@@ -112,3 +112,24 @@ def test_broken_arrays_are_refused(name, broken):
     arrays[name] = broken(arrays[name])
     with pytest.raises((ValueError, KeyError)):
         Journal.from_arrays(arrays)
+
+
+def test_a_journal_that_was_stopped_stays_empty_and_says_why():
+    journal = written([(0, "cf_go_to", [1.0]), (1, "packet", [b"ab"])])
+    journal.stop("nobody wanted it")
+    for other in (journal, journal.copy(), journal.begin_again()):
+        other.add(0, 0, "cf_go_to", (1.0,))
+        other.add(0, 0, "packet", (b"abc",))
+        other.add_bytes(0, [0, 1], "setpoint", [b"abc", b"abc"])
+        assert len(other) == 0
+        assert other.gap == "nobody wanted it"
+        assert other.recipe == {"seed": 3}
+    read = Journal.from_arrays(journal.to_arrays())
+    assert (len(read), read.gap) == (0, "nobody wanted it")
+
+
+def test_a_journal_begins_again_with_its_world():
+    journal = written([(0, "cf_go_to", [1.0])]).begin_again()
+    journal.add(0, 0, "cf_go_to", (2.0,))
+    assert [request.arguments for request in journal] == [(2.0,)]
+    assert journal.gap is None

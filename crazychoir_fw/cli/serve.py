@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 BOOT_S = 5.0
 """So long drones may take to boot (s, simulated)."""
 _FRAME_S = 1.0 / 60.0
+_NO_JOURNAL = "the drones were served with --no-journal"
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,9 @@ class Request:
     newest_wins: bool
     keep_priority: bool
     storage: Path | None
+    reads_ahead: bool
+    keeps_journal: bool
+    clients: int
 
 
 def serve(
@@ -75,16 +79,43 @@ def serve(
     storage: Annotated[
         Path | None, typer.Option(help="Folder of what clients store on their drones, from one run to the next.")
     ] = None,
+    as_asked: Annotated[
+        bool,
+        typer.Option("--as-asked", help="Send tables of contents item by item, as they are asked for."),
+    ] = False,
+    wait_for: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Let time stand still until so many drones have a client.")
+    ] = 0,
+    no_journal: Annotated[
+        bool,
+        typer.Option("--no-journal", help="With --out: write no requests down, for days of serving; no replay then."),
+    ] = False,
 ) -> None:
     """Serve the drones of a mission by UDP, so that scripts with cflib fly them; its phases are not flown."""
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.errors import CrazychoirError, RangeError
 
     require_way(view)
     if (mission is None) == (drones is None):
         refuse("name a mission file, or a number of drones with --drones")
-    request = Request(host, port, speed, seconds, out, view, threads, newest_wins, keep_priority, storage)
+    request = Request(
+        host,
+        port,
+        speed,
+        seconds,
+        out,
+        view,
+        threads,
+        newest_wins,
+        keep_priority,
+        storage,
+        reads_ahead=not as_asked,
+        keeps_journal=not no_journal,
+        clients=wait_for,
+    )
     try:
         chosen = _mission(mission, drones, {"seed": seed, "provider": provider})
+        if wait_for > len(chosen.fleet):
+            raise RangeError(f"--wait-for is {wait_for}, allowed: 0 to {len(chosen.fleet)}, the number of drones")
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
         failures = _serve(chosen, request)
@@ -123,6 +154,9 @@ def _serve(mission: "Mission", request: Request) -> list[str]:
 
         view = open_view(request.view, lambda line: console.print(line, soft_wrap=True, markup=False))
     world = build_world(mission, request.threads, visuals=request.view is not None)
+    # without a folder nobody could read it, and it grows with every packet
+    if request.out is None or not request.keeps_journal:
+        world.stop_journal(_NO_JOURNAL)
     server = world.serve(
         request.host,
         request.port,
@@ -131,6 +165,7 @@ def _serve(mission: "Mission", request: Request) -> list[str]:
         newest_client_wins=request.newest_wins,
         relax_after_session=not request.keep_priority,
         storage=request.storage,
+        reads_ahead=request.reads_ahead,
     )
     with view as show, server, stop_at_signals(server.stop):
         _boot(world)
@@ -143,11 +178,16 @@ def _serve(mission: "Mission", request: Request) -> list[str]:
         # a page waits for somebody who opens it, and drones do not move before
         picture = _Picture(show, world) if show is not None else None
         announce(server, mission, request.host, request.speed, request.seconds)
+        if request.clients:
+            server.pause()
+            console.print(f"Time stands still until {request.clients} drones have a client")
         try:
             with Status(server) as status:
 
                 def observe(_: "Server") -> None:
                     status.show()
+                    if server.is_paused and server.clients >= request.clients:
+                        server.resume()
                     if picture is not None:
                         picture.show()
 
@@ -215,4 +255,5 @@ def _write(folder: Path, mission: "Mission", recorder: "FlightRecorder", statist
     plot_flight(log, folder / "flight.png", mission.description or mission.name)
     with replacing(folder / "statistics.json") as temporary:
         temporary.write_text(json.dumps(statistics.as_dict(), indent=2) + "\n", encoding="utf-8")
-    console.print(f"Written to {folder}/", markup=False, highlight=False)
+    note = "" if log.journal is None or log.journal.is_kept else " (without a journal: it cannot be replayed)"
+    console.print(f"Written to {folder}/{note}", markup=False, highlight=False)

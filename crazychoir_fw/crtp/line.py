@@ -40,6 +40,10 @@ class Line:
         """Packets that came from clients."""
         self.sent = 0
         """Packets that went to them."""
+        self.reads_ahead = False
+        """Whether tables of contents are sent ahead of the questions for their items."""
+        self.looks: set[Callable[[], None]] = set()
+        """What the radio calls whenever it looks around, every 20 ms while there is a client; only it writes here."""
         self.closing = ExitStack()
         """What takes the appointments and listeners of the services off again, when the station closes."""
         self._later: deque[Callable[[], None]] = deque()

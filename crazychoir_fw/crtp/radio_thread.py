@@ -200,6 +200,8 @@ class Radio:
         self._rest_s = _IDLE_S
         for radio in self._radios:
             self._look_who_is_gone(radio, now)
+            for look in tuple(radio.station.line.looks):
+                look()
             if radio.private_for != radio.owner.address:
                 self._make_private(radio, now)
             if radio.owner.address is not None:

@@ -62,6 +62,7 @@ class Server:
         relax_after_session: bool = True,
         silence: float = SILENCE_S,
         storage: str | Path | None = None,
+        reads_ahead: bool = True,
         services: Sequence[Callable[[Line], Service]] = SERVICES,
     ) -> None:
         """Get ready; see `World.serve`."""
@@ -79,6 +80,8 @@ class Server:
         self._relax_after_session = relax_after_session
         self._silence_s = silence
         self._storage = storage
+        # a link has its bandwidth, and loses things: there it is as with a vehicle
+        self._reads_ahead = reads_ahead and self._link is None
         self._services = services
         self._radios: list[DroneRadio] = []
         self._radio: Radio | None = None
@@ -118,6 +121,7 @@ class Server:
         for drone, opened in zip(drones, sockets, strict=True):
             station = Station(self.world, drone, services=self._services, storage=self._storage)
             station.line.wake_simulation = self._wake_if_it_sleeps
+            station.line.reads_ahead = self._reads_ahead
             self._radios.append(
                 DroneRadio(station, opened, Owner(self._silence_s, newest_wins=self._newest_client_wins))
             )

@@ -21,7 +21,7 @@ from crazychoir_fw.radio.odometry import Odometry
 from crazychoir_fw.radio.options import Options
 from crazychoir_fw.radio.parameters import ParameterValue, get_parameter, set_parameters
 from crazychoir_fw.radio.poses import PoseGate, usable_pose
-from crazychoir_fw.radio.sender import Sender
+from crazychoir_fw.radio.sender import Send, Sender
 from crazychoir_fw.radio.set_up import set_up
 from crazychoir_fw.radio.supervisor import IS_FLYING, supervisor_bits
 from crazychoir_fw.radio.telemetry import Telemetry
@@ -214,18 +214,29 @@ class RadioDrone:
         self._flight.resume()
 
     def arm(self, armed: bool = True) -> None:
-        """Arm or disarm, for drones that need it; `takeoff` does it as well."""
-        self._sender.post(lambda cf: cf.supervisor.send_arming_request(armed))
-        self._sender.outbox.wake()
+        """Arm or disarm, for drones that need it; `takeoff` does it as well.
+
+        A drone out of reach is not armed later, when it comes back and nobody expects it.
+
+        Raises:
+            RadioError: If the drone is not connected.
+        """
+        self._send_now(lambda cf: cf.supervisor.send_arming_request(armed))
 
     def recover(self) -> None:
-        """Tell a drone that has crashed, and lies on its feet again, that it may fly."""
-        self._sender.post(lambda cf: cf.supervisor.send_crash_recovery_request())
-        self._sender.outbox.wake()
+        """Tell a drone that has crashed, and lies on its feet again, that it may fly.
+
+        Raises:
+            RadioError: If the drone is not connected.
+        """
+        self._send_now(lambda cf: cf.supervisor.send_crash_recovery_request())
 
     def emergency_stop(self) -> None:
-        """Stop the motors until the drone is restarted; nothing else brings it back."""
-        self._flight.stop("emergency stop", lambda cf: cf.supervisor.send_emergency_stop())
+        """Stop the motors until the drone is restarted; nothing else brings it back.
+
+        A drone out of reach is told as soon as it is reached again, whatever was called meanwhile.
+        """
+        self._flight.stop_for_good()
         self._sender.outbox.wake()
 
     def make_ready(self) -> None:
@@ -328,6 +339,12 @@ class RadioDrone:
 
     def _call(self, name: str) -> str:
         return f"{self._who}: {name}"
+
+    def _send_now(self, send: Send) -> None:
+        """Send once, before any set-point; without a link there is an error instead of silence."""
+        _ = self.cf
+        self._sender.post(send)
+        self._sender.outbox.wake()
 
     def _checked_climb(self, call: str, height: float, duration: float) -> tuple[float, float]:
         height, duration = finite(self._call(call), height=height, duration=duration)

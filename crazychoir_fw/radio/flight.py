@@ -17,6 +17,7 @@ _LAND_S = 2.0  # where nobody says how long
 _LAND_EXTRA_S = 0.3  # the planner stops the motors a little after the end of its landing
 _ARM_AGAIN_S = 1.0
 _SETTLES_S = 0.15
+_AGAIN_S = 0.1
 
 
 class Flight:
@@ -45,6 +46,7 @@ class Flight:
         self._disarmed_at = -math.inf  # by time.monotonic
         self._armed_here = False
         self._is_leveling = False
+        self._emergency_stop_due = math.inf
         self.mode = first_mode
         self.reason = ""
         """Why it is in this mode, where there is something to say."""
@@ -139,13 +141,14 @@ class Flight:
 
         self._sender.post(hand_over)
 
-    def stop(self, reason: str = "", *last: Send) -> None:
-        """Stop the motors, again and again until `resume`; the caller wakes the outbox.
+    def stop_for_good(self) -> None:
+        """Stop the motors until the drone is restarted; the caller wakes the outbox."""
+        with self._lock:
+            self._emergency_stop_due = self._clock()
+            self.stop("emergency stop")
 
-        Args:
-            reason: Why.
-            last: What else is sent once.
-        """
+    def stop(self, reason: str = "") -> None:
+        """Stop the motors, again and again until `resume`; the caller wakes the outbox."""
         with self._lock:
             self._sender.outbox.drop_posted()
             self._become(Mode.STOPPED, reason)
@@ -153,7 +156,7 @@ class Flight:
             self.is_active = self.is_ready = False
             # so that it also reaches a drone that was out of reach, and nobody else's set-point counts
             self._sender.repeat(_send_stop, self._clock(), math.inf)
-            self._sender.post(self._send_last, *last)
+            self._sender.post(self._send_last)
 
     def resume(self) -> None:
         """Take commands again, after a stop, a landing or a loss."""
@@ -174,6 +177,9 @@ class Flight:
 
     def go_on(self, now: float) -> None:
         """Do what time brings: the end of a mode, and silence; with the lock."""
+        if now >= self._emergency_stop_due and self._sender.is_connected:
+            self._emergency_stop_due = now + _AGAIN_S  # unless it gets through
+            self._sender.post(self._send_emergency_stop)
         if now >= self.mode_until:
             self._end_mode()
         if self._sender.stream.is_stale(now):
@@ -277,6 +283,11 @@ class Flight:
         if self._armed_here:
             self._armed_here = False
             self._disarm(cf)
+
+    def _send_emergency_stop(self, cf: LinkedCrazyflie) -> None:
+        cf.supervisor.send_emergency_stop()
+        if cf.link is not None:  # else it has gone nowhere
+            self._emergency_stop_due = math.inf
 
     def _disarm(self, cf: LinkedCrazyflie) -> None:
         cf.supervisor.send_arming_request(False)

@@ -216,17 +216,23 @@ class RadioHandler:
             drone.resume()
 
     def arm(self, armed: bool = True, agents: Agents = None) -> None:
-        """Arm or disarm, for drones that need it; `takeoff` does it as well."""
-        for drone in self._some(agents):
-            drone.arm(armed)
+        """Arm or disarm, for drones that need it; `takeoff` does it as well.
+
+        Raises:
+            RadioError: If some are not connected; the others do as they are told.
+        """
+        self._each(agents, lambda drone: drone.arm(armed))
 
     def recover(self, agents: Agents = None) -> None:
-        """Tell drones that have crashed, and lie on their feet again, that they may fly."""
-        for drone in self._some(agents):
-            drone.recover()
+        """Tell drones that have crashed, and lie on their feet again, that they may fly.
+
+        Raises:
+            RadioError: If some are not connected; the others are told.
+        """
+        self._each(agents, lambda drone: drone.recover())
 
     def emergency_stop(self, agents: Agents = None) -> None:
-        """Stop motors until the drones are restarted."""
+        """Stop motors until the drones are restarted; those out of reach as soon as they are reached."""
         for drone in self._some(agents):
             drone.emergency_stop()
 

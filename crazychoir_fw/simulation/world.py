@@ -281,13 +281,21 @@ class World:
         self.agenda.seek(self.tick)
         self._collisions.forget()
         self.events = [event for event in self.events if event.time <= self.time]
-        self.journal = Journal(self.journal.recipe)
+        self.journal = self.journal.begin_again()
 
     def _set_parameters(self) -> None:
         """Set the onboard parameters that the drones were configured with."""
         for drone in self.drones:
             for name, value in drone.config.parameters.items():
                 drone.param[name] = value
+
+    def stop_journal(self, why: str = "none was kept") -> None:
+        """Write no requests down, now and in the future, for a world that is flown for days; it cannot be replayed.
+
+        Args:
+            why: What replay says of a record of this world.
+        """
+        self.journal.stop(why)
 
     def snapshot(self) -> Snapshot:
         """Return everything that the world is now: time, motion, every byte of every drone, events, journal.
@@ -306,9 +314,11 @@ class World:
         self.agenda.seek(self.tick)
         self._collisions.forget()
         self.events = list(snapshot.events)
-        recipe = self.journal.recipe
+        before = self.journal
         self.journal = snapshot.journal.copy()
-        self.journal.recipe = recipe
+        self.journal.recipe = before.recipe
+        if not before.is_kept and before.gap is not None:
+            self.journal.stop(before.gap)
         self._pilots.restored()
 
     def fork(self, count: int = 1) -> list[World]:
@@ -366,6 +376,7 @@ class World:
         relax_after_session: bool = True,
         silence: float = 1.0,
         storage: str | Path | None = None,
+        reads_ahead: bool = True,
     ) -> Server:
         """Return a server of all drones, so that the unmodified cflib flies them; to be used in a with statement.
 
@@ -382,6 +393,8 @@ class World:
             silence: Time (s) without a packet after which a client has gone.
             storage: Folder of the parameters that clients store on their drones; None keeps them for as long as the
                 world lives.
+            reads_ahead: Whether a client that downloads a table of contents is sent the next items unasked, which
+                halves the time that a swarm takes to connect for the first time; never through a link.
 
         Raises:
             RangeError: If a value is outside its range.
@@ -400,6 +413,7 @@ class World:
             relax_after_session=relax_after_session,
             silence=silence,
             storage=storage,
+            reads_ahead=reads_ahead,
         )
 
     def render(

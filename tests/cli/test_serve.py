@@ -7,7 +7,8 @@ import signal
 import socket
 import subprocess
 import sys
-from contextlib import contextmanager
+import time
+from contextlib import contextmanager, suppress
 
 import pytest
 from typer.testing import CliRunner
@@ -83,6 +84,40 @@ def test_a_number_of_drones_is_enough():
     assert "network" not in result.output
 
 
+def test_without_a_journal_there_is_no_replay(tmp_path):
+    words = ("--drones", 1, "--port", 0, "--seconds", 0.05, "--speed", 0, "--out", tmp_path, "--no-journal")
+    result = serve(*words)
+    assert result.exit_code == 0, result.output
+    assert "it cannot be replayed" in result.output
+    result = CliRunner().invoke(app, ["replay", str(tmp_path), "--check"])
+    assert result.exit_code == 2
+    assert "the journal has a gap: the drones were served with --no-journal" in result.output
+
+
+def test_time_stands_still_until_there_are_clients():
+    with process("--drones", 2, "--port", 0, "--seconds", 0.1, "--wait-for", 2) as (served, uris):
+        clients = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in uris]
+        for client, uri in zip(clients, uris.values(), strict=True):
+            # with one of two clients it would wait for ever
+            assert served.poll() is None
+            host, port = uri.removeprefix("udp://").split(":")
+            client.settimeout(20.0)
+            client.connect((host, int(port)))
+            client.send(b"\xfd\0")
+            assert client.recv(100).startswith(b"\xfdBitcraze Crazyflie")
+        while served.poll() is None:  # clients are there as long as they ping
+            for client in clients:
+                with suppress(OSError):
+                    client.send(b"\xfcping")
+            time.sleep(0.05)
+        rest = served.stdout.read()
+        for client in clients:
+            client.close()
+    assert served.returncode == 0, rest
+    assert "Time stands still until 2 drones have a client" in rest
+    assert "0.1 s served" in rest
+
+
 def test_a_crowd_is_not_listed_whole():
     result = serve("--drones", 40, "--port", 0, "--seconds", 0.01, "--speed", 0)
     assert result.exit_code == 0, result.output
@@ -106,6 +141,7 @@ def test_it_says_so_when_others_can_fly():
         (["--drones", "2", "--port", "65535"], "port 65535 for 2 drones, allowed: 0 (any free ones) or 1 to 65534"),
         (["--drones", "2", "--port", "0", "--host", "192.0.2.1"], "host '192.0.2.1' cannot be served from"),
         (["--drones", "1", "--view=paper"], "--view is 'paper'"),
+        (["--drones", "2", "--wait-for", "3"], "--wait-for is 3, allowed: 0 to 2, the number of drones"),
     ],
 )
 def test_what_cannot_be_served_is_said_in_one_sentence(words, sentence):

@@ -8,6 +8,7 @@ import pytest
 from server_clients import GREETING, SOURCE, Client, Talker, events, needs_icmp
 
 from crazychoir_fw.crtp import station as station_module
+from crazychoir_fw.crtp.link_model import PerfectLink
 from crazychoir_fw.crtp.server import Server
 from crazychoir_fw.errors import RangeError, StateError
 from crazychoir_fw.simulation import DroneConfig, World
@@ -59,7 +60,7 @@ def test_what_was_sent_before_a_step_acts_in_its_first_tick(open_server, connect
         before = world.tick
         client.tell(b"l")
         world.step(3)
-        client.read_until(b"\xee" + (before + 1).to_bytes(4, "little"))
+        assert client.ping() == [b"\xecl", b"\xee" + (before + 1).to_bytes(4, "little")]
 
 
 def test_without_a_step_changes_can_be_carried_out(open_server, connect, world):
@@ -70,6 +71,24 @@ def test_without_a_step_changes_can_be_carried_out(open_server, connect, world):
     server.carry_out()
     assert client.read() == b"\xee" + bytes(4)
     assert world.tick == 0
+
+
+class PassesAll(PerfectLink):
+    """A link that the server does not know to be perfect."""
+
+
+@pytest.mark.parametrize(
+    ("options", "came"),
+    [({}, 64), ({"reads_ahead": False}, 1), ({"link": PassesAll()}, 1)],
+    ids=["ahead", "off", "link"],
+)
+def test_tables_are_sent_ahead_unless_there_is_a_link(open_server, connect, options, came):
+    client = connect(open_server(**options))
+    for number in range(3):
+        client.ask(b"\x5c\2" + bytes((number, 0)))
+    client.send(b"\x5c\2\3\0")
+    replies = client.ping()
+    assert [reply[2] for reply in replies] == list(range(3, 3 + came))
 
 
 def fly_by_packets():

@@ -1,11 +1,11 @@
 """Layers over the radio: a served world, whose time goes on only when the layers ask for it."""
 
-import threading
 import time
 
 import numpy as np
 import pytest
 from flown_layers import formation, hover, mission
+from lockstep import SILENCE_S, GoingOn, wait_for_odometry
 
 pytest.importorskip("cflib")
 
@@ -21,8 +21,7 @@ class Served(HardwareBackend):
 
     def __init__(self, mission, tmp_path, kind="fpqr"):
         self.world_there = build_world(mission, visuals=False)
-        # pings of cflib go by the wall, sessions in lockstep by simulated time, which is much faster here
-        self.server = self.world_there.serve(port=0, silence=1000.0)
+        self.server = self.world_there.serve(port=0, silence=SILENCE_S)
         self.server.start()
         uris = dict(zip([drone.id for drone in mission.fleet], self.server.uris.values(), strict=True))
         super().__init__(
@@ -43,10 +42,7 @@ class Served(HardwareBackend):
     def let_go_on(self, seconds):
         self.handler.tick()
         self.world_there.run(seconds)
-        end = time.monotonic() + 0.02
-        for drone in self.handler:
-            while drone.odometry.time_s < self.world_there.time - 0.03 and time.monotonic() < end:
-                time.sleep(0.0002)
+        wait_for_odometry(self.handler, self.world_there)
 
     def unlock(self, indices):
         with self.going_on():
@@ -58,28 +54,7 @@ class Served(HardwareBackend):
         self.server.close()
 
     def going_on(self):
-        return _GoingOn(self)
-
-
-class _GoingOn:
-    """Time goes on in another thread, for calls that wait for the drone."""
-
-    def __init__(self, served):
-        self.served = served
-
-    def __enter__(self):
-        self.ends = threading.Event()
-        self.thread = threading.Thread(target=self.run)
-        self.thread.start()
-
-    def run(self):
-        while not self.ends.is_set():
-            self.served.world_there.run(0.01)
-            time.sleep(0.002)
-
-    def __exit__(self, *_):
-        self.ends.set()
-        self.thread.join()
+        return GoingOn(self.world_there)
 
 
 def test_formation_over_the_radio(tmp_path):

@@ -145,3 +145,22 @@ def test_robust_tdoa_starts_and_restarts(positioning, seed):
         drone.param["kalman.resetEstimation"] = 1
         world.run(2.0)
     assert drone.failure is None
+
+
+def test_a_flow_drone_that_stands_for_long_knows_where_it_is():
+    """What cflib's `reset_estimator` waits for: in ten readings, 0.5 s apart, no variance changes by 0.001 or more."""
+    world = World([DroneConfig("cf1", positioning="flow")], seed=1, visuals=False)
+    world.wait_until_ready()
+    drone = world.drones[0]
+    drone.param["kalman.resetEstimation"] = 1
+    world.run(0.1)
+    variances = []
+    for _ in range(12):
+        world.run(0.5)
+        variances.append([drone.log[f"kalman.varP{axis}"] for axis in "XYZ"])
+    assert np.ptp(np.array(variances[-10:]), axis=0).max() < 0.001
+    assert np.linalg.norm(drone.estimated_position[:2] - drone.true_position[:2]) < 0.02
+    for height in np.linspace(0.0, 0.5, 13):
+        drone.commander.send_hover_setpoint(0.0, 0.0, 0.0, height)
+        world.run(0.2)
+    assert np.linalg.norm(drone.true_position[:2]) < 0.15

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from lockstep import SILENCE_S, GoingOn, wait_for_odometry
 
 from crazychoir_fw.radio import (
     LinkState,
@@ -28,17 +29,14 @@ STARTS = {"cf1": (0.0, 0.0), "cf2": (1.0, 0.0)}
 
 
 class Flight:
-    """A served world, whose time goes on as fast as somebody waits for it: no flight depends on the machine."""
+    """A served world and its handler."""
 
     def __init__(self, tmp_path, platform="cf2", starts=STARTS):
         self.world = World([DroneConfig(name, xy, platform=platform) for name, xy in starts.items()], seed=1)
-        # pings of cflib go by the wall, sessions in lockstep by simulated time, which is much faster here
-        self.server = self.world.serve(port=0, silence=1000.0)
+        self.server = self.world.serve(port=0, silence=SILENCE_S)
         self.server.start()
         self.handler = None
         self.cache = tmp_path / "tables"
-        self._goes = threading.Event()
-        self._thread = None
 
     def connect(self, handler_class, **options):
         # lockstep: the world stands still but for `fly`, and while somebody waits for an answer that needs time
@@ -56,7 +54,7 @@ class Flight:
 
     def going_on(self):
         """Let time go on in another thread, for calls that wait for the drone."""
-        return GoingOn(self)
+        return GoingOn(self.world)
 
     def fly(self, seconds, control=lambda: None, period=0.01):
         """Let time go on, with a control law at its rate."""
@@ -68,17 +66,12 @@ class Flight:
             self.catch_up()
 
     def catch_up(self):
-        """Wait a little for the odometry of this instant, which comes by a socket and threads of cflib.
-
-        Not for certain: a server drops logs when it is behind, as a radio does, and this world is in haste.
-        """
-        end = time.monotonic() + 0.02
-        for drone in self.handler if self.handler.options.odometry_hz else ():
-            while drone.odometry is None:
-                self.world.run(0.01)
-                time.sleep(0.001)
-            while drone.odometry.time_s < self.world.time - 0.03 and time.monotonic() < end:
-                time.sleep(0.0002)
+        if not self.handler.options.odometry_hz:
+            return
+        while any(drone.odometry is None for drone in self.handler):
+            self.world.run(0.01)
+            time.sleep(0.001)
+        wait_for_odometry(self.handler, self.world)
 
     def where(self, number):
         return self.world.drones[number - 1].true_position
@@ -88,25 +81,6 @@ class Flight:
             with self.going_on():
                 self.handler.close()
         self.server.close()
-
-
-class GoingOn:
-    def __init__(self, flight):
-        self.flight = flight
-
-    def __enter__(self):
-        self.ends = threading.Event()
-        self.thread = threading.Thread(target=self.run)
-        self.thread.start()
-
-    def run(self):
-        while not self.ends.is_set():
-            self.flight.world.run(0.01)
-            time.sleep(0.002)
-
-    def __exit__(self, *_):
-        self.ends.set()
-        self.thread.join()
 
 
 @pytest.fixture
@@ -306,7 +280,7 @@ def test_a_server_that_ends_is_a_lost_link_and_comes_back(flight, eventually):
     air.server.close()
     eventually(lambda: all(drone.losses == 1 for drone in swarm))
     assert not swarm.command(1, 0.0, 0.0, 0.5, 1.5)
-    air.server = air.world.serve(port=port, silence=1000.0)
+    air.server = air.world.serve(port=port, silence=SILENCE_S)
     air.server.start()
     with air.going_on():
         eventually(lambda: all(drone.link_state is LinkState.CONNECTED for drone in swarm))

@@ -234,6 +234,40 @@ def test_a_stopped_drone_stays_stopped_through_a_loss(air, eventually):
         assert not swarm.command(0, 0.1, 0, 0)
 
 
+def test_an_emergency_stop_reaches_a_drone_that_was_out_of_reach(air, eventually):
+    drone = air["fake://0"]
+    with plain(air, RadioHandlerVel, reconnect=ReconnectPolicy(100, 0.01, 1.0)) as swarm:
+        drone.is_reachable = False
+        drone.break_link()
+        eventually(lambda: not swarm[0].is_connected)
+        drone.packets.clear()
+        swarm.emergency_stop()
+        swarm.resume()
+        drone.is_reachable = True
+        eventually(lambda: (9, 1, "03") in drone.flown)
+        swarm.stop()  # whose packets come behind everything else
+        eventually(lambda: (7, 0, "00") in drone.flown)
+        assert drone.flown.count((9, 1, "03")) == 1
+
+
+def test_nothing_is_armed_behind_the_back_of_its_user(air, eventually):
+    near, far = air["fake://0"], air["fake://1"]
+    with plain(air, RadioHandlerVel, count=2, reconnect=ReconnectPolicy(100, 0.01, 1.0)) as swarm:
+        far.is_reachable = False
+        far.break_link()
+        eventually(lambda: not swarm[1].is_connected)
+        for call, packet in ((swarm.arm, "01 01"), (swarm.recover, "02")):
+            with pytest.raises(RadioError, match=r"agent_1 \(fake://1\): not connected"):
+                call()
+            eventually(lambda packet=packet: (9, 1, packet) in near.flown)
+        far.is_reachable = True
+        eventually(lambda: swarm[1].is_connected)
+        far.packets.clear()
+        swarm.stop()
+        eventually(lambda: (7, 0, "00") in far.flown)
+        assert (9, 1, "01 01") not in far.flown
+
+
 def test_a_drone_that_does_not_come_back_is_given_up(air, eventually):
     with plain(air, RadioHandlerVel, count=2, reconnect=AT_ONCE) as swarm:
         air["fake://0"].is_reachable = False

@@ -81,6 +81,7 @@ def test_a_defect_while_a_drone_is_set_up_again_ends_no_attempts(threaded, air, 
     monkeypatch.setattr(swarm[0]._link, "_set_up", fail_once)
     air["fake://0"].break_link()
     eventually(lambda: swarm[0].is_connected and len(attempts) == 2)
+    assert attempts == [False, False]
 
 
 def test_closing_ends_a_connection_attempt(air, eventually):
@@ -136,6 +137,7 @@ def test_a_tick_that_fails_is_called_again(eventually):
     outbox.begin()
     eventually(lambda: len(calls) == 2)
     outbox.end()
+    assert calls == [0.0, 0.0]
 
 
 def test_an_outbox_begins_again_while_its_old_thread_is_busy(eventually):
@@ -155,3 +157,4 @@ def test_an_outbox_begins_again_while_its_old_thread_is_busy(eventually):
     outbox.post(lambda: done.append(1))
     eventually(lambda: done)
     outbox.end()
+    assert done == [1]

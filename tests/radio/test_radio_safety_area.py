@@ -103,6 +103,7 @@ def test_the_odometry_counts_too(fly, air, eventually):
     swarm.command(0, 0.5, 0, 0)
     air["fake://0"].log(1000, stateEstimateZ__x=2000)
     eventually(lambda: swarm[0].is_stopped)
+    assert "outside of the safety area" in swarm[0].reason
 
 
 def test_a_drone_that_has_not_flown_is_left_alone(fly, air):

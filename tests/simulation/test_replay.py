@@ -319,6 +319,26 @@ def test_a_drone_that_was_restored_leaves_a_gap():
         replay(recorder.finish())
 
 
+@pytest.mark.parametrize("back", ["stay", "reset", "restore", "fork"])
+def test_a_world_without_a_journal_is_not_replayed(back):
+    world = World([DroneConfig("cf1")], visuals=False)
+    world["cf1"].param["ring.effect"] = 3
+    before = world.snapshot()
+    world.stop_journal("the drones were served")
+    if back == "reset":
+        world.reset()
+    elif back == "restore":
+        world.restore(before)
+    elif back == "fork":
+        (world,) = world.fork()
+    recorder = FlightRecorder(world)
+    world["cf1"].param["ring.effect"] = 5
+    recorder.run(0.02)
+    assert len(world.journal) == 0
+    with pytest.raises(ReplayError, match="the journal has a gap: the drones were served"):
+        replay(recorder.finish())
+
+
 def test_a_world_that_went_back_in_time_while_it_was_recorded_leaves_a_gap():
     world = make_world(1)
     recorder = FlightRecorder(world)

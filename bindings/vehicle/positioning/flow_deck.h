@@ -50,8 +50,7 @@ void cf_flow_deck_look_down(cf_flow_deck_t *deck, const float position[3], const
 // Advances by 1 ms: height of the body origin above the surface below [m], rotation matrix body to
 // world (row-major), world velocity [m/s], body rates [rad/s]. Returns which registers it wrote,
 // CF_FLOW_DECK_RANGE | CF_FLOW_DECK_FLOW; a drop-out is no reading at all. The range is
-// CF_RANGE_NOTHING at 5 m and more or tilted beyond 84 deg; motion is CF_FLOW_NO_MOTION below
-// 0.08 m or tilted so.
+// CF_RANGE_NOTHING at 5 m and more or tilted beyond 84 deg; motion is CF_FLOW_NO_MOTION tilted so.
 int cf_flow_deck_step(cf_flow_deck_t *deck, float height, const float rotation[9],
                       const float velocity_world[3], const float rates_body[3],
                       cf_flow_reading_t *reading);

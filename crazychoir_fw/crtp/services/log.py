@@ -11,6 +11,7 @@ from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import Port
 from crazychoir_fw.crtp.services.log_sampler import Run, Value, sampler_of
 from crazychoir_fw.crtp.services.log_variables import log_variables
+from crazychoir_fw.crtp.services.reading_ahead import ReadingAhead
 from crazychoir_fw.crtp.services.service import Reply
 from crazychoir_fw.crtp.toc import LOG_BLOCKS, LOG_OPERATIONS, log_toc
 
@@ -55,6 +56,7 @@ class LogService:
     def __init__(self, line: Line) -> None:
         self._line = line
         self._toc = log_toc(line.drone.provider_number)
+        self._reading = ReadingAhead(line, Port.LOG, self._toc)
         self._variables = log_variables(line.drone.provider_number)
         self._sampler = sampler_of(line.world)
         self._blocks: dict[int, _Block] = {}
@@ -74,14 +76,14 @@ class LogService:
         if not payload:
             return ()
         if channel == TOC:
-            answer = self._toc.answer(payload)
-            return () if answer is None else ((TOC, answer),)
+            return self._reading.receive(payload)
         if channel == CONTROL:
             return ((CONTROL, self._control(payload)),)
         return ()
 
     def end_session(self) -> None:
         """Delete all blocks."""
+        self._reading.forget()
         for block in self._blocks.values():
             block.stop()
         self._blocks = {}

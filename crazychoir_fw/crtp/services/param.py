@@ -21,6 +21,7 @@ from crazychoir_fw.crtp.packet import Port
 from crazychoir_fw.crtp.services.param_misc import VALUE_UPDATED, MiscCommands, defaults, fitting
 from crazychoir_fw.crtp.services.param_storage import storage_of
 from crazychoir_fw.crtp.services.param_values import ParameterValues
+from crazychoir_fw.crtp.services.reading_ahead import ReadingAhead
 from crazychoir_fw.crtp.services.service import Reply
 from crazychoir_fw.crtp.toc import READ_ONLY, parameter_toc
 
@@ -44,6 +45,7 @@ class ParamService:
         drone = line.drone
         self._line = line
         self._toc = parameter_toc(drone.provider_number)
+        self._reading = ReadingAhead(line, Port.PARAM, self._toc)
         self._values = ParameterValues(line, self._toc)
         self._storage = storage_of(drone, line.storage)
         stock = defaults(int(drone.struct.config.platform), drone.provider_number)
@@ -57,8 +59,8 @@ class ParamService:
     def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
         """Answer a request at once; writes take effect between two steps of the simulation."""
         if channel == TOC:
-            answer = self._toc.answer(payload)
-        elif channel == MISC:
+            return self._reading.receive(payload)
+        if channel == MISC:
             answer = self._misc.answer(payload)
         elif len(payload) < 2:
             return ()
@@ -88,6 +90,7 @@ class ParamService:
 
     def end_session(self) -> None:
         """Tell nobody of changes any more."""
+        self._reading.forget()
         self._values.forget_client()
 
     # ---------------------------------------------------------------- on the simulation thread
