@@ -94,10 +94,10 @@ def build(session: Session) -> None:
     with ui.tabs().props("dense no-caps inline-label outside-arrows mobile-arrows align=left").classes("w-full") as tabs:
         for name, icon in TABS:
             ui.tab(name, icon=icon)
-    tabs.on("update:model-value", js_handler=f"(tab) => setTimeout(() => cc.emit('shown', tab), 400)")
+    tabs.on("update:model-value", js_handler="(tab) => setTimeout(() => cc.emit('shown', tab), 400)")
     with ui.tab_panels(tabs, value="Fly", animated=False).props("keep-alive"):
         with ui.tab_panel("Fly"):
-            _two(lambda: parts.SwarmMap("goto"), parts.FlyButtons)
+            _two(lambda: parts.SwarmMap("goto"), parts.FlyButtons).classes("cc-with-cards")
             ui.element("div").style("height: 0.6rem")
             parts.DroneCards()
         with ui.tab_panel("Watch"):
@@ -117,10 +117,11 @@ def build(session: Session) -> None:
     )
 
 
-def _two(left: Any, right: Any) -> None:
+def _two(left: Any, right: Any) -> ui.element:
     """A picture, and what belongs to it beside or, on a phone, below it."""
-    with ui.element("div").classes("cc-two"):
+    with ui.element("div").classes("cc-two") as both:
         with ui.element("div").classes("cc-left"):
             left()
         with ui.element("div"):
             right()
+    return both

@@ -147,7 +147,7 @@ export default {
     cancel(event) { this.pointers.delete(event.pointerId); this.stroke = this.tapped = this.panning = null; this.mark(); },
     droneAt(event) {
       const box = this.canvas.getBoundingClientRect();
-      let found = null, least = 16;
+      let found = null, least = 20;
       (cc.frame ? cc.frame.drones : []).forEach((drone, i) => {
         const [x, y] = this.toScreen(drone.position);
         const far = Math.hypot(x - (event.clientX - box.left), y - (event.clientY - box.top));
@@ -166,6 +166,7 @@ export default {
     draw() {
       const { context: c, width, height } = cc.canvas(this.canvas);
       if (!cc.setting || !cc.frame) return;
+      this.written = [];
       this.grid(c, width, height);
       for (const thing of cc.setting.obstacles) {
         const [x, y] = this.toScreen(thing.position);
@@ -194,8 +195,7 @@ export default {
         this.line(c, drawing.points, color, 4);
         const [x, y] = this.toScreen(drawing.points[0]);
         c.fillStyle = color; c.beginPath(); c.arc(x, y, 5, 0, 7); c.fill();
-        c.font = "12px system-ui, sans-serif"; c.textAlign = "left";
-        c.fillText(`${drawing.name} (${drawing.drone})`, x + 8, y - 8);
+        if (this.mode === "draw") this.write(c, `${drawing.name} (${drawing.drone})`, x + 8, y - 18, "left");
       }
       if (this.mode !== "draw" && cc.dry) cc.dry.parts.forEach((part) => this.line(c, part.path, cc.ink(0.5), 1, [3, 3]));
       if (this.stroke) this.line(c, this.stroke.points, cc.ink(0.9), 4);
@@ -205,6 +205,15 @@ export default {
         c.beginPath(); c.moveTo(x - 9, y); c.lineTo(x + 9, y); c.moveTo(x, y - 9); c.lineTo(x, y + 9); c.stroke();
       }
       this.drones(c);
+    },
+    write(c, text, x, y, align) { // where nothing is written yet
+      c.font = "12px system-ui, sans-serif"; c.textAlign = align; c.textBaseline = "top";
+      const wide = c.measureText(text).width, left = align === "center" ? x - wide / 2 : x;
+      const box = [left - 2, y - 1, left + wide + 2, y + 14];
+      if (this.written.some((one) => box[0] < one[2] && one[0] < box[2] && box[1] < one[3] && one[1] < box[3])) return;
+      this.written.push(box);
+      c.fillText(text, x, y);
+      c.textBaseline = "alphabetic";
     },
     grid(c, width, height) {
       c.lineWidth = 1; c.font = "11px system-ui, sans-serif";
@@ -244,15 +253,14 @@ export default {
         c.fillStyle = color; c.strokeStyle = cc.isDark() ? "#111" : "#fff"; c.lineWidth = 1.5;
         c.save();
         c.translate(x, y); c.rotate(-yaw);
-        c.beginPath(); c.moveTo(11, 0); c.lineTo(-8, 7); c.lineTo(-4, 0); c.lineTo(-8, -7); c.closePath(); c.fill(); c.stroke();
+        c.beginPath(); c.moveTo(15, 0); c.lineTo(-11, 10); c.lineTo(-6, 0); c.lineTo(-11, -10); c.closePath(); c.fill(); c.stroke();
         c.restore();
         if (cc.selection.has(name)) {
-          c.strokeStyle = cc.ink(0.9); c.lineWidth = 2; c.beginPath(); c.arc(x, y, 14, 0, 7); c.stroke();
+          c.strokeStyle = cc.ink(0.9); c.lineWidth = 2; c.beginPath(); c.arc(x, y, 18, 0, 7); c.stroke();
         }
         if (!many || cc.selection.has(name)) {
-          c.fillStyle = cc.ink(0.85); c.font = "12px system-ui, sans-serif"; c.textAlign = "center"; c.textBaseline = "top";
-          c.fillText(name, x, y + 14);
-          c.textBaseline = "alphabetic";
+          c.fillStyle = cc.ink(0.85);
+          this.write(c, name, x, y + 18, "center");
         }
       });
     },

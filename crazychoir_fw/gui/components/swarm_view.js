@@ -29,7 +29,7 @@ export default {
     camera.up.set(0, 0, 1);
     this.three.controls = new OrbitControls(camera, this.canvas);
     this.three.controls.addEventListener("change", () => this.mark());
-    scene.add(new THREE.HemisphereLight(0xffffff, 0x667788, 2.2));
+    scene.add(new THREE.HemisphereLight(0xffffff, 0x8899aa, 2.6));
     const sun = new THREE.DirectionalLight(0xffffff, 1.4);
     sun.position.set(3, -4, 8);
     scene.add(sun);
@@ -111,7 +111,7 @@ export default {
     },
     colorOf(i) {
       const color = new THREE.Color();
-      color.setHSL(((i * 137.5 + 205) % 360) / 360, 0.7, 0.55);
+      color.setHSL(((i * 137.5 + 205) % 360) / 360, 0.75, 0.48);
       return color;
     },
     body() {
@@ -143,7 +143,9 @@ export default {
       if (!cc.frame || !this.three) return;
       const box = new THREE.Box3();
       cc.frame.drones.forEach((drone) => box.expandByPoint(new THREE.Vector3(...drone.position)));
-      const middle = box.getCenter(new THREE.Vector3()), away = 1.6 + 0.75 * box.getSize(new THREE.Vector3()).length();
+      cc.drawings.drawings.forEach((drawing) => drawing.points.forEach(([x, y]) => box.expandByPoint(new THREE.Vector3(x, y, drawing.height))));
+      box.expandByPoint(new THREE.Vector3(box.min.x, box.min.y, 1.0));
+      const middle = box.getCenter(new THREE.Vector3()), away = 1.7 + 0.75 * box.getSize(new THREE.Vector3()).length();
       this.three.controls.target.set(middle.x, middle.y, 0.5);
       this.three.camera.position.set(middle.x + 0.45 * away, middle.y - 0.9 * away, 0.5 + 0.55 * away);
       this.three.controls.update();
@@ -151,7 +153,7 @@ export default {
     },
     draw() {
       if (!this.three || !this.three.bodies || !cc.frame) return;
-      const { scene, camera } = this.three, frame = cc.frame, big = 1.0 + Math.min(1.5, frame.drones.length / 20);
+      const { scene, camera } = this.three, frame = cc.frame, big = 1.6 + Math.min(1.0, frame.drones.length / 30);
       const box = this.$el.getBoundingClientRect();
       const width = Math.max(1, Math.round(box.width)), height = Math.max(1, Math.round(box.height));
       if (this.width !== width || this.height !== height) {
@@ -178,10 +180,14 @@ export default {
       this.three.bodies.forEach((mesh) => { mesh.instanceMatrix.needsUpdate = true; });
       this.three.ghosts.instanceMatrix.needsUpdate = true;
       this.three.obstacles.visible = this.show.obstacles;
-      this.put(this.three.trails, this.show.trails ? this.segments(cc.trails.map((point) => point.positions)) : []);
+      // trails grow ten times a second, and are the most work
+      const newest = `${cc.trails.length} ${cc.trails.length ? cc.trails[cc.trails.length - 1].time : 0} ${this.show.trails} ${Object.keys(cc.ghosts)}`;
+      if (newest !== this.newest) {
+        this.newest = newest;
+        this.put(this.three.trails, this.show.trails ? this.segments(cc.trails.map((point) => point.positions)) : []);
+        this.put(this.three.others, Object.values(cc.ghosts).flatMap((ghost) => this.segments(ghost.positions)));
+      }
       this.put(this.three.graph, this.show.graph ? cc.setting.graph.flatMap(([i, j]) => [[i, frame.drones[i].position], [j, frame.drones[j].position]]) : []);
-      const others = Object.values(cc.ghosts).flatMap((ghost) => this.segments(ghost.positions));
-      this.put(this.three.others, others);
       this.renderer.setClearColor(cc.isDark() ? 0x14181d : 0xf4f6f8);
       this.renderer.render(scene, camera);
       this.labels.render(scene, camera);

@@ -228,7 +228,7 @@
   // series: [{name, color, times, values, dash}]; limits: [{value, name}]; spans: [[begin, end]]
   cc.plot = (canvas, { series, limits = [], spans = [], title = "", unit = "", from, to }) => {
     const { context: c, width, height } = cc.canvas(canvas);
-    const left = 48, right = 10, top = 24, bottom = 22;
+    const left = 54, right = 10, top = 24, bottom = 22;
     let t0 = Infinity, t1 = -Infinity, low = Infinity, high = -Infinity;
     for (const { times, values } of series) {
       for (let k = 0; k < times.length; k++) {
@@ -261,10 +261,11 @@
     c.strokeStyle = cc.ink(0.12); c.lineWidth = 1;
     c.fillStyle = cc.ink(0.65);
     const stepY = nice(high - low, (height - top - bottom) / 32);
+    const digits = Math.min(8, Math.max(0, -Math.floor(Math.log10(stepY) + 1e-9)));
     c.textAlign = "right"; c.textBaseline = "middle";
     for (let v = Math.ceil(low / stepY) * stepY; v <= high; v += stepY) {
       c.beginPath(); c.moveTo(left, y(v)); c.lineTo(width - right, y(v)); c.stroke();
-      c.fillText(String(Number(v.toPrecision(4))), left - 5, y(v));
+      c.fillText(v.toFixed(digits), left - 5, y(v));
     }
     const stepX = nice(t1 - t0, (width - left - right) / 70);
     c.textAlign = "center"; c.textBaseline = "top";
