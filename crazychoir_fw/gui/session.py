@@ -43,6 +43,7 @@ MOMENT_SHARE = 0.02
 _MOST_COMMANDS = 10_000  # whose answers are kept
 _BEHIND_S = 0.2  # a flight that is later than this does not try to catch up
 _WAIT_S = 0.05
+_STILL_S = 0.5  # between two frames of a pause, unless something is asked for
 _TOLD = ("takeoff", "start", "land", "stop")  # by the command that asked for it
 
 PHASES = ("ground", "flying", "landing", "landed", "failed")
@@ -239,7 +240,7 @@ class Session:
         self._hear()
         clock = wall.perf_counter()
         if clock >= self._next_frame:
-            self._next_frame = clock + FRAME_S
+            self._next_frame = clock + (_STILL_S if self.is_paused else FRAME_S)
             self._publish()
         self._keep_pace()
 
