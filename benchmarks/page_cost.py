@@ -36,7 +36,9 @@ def mission_of(drones):
         "planning": {"class": "Spline"},
         "control": {"class": "HierarchicalController", "sender": "FPQRSender", "gains": "mujoco"},
     }
-    return parse_mission({"name": "page", "drones": fleet, "layers": layers, "flight": [{"takeoff": {"duration": 2.0}}]})
+    return parse_mission(
+        {"name": "page", "drones": fleet, "layers": layers, "flight": [{"takeoff": {"duration": 2.0}}]}
+    )
 
 
 def factor(session, seconds):

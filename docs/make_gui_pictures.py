@@ -1,6 +1,6 @@
 """Make the pictures of docs/gui.md: a mission is flown on the page by a browser, and every tab is looked at.
 
-    python docs/make_gui_pictures.py [--out docs/images/gui] [--only phone]
+    python docs/make_gui_pictures.py [--out docs/images/gui]
 
 Needs Chromium (`--chromium`) and `pip install crazychoir-fw[gui] playwright`.
 """
@@ -47,10 +47,10 @@ def quiet(page):
     page.evaluate("document.getElementById('cc-toasts').replaceChildren()")
 
 
-
 def take(browser, address, out):
     """Fly the lettering, and look at every tab."""
     page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.set_default_timeout(180_000)
     page.on("pageerror", lambda error: print("error on the page:", error))
     page.goto(address)
     page.wait_for_function("window.cc && cc.frame && cc.setting && cc.words.cards")
@@ -65,19 +65,21 @@ def take(browser, address, out):
     page.evaluate("document.activeElement.blur()")
     page.wait_for_selector("[data-testid=preview-facts]")
     page.get_by_text("DRY RUN").click()
-    page.wait_for_selector("[data-testid=dry]", timeout=120000)
+    page.mouse.move(640, 30)
+    page.wait_for_selector("[data-testid=dry]", timeout=240000)
     quiet(page)
     page.screenshot(path=out / "preview.png")
     page.get_by_text("FLY", exact=True).click()
-    page.wait_for_function("cc.words.flying && cc.words.flying.phase === 'curves'", timeout=120000)
+    page.wait_for_function("cc.words.flying && cc.words.flying.phase === 'curves'", timeout=240000)
     show(page, "Watch")
-    page.wait_for_function("cc.frame.time > cc.words.flying.started + 8", timeout=120000)
+    page.get_by_label("Show all drones").locator("visible=true").click()
+    page.wait_for_function("cc.frame.time > cc.words.flying.started + 8", timeout=240000)
     quiet(page)
     page.screenshot(path=out / "watch.png")
     show(page, "Fly")
     quiet(page)
     page.screenshot(path=out / "fly.png")
-    page.wait_for_function("cc.words.flying === null", timeout=120000)
+    page.wait_for_function("cc.words.flying === null", timeout=240000)
     show(page, "Rewind")
     begin = page.evaluate("cc.frame.time")
     page.evaluate(f"cc.command({{ name: 'rewind', branch: 0, time: {begin - 6} }})")
@@ -101,6 +103,7 @@ def take(browser, address, out):
     page.screenshot(path=out / "dark.png")
     page.close()
     phone = browser.new_page(viewport={"width": 390, "height": 780}, device_scale_factor=1.5, has_touch=True)
+    phone.set_default_timeout(180_000)
     phone.goto(address)
     phone.wait_for_function("window.cc && cc.frame && cc.setting && cc.words.cards")
     time.sleep(1.5)
@@ -115,6 +118,7 @@ def take(browser, address, out):
 
 
 def main():
+    """Make all pictures."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=HERE / "images" / "gui")
     parser.add_argument("--chromium", default="/usr/bin/chromium")

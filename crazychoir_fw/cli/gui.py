@@ -12,7 +12,9 @@ def gui(
     mission: Annotated[Path, typer.Argument(help="Mission file (YAML).", metavar="MISSION.yaml")],
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0 is any free one.")] = 8080,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
-    host: Annotated[str, typer.Option(help="Address to listen at; others than this machine need --token.")] = "127.0.0.1",
+    host: Annotated[
+        str, typer.Option(help="Address to listen at; others than this machine need --token.")
+    ] = "127.0.0.1",
     token: Annotated[str | None, typer.Option(help="What browsers must know, 8 characters or more.")] = None,
     backend: Annotated[
         str | None,

@@ -180,5 +180,3 @@ def _spoken(endpoint: Callable[[Request], Awaitable[Response]]) -> Callable[[Req
             return _answer({"text": f"{error.filename}: {error.strerror}"}, 409)
 
     return answer
-
-

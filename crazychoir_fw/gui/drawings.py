@@ -75,7 +75,7 @@ class Drawings:
         self.version = 0
         """Counts changes."""
 
-    def __iter__(self):  # noqa: ANN204
+    def __iter__(self):
         return iter(self._all)
 
     def __len__(self) -> int:
@@ -108,9 +108,7 @@ class Drawings:
 
     # ---------------------------------------------------------------- changes
 
-    def add(
-        self, points: ArrayLike, times: ArrayLike, name: str | None = None, drone: str | None = None
-    ) -> Drawing:
+    def add(self, points: ArrayLike, times: ArrayLike, name: str | None = None, drone: str | None = None) -> Drawing:
         """Add a drawing; without a drone, it is for the first one that has none yet.
 
         Args:
@@ -179,7 +177,12 @@ class Drawings:
         self, points: ArrayLike, times: ArrayLike, name: str | None, drone: str | None, others: Sequence[Drawing]
     ) -> Drawing:
         path, clock = np.array(points, float), np.array(times, float)
-        if path.ndim != 2 or path.shape[1:] != (3,) or not 2 <= len(path) <= MOST_POINTS or clock.shape != path.shape[:1]:
+        if (
+            path.ndim != 2
+            or path.shape[1:] != (3,)
+            or not 2 <= len(path) <= MOST_POINTS
+            or clock.shape != path.shape[:1]
+        ):
             raise RangeError(f"a drawing has shape {path.shape}, allowed: 2 to {MOST_POINTS} points x, y, z")
         if not (np.isfinite(path).all() and np.isfinite(clock).all()) or np.abs(path).max() > FARTHEST_M:
             raise RangeError(f"a drawing leaves the area: allowed: finite numbers within {FARTHEST_M:g} m")

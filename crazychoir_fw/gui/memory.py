@@ -1,8 +1,8 @@
 """Remembers what Python objects are at an instant, and makes them that again, in place.
 
 Layers of a flight are objects of many classes, some of them a user's, that hold each other, locks and closures. A deep
-copy of them would be other objects, which closures do not know; so each object keeps its identity, and gets back what it
-held.
+copy of them would be other objects, which closures do not know; so each object keeps its identity, and gets back what
+it held.
 """
 
 from __future__ import annotations

@@ -28,41 +28,9 @@ _HEAD = """
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <link rel="stylesheet" href="/static/page.css">
 <script src="/static/crazychoir.js"></script>
+<script src="/static/head.js"></script>
 """
 _TOASTS = '<div id="cc-toasts" aria-live="assertive"></div>'
-
-# the head says how the flight goes, and when the page has lost it
-_STATUS = """
-(() => {
-  const line = document.querySelector(".cc-status");
-  if (!line || line.dataset.on) return;
-  line.dataset.on = "1";
-  let shown = "";
-  const tell = () => {
-    let text = "";
-    const isLost = !cc.connected || cc.words.error;
-    if (!cc.connected) text = "No connection to the flight; it goes on. Trying again.";
-    else if (cc.words.error) text = cc.words.error;
-    else if (!cc.frame || !cc.setting) text = "The drones get ready";
-    else {
-      const up = cc.frame.drones.filter((drone) => drone.phase === "flying" || drone.phase === "landing").length;
-      const pace = cc.words.speed === 0 ? "paused" : cc.frame.rate.toFixed(1) + " x real time";
-      text = `${cc.frame.time.toFixed(1)} s, ${pace}, ${up} of ${cc.frame.drones.length} in the air, ${cc.setting.backend}`;
-    }
-    line.classList.toggle("cc-lost", !!isLost);
-    if (text !== shown) { shown = text; line.textContent = text; line.title = text; }
-  };
-  setInterval(tell, 200);
-  const saved = localStorage.getItem("cc-dark");
-  if (saved !== null) Quasar.Dark.set(saved === "1");
-})()
-"""
-_DARK = """() => {
-  Quasar.Dark.toggle();
-  localStorage.setItem("cc-dark", Quasar.Dark.isActive ? "1" : "0");
-  window.dispatchEvent(new Event("resize"));
-  ["frame", "drawings", "shown"].forEach((name) => cc.emit(name, name === "frame" ? cc.frame : ""));
-}"""
 
 
 def mount(app: Any, session: Session) -> None:
@@ -86,12 +54,14 @@ def build(session: Session) -> None:
         ui.label(session.mission.name).classes("cc-title")
         ui.label("The drones get ready").classes("cc-status").props('role="status"')
         ui.button(icon="contrast").props('flat round dense color=grey aria-label="Light or dark"').on(
-            "click", js_handler=_DARK
+            "click", js_handler="() => cc.toggleDark()"
         )
         ui.button("STOP", icon="dangerous").props(
             'color=negative unelevated aria-label="Stop all motors at once" data-testid="stop"'
         ).classes("cc-stop").on("click", js_handler="() => cc.stop()").tooltip("All motors off at once. Key: Esc")
-    with ui.tabs().props("dense no-caps inline-label outside-arrows mobile-arrows align=left").classes("w-full") as tabs:
+    with (
+        ui.tabs().props("dense no-caps inline-label outside-arrows mobile-arrows align=left").classes("w-full") as tabs
+    ):
         for name, icon in TABS:
             ui.tab(name, icon=icon)
     tabs.on("update:model-value", js_handler="(tab) => setTimeout(() => cc.emit('shown', tab), 400)")
@@ -113,7 +83,7 @@ def build(session: Session) -> None:
         with ui.tab_panel("Console"):
             parts.ConsoleLog()
     ui.run_javascript(
-        _STATUS + f";cc.tabs = {names!r}; cc.on('tab', (k) => document.querySelectorAll('.q-tab')[k]?.click());"
+        f"cc.beginHead(); cc.tabs = {names!r}; cc.on('tab', (k) => document.querySelectorAll('.q-tab')[k]?.click());"
     )
 
 

@@ -103,9 +103,7 @@ class Fly(Request):
     preview: Id
 
 
-Command = Annotated[
-    Press | GoTo | Arm | Reboot | SetParameter | SetSpeed | Rewind | Fly, Field(discriminator="name")
-]
+Command = Annotated[Press | GoTo | Arm | Reboot | SetParameter | SetSpeed | Rewind | Fly, Field(discriminator="name")]
 
 
 class Envelope(Request):

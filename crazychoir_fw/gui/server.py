@@ -91,5 +91,7 @@ def make_server(
     import uvicorn
 
     app = make_app(session, folder, token)
-    config = uvicorn.Config(app, host=host, port=port, log_level="warning", ws_max_size=1_000_000, timeout_graceful_shutdown=2)
+    config = uvicorn.Config(
+        app, host=host, port=port, log_level="warning", ws_max_size=1_000_000, timeout_graceful_shutdown=2
+    )
     return uvicorn.Server(config)

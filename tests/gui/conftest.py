@@ -12,8 +12,8 @@ import pytest
 
 pytest.importorskip("nicegui")
 
-from crazychoir_fw.gui.opening import open_mission  # noqa: E402
-from crazychoir_fw.gui.session import Session  # noqa: E402
+from crazychoir_fw.gui.opening import open_mission
+from crazychoir_fw.gui.session import Session
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CHROMIUM_OPTIONS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]

@@ -91,7 +91,12 @@ def test_two_drawings_for_one_drone_are_refused(client):
 
 WORDS = ["takeoff", "land", "stop", "start", "goto", "arm", "reboot", "set_parameter", "speed", "rewind", "fly", "quit"]
 JSON = st.recursive(
-    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=20) | st.sampled_from(["agent_0", *WORDS]),
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.text(max_size=20)
+    | st.sampled_from(["agent_0", *WORDS]),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=4),
     max_leaves=12,
 )
@@ -118,7 +123,9 @@ def test_whatever_is_sent_gets_an_answer(client, session, body, path):
         session.speed = 0.0
 
 
-@given(body=st.binary(max_size=200), kind=st.sampled_from(["application/json", "text/plain", "", "multipart/form-data"]))
+@given(
+    body=st.binary(max_size=200), kind=st.sampled_from(["application/json", "text/plain", "", "multipart/form-data"])
+)
 @settings(max_examples=40)
 def test_bytes_get_an_answer(client, body, kind):
     answer = client.request("POST", "/api/command", content=body, headers={"content-type": kind})

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from typing import Any
 
 import numpy as np
@@ -38,10 +39,8 @@ class HardwareAccess(Access):
         words = "" if np.isnan(bits) else ", ".join(w for k, w in enumerate(_BITS) if int(bits) >> k & 1)
         link = str(drone.link_state)
         if drone.is_connected:
-            try:
+            with contextlib.suppress(CrazychoirError):  # it broke meanwhile
                 link += f", {1000.0 * drone.link_latency_s:.0f} ms"
-            except CrazychoirError:
-                pass
         return DroneState(words or str(drone.mode), self._latest(index, "pm.vbat"), link=link, failure=drone.reason)
 
     def batteries(self) -> NDArray[np.float64]:

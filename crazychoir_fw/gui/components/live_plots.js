@@ -15,7 +15,7 @@ export default {
   data: () => ({ variables: [], drones: [], names: [], options: [] }),
   mounted() {
     this.data = {};
-    this.mark = cc.drawer(this.$el, () => this.draw());
+    this.mark = cc.drawer(this.$el, () => this.draw(), 250);
     this.offs = [
       cc.on("setting", () => this.begin()), cc.on("plot", (plot) => this.take(plot)), cc.on("branch", () => { this.data = {}; }),
       cc.on("shown", (tab) => { this.isShown = tab === "Watch"; this.tell(); }),

@@ -24,6 +24,10 @@ export default {
       return;
     }
     this.three = {};
+    // without a graphics card each picture takes the time of the flight itself
+    const gl = this.renderer.getContext(), about = gl.getExtension("WEBGL_debug_renderer_info");
+    const isSlow = about && /swiftshader|llvmpipe|software/i.test(gl.getParameter(about.UNMASKED_RENDERER_WEBGL));
+    this.sharpness = isSlow ? 0.75 : 1.5;
     const scene = (this.three.scene = new THREE.Scene());
     const camera = (this.three.camera = new THREE.PerspectiveCamera(45, 1, 0.05, 300));
     camera.up.set(0, 0, 1);
@@ -34,7 +38,7 @@ export default {
     sun.position.set(3, -4, 8);
     scene.add(sun);
     this.labels = new CSS2DRenderer({ element: this.$el.querySelector(".cc-view-labels") });
-    this.mark = cc.drawer(this.canvas, () => this.draw());
+    this.mark = cc.drawer(this.canvas, () => this.draw(), isSlow ? 250 : 0);
     this.offs = [cc.on("frame", () => this.mark()), cc.on("setting", () => this.build()), cc.on("branch", () => this.mark())];
     this.sizes = new ResizeObserver(() => this.mark());
     this.sizes.observe(this.$el);
@@ -158,7 +162,7 @@ export default {
       const width = Math.max(1, Math.round(box.width)), height = Math.max(1, Math.round(box.height));
       if (this.width !== width || this.height !== height) {
         this.width = width; this.height = height;
-        this.renderer.setPixelRatio(Math.min(1.5, window.devicePixelRatio || 1));
+        this.renderer.setPixelRatio(Math.min(this.sharpness, window.devicePixelRatio || 1));
         this.renderer.setSize(width, height, false);
         this.labels.setSize(width, height);
         camera.aspect = width / height;

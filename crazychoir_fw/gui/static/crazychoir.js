@@ -191,16 +191,35 @@
   }, true);
 
   // one watch over the pictures of all tabs: they draw when something changed, and only those that are seen
-  cc.drawer = (element, draw) => {
-    let isDirty = true, isSeen = true;
-    const observer = new IntersectionObserver((entries) => { isSeen = entries[entries.length - 1].isIntersecting; isDirty = true; });
+  cc.drawer = (element, draw, least = 0) => { // at most every so many ms
+    let isDirty = true, isSeen = true, last = -Infinity;
+    const observer = new IntersectionObserver((entries) => { isSeen = entries[entries.length - 1].isIntersecting; mark(); });
+    let handle = 0, timer = 0, isOver = false;
+    const tick = () => {
+      handle = 0;
+      if (!isDirty || !isSeen || document.hidden || isOver) return;
+      isDirty = false;
+      last = performance.now();
+      draw();
+    };
+    // a page on which nothing changes does nothing
+    const mark = () => {
+      isDirty = true;
+      if (handle || timer || isOver || !isSeen) return;
+      const wait = last + least - performance.now();
+      if (wait > 4) timer = setTimeout(() => { timer = 0; mark(); }, wait);
+      else handle = requestAnimationFrame(tick);
+    };
+    document.addEventListener("visibilitychange", mark);
+    mark.end = () => {
+      isOver = true;
+      cancelAnimationFrame(handle);
+      clearTimeout(timer);
+      observer.disconnect();
+      document.removeEventListener("visibilitychange", mark);
+    };
     observer.observe(element);
-    let handle = requestAnimationFrame(function tick() {
-      if (isDirty && isSeen && !document.hidden) { isDirty = false; draw(); }
-      handle = requestAnimationFrame(tick);
-    });
-    const mark = () => { isDirty = true; };
-    mark.end = () => { cancelAnimationFrame(handle); observer.disconnect(); };
+    mark();
     return mark;
   };
 
@@ -208,10 +227,8 @@
   cc.canvas = (canvas) => {
     const ratio = window.devicePixelRatio || 1, box = canvas.getBoundingClientRect();
     const width = Math.max(1, Math.round(box.width)), height = Math.max(1, Math.round(box.height));
-    if (canvas.width !== width * ratio || canvas.height !== height * ratio) {
-      canvas.width = width * ratio;
-      canvas.height = height * ratio;
-    }
+    const wide = Math.round(width * ratio), tall = Math.round(height * ratio);
+    if (canvas.width !== wide || canvas.height !== tall) { canvas.width = wide; canvas.height = tall; }
     const context = canvas.getContext("2d");
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
