@@ -18,6 +18,7 @@ SMALLEST = {
     "log_cost.py": ["--drones", "1", "--seconds", "0.05", "--repeats", "1"],
     "looking_cost.py": ["--drones", "1", "--repeats", "1"],
     "motor_ctrl_cost.py": ["--drones", "1", "--seconds", "0.02", "--repeats", "1"],
+    "page_cost.py": ["--drones", "2", "--seconds", "0.3", "--repeats", "1", "--chromium", "none"],
     "plant_cost.py": ["--drones", "2", "--repeats", "1", "--ticks", "5"],
     "provider_cost.py": ["--drones", "1", "--repeats", "1"],
     "ros_swarm.py": ["--drones", "2", "--processes", "one", "--backend", "integrator", "--seconds", "0.2"],

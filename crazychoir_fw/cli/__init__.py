@@ -9,7 +9,9 @@ from crazychoir_fw.cli.app import app as app_commands
 from crazychoir_fw.cli.export import export
 from crazychoir_fw.cli.firmware import firmware
 from crazychoir_fw.cli.fly import fly
+from crazychoir_fw.cli.gui import gui
 from crazychoir_fw.cli.info import info
+from crazychoir_fw.cli.press import press
 from crazychoir_fw.cli.radio_budget import radio_budget
 from crazychoir_fw.cli.replay import replay
 from crazychoir_fw.cli.ros import ros
@@ -29,6 +31,8 @@ app = typer.Typer(
 app.command(cls=ViewCommand)(fly)
 app.command(cls=ViewCommand)(run)
 app.command(cls=ViewCommand)(serve)
+app.command()(gui)
+app.command(context_settings={"ignore_unknown_options": True})(press)
 app.command()(replay)
 app.command()(export)
 app.command()(info)

@@ -1,0 +1,77 @@
+"""`crazychoir gui`: a page in the browser to draw, preview, fly, watch and rewind a mission."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of, console
+
+
+def gui(
+    mission: Annotated[Path, typer.Argument(help="Mission file (YAML).", metavar="MISSION.yaml")],
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0 is any free one.")] = 8080,
+    no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
+    host: Annotated[
+        str, typer.Option(help="Address to listen at; others than this machine need --token.")
+    ] = "127.0.0.1",
+    token: Annotated[str | None, typer.Option(help="What browsers must know, 8 characters or more.")] = None,
+    backend: Annotated[
+        str | None,
+        typer.Option(help="Where the drones are, instead of the mission's.", metavar="sim|integrator|hardware"),
+    ] = None,
+    speed: Annotated[float, typer.Option(min=0.0, max=100.0, help="Simulated seconds per second; 0 pauses.")] = 1.0,
+    drawings: Annotated[Path, typer.Option(help="Folder in which drawings are saved.")] = Path("drawings"),
+    seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
+) -> None:
+    """Open the page of a mission: nothing flies until somebody presses a button there."""
+    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.gui.server import check_host, require_nicegui
+
+    try:
+        check_host(host, token)
+        require_nicegui()
+        from crazychoir_fw.gui.opening import open_mission
+        from crazychoir_fw.gui.server import make_server
+        from crazychoir_fw.gui.session import Session
+
+        session = Session(open_mission(mission, backend=backend, seed=seed), speed)
+        port = _free_port(host, port)
+        server = make_server(session, host, port, token, drawings)
+        shown = "127.0.0.1" if host in ("0.0.0.0", "::") else host
+        address = f"http://{shown}:{port}/" + (f"?token={token}" if token else "")
+        with session:
+            with console.status("The drones get ready"):
+                session.wait_until_ready()
+            console.print(f"The page is at {address} (Ctrl-C ends it)", soft_wrap=True, markup=False)
+            if not no_browser:
+                _open_soon(address)
+            server.run()
+    except CrazychoirError as error:
+        complain_of(error)
+        raise typer.Exit(BAD_INPUT) from None
+    except OSError as error:
+        complain(f"--host {host} --port {port}: {error.strerror}")
+        raise typer.Exit(BAD_INPUT) from None
+
+
+def _free_port(host: str, port: int) -> int:
+    """Return a port that can be listened at.
+
+    Raises:
+        OSError: If it is taken.
+    """
+    import socket
+
+    with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        probe.bind((host, port))
+        return int(probe.getsockname()[1])
+
+
+def _open_soon(address: str) -> None:
+    """Open the browser when the server listens."""
+    import threading
+    import webbrowser
+
+    threading.Timer(1.0, webbrowser.open, [address]).start()

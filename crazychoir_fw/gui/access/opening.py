@@ -1,0 +1,20 @@
+"""Which access fits a backend."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from crazychoir_fw.gui.access.access import Access
+
+
+def open_access(backend: Any) -> Access:
+    """Return the access to the drones of a backend."""
+    if hasattr(backend, "world"):
+        from crazychoir_fw.gui.access.sim import SimAccess
+
+        return SimAccess(backend)
+    if hasattr(backend, "handler"):
+        from crazychoir_fw.gui.access.hardware import HardwareAccess
+
+        return HardwareAccess(backend)
+    return Access(backend)

@@ -1,0 +1,139 @@
+"""The past of a flight: where drones were, and moments to go back to; one branch for each future that was flown."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.errors import StateError
+
+MOST_MOMENTS = 400
+"""Of a branch: when there are more, every second one is forgotten."""
+MOST_BRANCHES = 8
+_MOST_SAMPLES = 36_000  # an hour at 10 Hz
+
+
+@dataclass
+class Moment:
+    """An instant to go back to."""
+
+    time: float
+    world: Any
+    """What the backend was."""
+    layers: Any
+    """What the layers were, a `Memory`."""
+    extra: Any
+    """What the session was."""
+
+
+@dataclass
+class Branch:
+    """One future."""
+
+    number: int
+    parent: int | None = None
+    begin: float = 0.0
+    """When it left its parent (s)."""
+    moments: list[Moment] = field(default_factory=list)
+    times: list[float] = field(default_factory=list)
+    """Of the samples (s)."""
+    samples: list[NDArray[np.float32]] = field(default_factory=list)
+    """Where the drones were (m, world), shape (N, 3) each."""
+    marks: list[dict[str, Any]] = field(default_factory=list)
+    """What was commanded, for the timeline."""
+
+    def sample(self, time: float, positions: NDArray[np.float64]) -> None:
+        """Remember where the drones are."""
+        if len(self.times) >= _MOST_SAMPLES:
+            del self.times[::2], self.samples[::2]
+        self.times.append(time)
+        self.samples.append(positions.astype(np.float32))
+
+    def add(self, moment: Moment) -> None:
+        """Remember an instant."""
+        self.moments.append(moment)
+        if len(self.moments) > MOST_MOMENTS:
+            # the first one stays, and the latest are the most wanted
+            half = MOST_MOMENTS // 2
+            self.moments[1:half] = self.moments[1:half:2]
+
+    @property
+    def end(self) -> float:
+        """Time of the last sample (s)."""
+        return self.times[-1] if self.times else self.begin
+
+    def about(self) -> dict[str, Any]:
+        """Return it as plain data, for the timeline."""
+        return {
+            "number": self.number,
+            "parent": self.parent,
+            "begin": round(self.begin, 3),
+            "end": round(self.end, 3),
+            "moments": len(self.moments),
+            "marks": self.marks[-200:],
+        }
+
+
+class Branches:
+    """All futures that were flown; one of them is being flown."""
+
+    def __init__(self) -> None:
+        self.present = Branch(0)
+        self.all: dict[int, Branch] = {0: self.present}
+        self._next = 1
+
+    def find(self, number: int, time: float) -> tuple[Branch, Moment]:
+        """Return the moment of a branch that is nearest before a time (s), and whose it is: perhaps its parent's.
+
+        Raises:
+            StateError: If there is none.
+        """
+        branch = self.all.get(number)
+        if branch is None:
+            raise StateError(f"there is no branch {number}, but {', '.join(map(str, self.all))}")
+        while True:
+            earlier = [moment for moment in branch.moments if moment.time <= time + 1e-6]
+            if earlier:
+                return branch, earlier[-1]
+            if branch.parent is None or branch.parent not in self.all:
+                if branch.moments:
+                    return branch, branch.moments[0]
+                raise StateError("there is no moment to go back to yet; fly a second, and try again")
+            branch = self.all[branch.parent]
+
+    def leave(self, parent: Branch, moment: Moment) -> Branch:
+        """Begin a new branch at a moment of another one."""
+        branch = Branch(self._next, parent.number, moment.time, [moment])
+        self._next += 1
+        self.all[branch.number] = branch
+        self.present = branch
+        for number in [n for n in self.all if n != branch.number][: max(0, len(self.all) - MOST_BRANCHES)]:
+            del self.all[number]
+        return branch
+
+    def about(self) -> list[dict[str, Any]]:
+        """Return all as plain data."""
+        return [branch.about() for branch in list(self.all.values())]
+
+    def path(self, number: int, begin: float = 0.0, most: int = 3000) -> dict[str, Any]:
+        """Return where the drones were in a branch: times (s), shape (T,), and positions (m), shape (T, N, 3).
+
+        Raises:
+            StateError: If there is no such branch.
+        """
+        branch = self.all.get(number)
+        if branch is None:
+            raise StateError(f"there is no branch {number}, but {', '.join(map(str, self.all))}")
+        times, samples = branch.times[:], branch.samples[:]
+        count = min(len(times), len(samples))
+        chosen: Sequence[int] = [k for k in range(count) if times[k] >= begin]
+        chosen = chosen[:: max(1, -(-len(chosen) // most))]
+        return {
+            "branch": number,
+            "times": [round(times[k], 3) for k in chosen],
+            "positions": [np.round(samples[k], 3).tolist() for k in chosen],
+        }

@@ -1,0 +1,29 @@
+// What happened: commands, events, and what the onboard software prints.
+export default {
+  template: `
+    <div class="cc-panel">
+      <div class="cc-row"><q-input dense class="cc-name" v-model="search" label="Search" clearable /></div>
+      <div class="cc-scroll" ref="scroll" role="log" data-testid="console">
+        <div v-for="line in shown" :key="line.number" class="cc-line" :class="'cc-' + line.kind">
+          <span>{{ line.time.toFixed(2) }} s</span><span>{{ line.drone }}</span><span>{{ line.text }}</span>
+        </div>
+      </div>
+    </div>`,
+  data: () => ({ lines: [], search: "" }),
+  computed: {
+    shown() {
+      const word = (this.search || "").toLowerCase();
+      return this.lines.filter((line) => !word || `${line.drone} ${line.text} ${line.kind}`.toLowerCase().includes(word)).slice(-300);
+    },
+  },
+  mounted() {
+    this.update = () => {
+      const scroll = this.$refs.scroll, isAtEnd = scroll.scrollTop + scroll.clientHeight > scroll.scrollHeight - 40;
+      this.lines = cc.lines.slice();
+      if (isAtEnd) this.$nextTick(() => { scroll.scrollTop = scroll.scrollHeight; });
+    };
+    this.off = cc.on("lines", this.update);
+    this.update();
+  },
+  unmounted() { this.off(); },
+};

@@ -1,0 +1,41 @@
+// How each drone is: one card each; a press on its head chooses it.
+export default {
+  template: `
+    <div class="cc-cards" data-testid="cards">
+      <div v-for="card in cards" :key="card.name" class="cc-card" :class="{ 'cc-chosen': card.chosen, 'cc-failed': card.failure }">
+        <button class="cc-card-head" @click="choose(card.name)" :aria-pressed="card.chosen">
+          <span class="cc-dot" :style="{ background: card.color }"></span>{{ card.name }}
+          <span class="cc-phase">{{ card.phase }}</span>
+        </button>
+        <div class="cc-card-body">
+          <span>battery</span><b :class="{ 'cc-warn': card.battery !== null && card.battery < 3.3 }">{{ card.battery === null ? "-" : card.battery.toFixed(2) + " V" }}</b>
+          <span>supervisor</span><b>{{ card.supervisor }}</b>
+          <span>estimator</span><b :class="{ 'cc-warn': card.estimate_error > 0.1 }">{{ card.estimate_error === null ? "-" : "off by " + (100 * card.estimate_error).toFixed(1) + " cm" }}</b>
+          <span>link</span><b>{{ card.link || "-" }}</b>
+          <span>guidance</span><b>{{ card.guidance }}</b>
+        </div>
+        <div v-if="card.failure" class="cc-card-failure">{{ card.failure }}</div>
+        <div class="cc-card-buttons">
+          <q-btn dense flat icon="flight_takeoff" :aria-label="'Take off ' + card.name" @click="press('takeoff', card.name)" />
+          <q-btn dense flat icon="flight_land" :aria-label="'Land ' + card.name" @click="press('land', card.name)" />
+          <q-btn dense flat color="negative" icon="dangerous" :aria-label="'Stop ' + card.name" @click="press('stop', card.name)" />
+        </div>
+      </div>
+    </div>`,
+  data: () => ({ cards: [] }),
+  mounted() {
+    this.offs = [cc.on("words", () => this.update()), cc.on("selection", () => this.update())];
+    this.update();
+  },
+  unmounted() { this.offs.forEach((off) => off()); },
+  methods: {
+    update() {
+      if (!cc.setting || !cc.words.cards || !this.$el.offsetParent) return;
+      this.cards = cc.words.cards.map((card, i) => ({
+        ...card, name: cc.setting.names[i], color: cc.color(i), chosen: cc.selection.has(cc.setting.names[i]),
+      }));
+    },
+    press: (name, drone) => cc.press(name, [drone]),
+    choose: (name) => cc.select(name, false),
+  },
+};

@@ -1,0 +1,69 @@
+// All parameters of a drone: search, edit; one drone or all.
+const MOST_ROWS = 200;
+export default {
+  template: `
+    <div class="cc-panel">
+      <div class="cc-row">
+        <q-select dense class="cc-who" label="Drone" v-model="drone" :options="names" @update:model-value="load" />
+        <q-input dense class="cc-name" v-model="search" label="Search, for instance: pid kp" clearable autofocus data-testid="search" />
+        <q-toggle v-model="isForAll" label="Write to all drones" />
+        <q-btn dense outline icon="refresh" label="READ" @click="load" />
+      </div>
+      <div class="cc-hint">{{ note }}</div>
+      <div class="cc-scroll">
+        <table class="cc-table" data-testid="parameters">
+          <thead><tr><th>Parameter</th><th>Type</th><th>Value</th></tr></thead>
+          <tbody>
+            <tr v-for="row in shown" :key="row.name">
+              <td>{{ row.name }}</td><td>{{ row.type }}</td>
+              <td v-if="row.read_only">{{ row.value }}</td>
+              <td v-else><input :value="text(row.value)" :aria-label="row.name" inputmode="decimal" @keydown.enter="$event.target.blur()" @change="write(row, $event)" /></td>
+            </tr>
+          </tbody>
+        </table>
+      </div>
+    </div>`,
+  data: () => ({ drone: null, names: [], rows: [], search: "", isForAll: false, problem: "" }),
+  computed: {
+    found() {
+      const words = (this.search || "").toLowerCase().split(/\s+/).filter(Boolean);
+      return this.rows.filter((row) => words.every((word) => row.name.toLowerCase().includes(word)));
+    },
+    shown() { return this.found.slice(0, MOST_ROWS); },
+    note() {
+      if (this.problem) return this.problem;
+      if (!this.rows.length) return "This backend has no parameters: its drones have no onboard software.";
+      return `${this.found.length} of ${this.rows.length} parameters${this.found.length > MOST_ROWS ? `; the first ${MOST_ROWS} are shown` : ""}. Enter writes.`;
+    },
+  },
+  mounted() {
+    this.offs = [cc.on("setting", () => this.begin()), cc.on("branch", () => this.load())];
+    this.begin();
+  },
+  unmounted() { this.offs.forEach((off) => off()); },
+  methods: {
+    text: (value) => (value === null ? "" : String(Number(value.toPrecision(7)))),
+    begin() {
+      if (!cc.setting) return;
+      this.names = cc.setting.names;
+      this.drone = this.drone || this.names[0];
+      this.load();
+    },
+    async load() {
+      try {
+        this.rows = (await cc.get("/api/parameters?drone=" + encodeURIComponent(this.drone))).parameters;
+        this.problem = "";
+      } catch (error) { this.problem = error.message; }
+    },
+    async write(row, event) {
+      const value = Number(event.target.value);
+      if (event.target.value.trim() === "" || !Number.isFinite(value)) {
+        cc.toast(`${row.name} is '${event.target.value}', allowed: a number`, false);
+      } else {
+        const answer = await cc.command({ name: "set_parameter", parameter: row.name, value, drones: this.isForAll ? null : [this.drone] });
+        if (answer.ok) row.value = value;
+      }
+      event.target.value = this.text(row.value);
+    },
+  },
+};

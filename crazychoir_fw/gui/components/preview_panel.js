@@ -1,0 +1,101 @@
+// What would be flown: how drawings become curves, what these ask for, and FLY.
+export default {
+  template: `
+    <div class="cc-preview">
+      <div class="cc-panel">
+        <q-btn-toggle v-model="method" spread no-caps :options="[{ label: 'Spline', value: 'spline' }, { label: 'Minimum snap', value: 'minimum_snap' }]" @update:model-value="soon" />
+        <label class="cc-slider">Interpolation distance: {{ distance.toFixed(2) }} m
+          <q-slider v-model="distance" :min="0.01" :max="1" :step="0.01" aria-label="Interpolation distance" @update:model-value="soon" /></label>
+        <label class="cc-slider">Time scale: {{ scale.toFixed(1) }} x as long as it was drawn
+          <q-slider v-model="scale" :min="0.5" :max="10" :step="0.1" aria-label="Time scale" @update:model-value="soon" /></label>
+        <q-toggle v-model="stretch" label="Fly more slowly where limits would be broken" @update:model-value="soon" />
+        <div class="cc-row">
+          <q-btn outline icon="visibility" label="PREVIEW" @click="make" />
+          <q-btn outline icon="science" label="DRY RUN" :disable="!preview" :loading="isRunning" @click="dryRun"><q-tooltip>Flies the curves on point masses, not here</q-tooltip></q-btn>
+          <q-btn color="positive" icon="send" label="FLY" :disable="!preview" @click="fly" />
+        </div>
+        <div v-if="problem" class="cc-bad cc-note" role="alert">{{ problem }}</div>
+        <template v-if="preview">
+          <div class="cc-note" data-testid="preview-facts"><b>{{ preview.duration.toFixed(1) }} s</b>, {{ preview.parts.length }} drones<span v-if="preview.least_distance !== null">, never nearer to each other than {{ preview.least_distance.toFixed(2) }} m</span>.</div>
+          <div v-for="part in preview.parts" :key="part.drone" class="cc-note">{{ part.drone }} flies '{{ part.drawing }}': at most {{ (100 * part.deviation).toFixed(0) }} cm beside the drawing<span v-if="part.slowdown > 1.005">, {{ part.slowdown.toFixed(2) }} x as slowly as asked for, to keep within limits</span>.</div>
+          <div v-for="text in preview.warnings" :key="text" class="cc-bad cc-note">{{ text }}</div>
+          <div v-if="!preview.warnings.length" class="cc-good cc-note">All limits of the platform are kept.</div>
+          <div v-if="dry" class="cc-note" data-testid="dry">Dry run: <span v-for="part in dry.parts" :key="part.drone">{{ part.drone }} off by {{ (100 * part.rms).toFixed(1) }} cm RMS, {{ (100 * part.largest).toFixed(1) }} cm at most. </span></div>
+        </template>
+        <div v-if="flying" class="cc-note" data-testid="flying">In the air: '{{ flying.name }}', {{ flying.phase }}</div>
+      </div>
+      <div class="cc-plots">
+        <q-select v-if="preview && preview.parts.length > 1" dense v-model="chosen" :options="preview.parts.map((part) => part.drone)" label="Drone" @update:model-value="mark" />
+        <canvas ref="path" class="cc-plot cc-tall" role="img" aria-label="Curves from above"></canvas>
+        <canvas ref="position" class="cc-plot" role="img" aria-label="Position over time"></canvas>
+        <canvas ref="velocity" class="cc-plot" role="img" aria-label="Velocity over time"></canvas>
+        <canvas ref="acceleration" class="cc-plot" role="img" aria-label="Acceleration over time"></canvas>
+      </div>
+    </div>`,
+  data: () => ({ method: "spline", distance: 0.2, scale: 5, stretch: true, preview: null, dry: null, problem: "", chosen: null, isRunning: false, flying: null }),
+  mounted() {
+    this.mark = cc.drawer(this.$refs.position, () => this.draw());
+    this.sizes = new ResizeObserver(() => this.mark());
+    this.sizes.observe(this.$el);
+    this.offs = [
+      cc.on("drawings", () => { this.isStale = true; if (this.$el.offsetParent) this.soon(); }),
+      cc.on("words", (words) => { this.flying = words.flying; }),
+      cc.on("shown", (tab) => { if (tab === "Preview" && (this.isStale || !this.preview)) this.soon(); this.mark(); }),
+    ];
+  },
+  unmounted() { this.mark.end(); this.sizes.disconnect(); this.offs.forEach((off) => off()); },
+  methods: {
+    soon() { clearTimeout(this.timer); this.timer = setTimeout(() => this.make(), 250); },
+    async make() {
+      clearTimeout(this.timer);
+      this.isStale = false;
+      if (!cc.drawings.drawings.length) { this.preview = cc.preview = null; this.problem = "Draw something first, on the tab Draw."; this.mark(); return; }
+      const answer = await cc.post("/api/preview", { method: this.method, distance: this.distance, time_scale: this.scale, stretch: this.stretch });
+      this.problem = answer.ok ? "" : answer.text;
+      this.preview = cc.preview = answer.ok ? answer : null;
+      this.dry = cc.dry = null;
+      if (answer.ok && !answer.parts.some((part) => part.drone === this.chosen)) this.chosen = answer.parts[0].drone;
+      this.mark();
+    },
+    async dryRun() {
+      this.isRunning = true;
+      const answer = await cc.post("/api/dry_run", { preview: this.preview.key });
+      this.isRunning = false;
+      this.problem = answer.ok ? "" : answer.text;
+      this.dry = cc.dry = answer.ok ? answer : null;
+      this.mark();
+    },
+    fly() { cc.command({ name: "fly", preview: this.preview.key }); },
+    draw() {
+      const part = this.preview && this.preview.parts.find((one) => one.drone === this.chosen);
+      const colors = ["#e0524d", "#3aa655", "#3d7fe0"];
+      for (const [name, unit, order] of [["position", "m"], ["velocity", "m/s", "speed"], ["acceleration", "m/s²", "force"]]) {
+        const series = !part ? [] : ["x", "y", "z"].map((axis, k) => ({ name: axis, color: colors[k], times: part.times, values: part[name].map((row) => row[k]) }));
+        if (part && order) series.push({ name: "magnitude", color: cc.ink(0.9), times: part.times, values: part[order] });
+        const limit = part && (name === "velocity" ? part.limits.speed : name === "acceleration" ? part.limits.acceleration : null);
+        const spans = part ? part.violations[name === "velocity" ? "speed" : name] || [] : [];
+        cc.plot(this.$refs[name], { title: `${name}${part ? " of " + part.drone : ""}`, unit, series, spans, limits: limit ? [{ value: limit, name: `limit ${limit} ${unit}` }] : [] });
+      }
+      this.drawPath();
+    },
+    drawPath() {
+      const { context: c, width, height } = cc.canvas(this.$refs.path);
+      c.font = "12px system-ui, sans-serif"; c.fillStyle = cc.ink(0.85);
+      c.fillText("from above: drawn (pale), fitted (dark), dry run (dashes)", 10, 15);
+      if (!this.preview) return;
+      const drawn = cc.drawings.drawings, all = drawn.flatMap((d) => d.points).concat(this.preview.parts.flatMap((p) => p.position));
+      const xs = all.map((p) => p[0]), ys = all.map((p) => p[1]);
+      const low = [Math.min(...xs), Math.min(...ys)], high = [Math.max(...xs), Math.max(...ys)];
+      const scale = Math.min((width - 30) / Math.max(0.5, high[0] - low[0]), (height - 44) / Math.max(0.5, high[1] - low[1]));
+      const at = ([x, y]) => [width / 2 + (x - (low[0] + high[0]) / 2) * scale, height / 2 + 10 - (y - (low[1] + high[1]) / 2) * scale];
+      const line = (points, color, wide, dash) => {
+        c.strokeStyle = color; c.lineWidth = wide; c.setLineDash(dash || []); c.lineJoin = "round"; c.beginPath();
+        points.forEach((p, k) => { const [x, y] = at(p); if (k) c.lineTo(x, y); else c.moveTo(x, y); });
+        c.stroke(); c.setLineDash([]);
+      };
+      drawn.forEach((d) => line(d.points, cc.ink(0.2), 6));
+      this.preview.parts.forEach((part) => line(part.position, cc.color(cc.setting.names.indexOf(part.drone)), 2));
+      if (this.dry) this.dry.parts.forEach((part) => line(part.path, cc.ink(0.9), 1, [4, 4]));
+    },
+  },
+};

@@ -1,0 +1,235 @@
+// Live picture of the room: drones with attitude, trails, references, who talks to whom, obstacles, the other branch.
+import { THREE, OrbitControls, CSS2DRenderer, CSS2DObject } from "nicegui-scene";
+
+const MOST_LABELS = 40;
+
+export default {
+  template: `
+    <div class="cc-view">
+      <canvas data-testid="view" aria-label="Drones in the room, live" role="img"></canvas>
+      <div class="cc-view-labels"></div>
+      <div class="cc-view-tools">
+        <q-toggle dense v-for="name in Object.keys(show)" :key="name" v-model="show[name]" :label="name" @update:model-value="mark && mark()" />
+        <q-btn dense flat icon="center_focus_strong" aria-label="Show all drones" @click="look" />
+      </div>
+      <div v-if="problem" class="cc-view-problem">{{ problem }}</div>
+    </div>`,
+  data: () => ({ show: { names: true, trails: true, references: true, graph: true, obstacles: true }, problem: "" }),
+  mounted() {
+    this.canvas = this.$el.querySelector("canvas");
+    try {
+      this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true });
+    } catch {
+      this.problem = "This browser draws no 3-D pictures (WebGL is off); the map on the tab Fly shows the drones.";
+      return;
+    }
+    this.three = {};
+    // without a graphics card each picture takes the time of the flight itself
+    const gl = this.renderer.getContext(), about = gl.getExtension("WEBGL_debug_renderer_info");
+    const isSlow = about && /swiftshader|llvmpipe|software/i.test(gl.getParameter(about.UNMASKED_RENDERER_WEBGL));
+    this.sharpness = isSlow ? 0.75 : 1.5;
+    const scene = (this.three.scene = new THREE.Scene());
+    const camera = (this.three.camera = new THREE.PerspectiveCamera(45, 1, 0.05, 300));
+    camera.up.set(0, 0, 1);
+    this.three.controls = new OrbitControls(camera, this.canvas);
+    this.three.controls.addEventListener("change", () => this.mark());
+    scene.add(new THREE.HemisphereLight(0xffffff, 0x8899aa, 2.6));
+    const sun = new THREE.DirectionalLight(0xffffff, 1.4);
+    sun.position.set(3, -4, 8);
+    scene.add(sun);
+    this.labels = new CSS2DRenderer({ element: this.$el.querySelector(".cc-view-labels") });
+    this.mark = cc.drawer(this.canvas, () => this.draw(), isSlow ? 250 : 0);
+    this.offs = [cc.on("frame", () => this.mark()), cc.on("setting", () => this.build()), cc.on("branch", () => this.mark())];
+    this.sizes = new ResizeObserver(() => this.mark());
+    this.sizes.observe(this.$el);
+    if (cc.setting && cc.frame) this.build();
+  },
+  unmounted() {
+    if (!this.mark) return;
+    this.mark.end();
+    this.sizes.disconnect();
+    this.offs.forEach((off) => off());
+    this.renderer.dispose();
+  },
+  methods: {
+    build() {
+      if (!cc.frame) { setTimeout(() => this.build(), 100); return; }
+      const scene = this.three.scene, count = cc.setting.names.length;
+      if (this.three.room) { scene.remove(this.three.room); }
+      const room = (this.three.room = new THREE.Group());
+      scene.add(room);
+      const grid = (this.three.grid = new THREE.GridHelper(20, 20));
+      grid.rotation.x = Math.PI / 2;
+      grid.material.transparent = true;
+      grid.material.opacity = 0.35;
+      room.add(grid);
+      // one body of many: an arm cross with four rotors, nose along x
+      const parts = this.body();
+      this.three.bodies = parts.map(({ geometry, isAccent }) => {
+        const mesh = new THREE.InstancedMesh(geometry, new THREE.MeshLambertMaterial({ color: 0xffffff }), count);
+        mesh.frustumCulled = false;
+        for (let i = 0; i < count; i++) mesh.setColorAt(i, isAccent ? this.colorOf(i) : new THREE.Color(0x7a8694));
+        room.add(mesh);
+        return mesh;
+      });
+      this.three.ghosts = new THREE.InstancedMesh(
+        new THREE.SphereGeometry(0.03, 12, 8), new THREE.MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.6 }), count);
+      this.three.ghosts.frustumCulled = false;
+      for (let i = 0; i < count; i++) this.three.ghosts.setColorAt(i, this.colorOf(i));
+      room.add(this.three.ghosts);
+      this.three.trails = this.lines(40000, true);
+      this.three.graph = this.lines(2 * Math.max(1, cc.setting.graph.length), false);
+      this.three.others = this.lines(40000, true);
+      this.three.others.material.opacity = 0.35;
+      room.add(this.three.trails, this.three.graph, this.three.others);
+      this.three.obstacles = new THREE.Group();
+      for (const thing of cc.setting.obstacles) {
+        const [a, b, h] = thing.size;
+        const geometry =
+          thing.shape === "box" ? new THREE.BoxGeometry(2 * a, 2 * b, 2 * h)
+          : thing.shape === "sphere" ? new THREE.SphereGeometry(a, 24, 16)
+          : new THREE.CylinderGeometry(a, a, 2 * b, 24).rotateX(Math.PI / 2);
+        const [r, g, bl, alpha] = thing.color;
+        const mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({
+          color: new THREE.Color(r, g, bl), transparent: alpha < 1, opacity: alpha }));
+        const [w, x, y, z] = thing.quat;
+        mesh.position.set(...thing.position);
+        mesh.quaternion.set(x, y, z, w);
+        this.three.obstacles.add(mesh);
+      }
+      const area = cc.setting.safety_area;
+      if (area) {
+        const box = new THREE.Box3(new THREE.Vector3(...area.low), new THREE.Vector3(...area.high));
+        this.three.obstacles.add(new THREE.Box3Helper(box, 0xdd7714));
+      }
+      room.add(this.three.obstacles);
+      this.three.names = cc.setting.names.slice(0, MOST_LABELS).map((name) => {
+        const text = document.createElement("div");
+        text.className = "cc-label";
+        text.textContent = name;
+        const label = new CSS2DObject(text);
+        room.add(label);
+        return label;
+      });
+      this.look();
+    },
+    colorOf(i) {
+      const color = new THREE.Color();
+      color.setHSL(((i * 137.5 + 205) % 360) / 360, 0.75, 0.48);
+      return color;
+    },
+    body() {
+      const arms = [Math.PI / 4, -Math.PI / 4].map((angle) => new THREE.BoxGeometry(0.13, 0.012, 0.008).rotateZ(angle));
+      const rotors = [0, 1, 2, 3].map((k) => {
+        const angle = Math.PI / 4 + (k * Math.PI) / 2;
+        return new THREE.CylinderGeometry(0.024, 0.024, 0.004, 14).rotateX(Math.PI / 2)
+          .translate(0.065 * Math.cos(angle), 0.065 * Math.sin(angle), 0.012);
+      });
+      const hull = new THREE.BoxGeometry(0.05, 0.03, 0.016);
+      const nose = new THREE.ConeGeometry(0.012, 0.03, 8).rotateZ(-Math.PI / 2).translate(0.04, 0, 0.004);
+      return [
+        { geometry: merged([...arms, hull]), isAccent: false },
+        { geometry: merged([...rotors, nose]), isAccent: true },
+      ];
+    },
+    lines(most, hasColors) {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute("position", new THREE.BufferAttribute(new Float32Array(most * 3), 3));
+      if (hasColors) geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(most * 3), 3));
+      geometry.setDrawRange(0, 0);
+      const material = new THREE.LineBasicMaterial({ vertexColors: hasColors, transparent: true, opacity: hasColors ? 0.9 : 0.35,
+        color: hasColors ? 0xffffff : 0x8899aa });
+      const lines = new THREE.LineSegments(geometry, material);
+      lines.frustumCulled = false;
+      return lines;
+    },
+    look() {
+      if (!cc.frame || !this.three) return;
+      const box = new THREE.Box3();
+      cc.frame.drones.forEach((drone) => box.expandByPoint(new THREE.Vector3(...drone.position)));
+      cc.drawings.drawings.forEach((drawing) => drawing.points.forEach(([x, y]) => box.expandByPoint(new THREE.Vector3(x, y, drawing.height))));
+      box.expandByPoint(new THREE.Vector3(box.min.x, box.min.y, 1.0));
+      const middle = box.getCenter(new THREE.Vector3()), away = 1.7 + 0.75 * box.getSize(new THREE.Vector3()).length();
+      this.three.controls.target.set(middle.x, middle.y, 0.5);
+      this.three.camera.position.set(middle.x + 0.45 * away, middle.y - 0.9 * away, 0.5 + 0.55 * away);
+      this.three.controls.update();
+      this.mark();
+    },
+    draw() {
+      if (!this.three || !this.three.bodies || !cc.frame) return;
+      const { scene, camera } = this.three, frame = cc.frame, big = 1.6 + Math.min(1.0, frame.drones.length / 30);
+      const box = this.$el.getBoundingClientRect();
+      const width = Math.max(1, Math.round(box.width)), height = Math.max(1, Math.round(box.height));
+      if (this.width !== width || this.height !== height) {
+        this.width = width; this.height = height;
+        this.renderer.setPixelRatio(Math.min(this.sharpness, window.devicePixelRatio || 1));
+        this.renderer.setSize(width, height, false);
+        this.labels.setSize(width, height);
+        camera.aspect = width / height;
+        camera.updateProjectionMatrix();
+      }
+      const matrix = new THREE.Matrix4(), place = new THREE.Vector3(), turn = new THREE.Quaternion();
+      const one = new THREE.Vector3(big, big, big), none = new THREE.Vector3(0, 0, 0);
+      frame.drones.forEach((drone, i) => {
+        place.set(...drone.position); turn.set(...drone.quat);
+        matrix.compose(place, turn, one);
+        this.three.bodies.forEach((mesh) => mesh.setMatrixAt(i, matrix));
+        const isTold = this.show.references && Number.isFinite(drone.reference[0]);
+        if (isTold) place.set(...drone.reference);
+        matrix.compose(place, turn, isTold ? one : none);
+        this.three.ghosts.setMatrixAt(i, matrix);
+        const label = this.three.names[i];
+        if (label) { label.position.set(drone.position[0], drone.position[1], drone.position[2] + 0.09 * big); label.visible = this.show.names; }
+      });
+      this.three.bodies.forEach((mesh) => { mesh.instanceMatrix.needsUpdate = true; });
+      this.three.ghosts.instanceMatrix.needsUpdate = true;
+      this.three.obstacles.visible = this.show.obstacles;
+      // trails grow ten times a second, and are the most work
+      const newest = `${cc.trails.length} ${cc.trails.length ? cc.trails[cc.trails.length - 1].time : 0} ${this.show.trails} ${Object.keys(cc.ghosts)}`;
+      if (newest !== this.newest) {
+        this.newest = newest;
+        this.put(this.three.trails, this.show.trails ? this.segments(cc.trails.map((point) => point.positions)) : []);
+        this.put(this.three.others, Object.values(cc.ghosts).flatMap((ghost) => this.segments(ghost.positions)));
+      }
+      this.put(this.three.graph, this.show.graph ? cc.setting.graph.flatMap(([i, j]) => [[i, frame.drones[i].position], [j, frame.drones[j].position]]) : []);
+      this.renderer.setClearColor(cc.isDark() ? 0x14181d : 0xf4f6f8);
+      this.renderer.render(scene, camera);
+      this.labels.render(scene, camera);
+    },
+    segments(rows) {
+      const found = [];
+      for (let k = 1; k < rows.length; k++)
+        for (let i = 0; i < rows[k].length; i++) found.push([i, rows[k - 1][i]], [i, rows[k][i]]);
+      return found;
+    },
+    put(lines, points) {
+      const position = lines.geometry.attributes.position, color = lines.geometry.attributes.color;
+      const count = Math.min(points.length, position.count), first = points.length - count;
+      this.palette = this.palette || {};
+      for (let k = 0; k < count; k++) {
+        const [i, place] = points[first + k];
+        position.setXYZ(k, place[0], place[1], place[2]);
+        if (color) {
+          const paint = (this.palette[i] = this.palette[i] || this.colorOf(i));
+          color.setXYZ(k, paint.r, paint.g, paint.b);
+        }
+      }
+      position.needsUpdate = true;
+      if (color) color.needsUpdate = true;
+      lines.geometry.setDrawRange(0, count);
+    },
+  },
+};
+
+function merged(geometries) {
+  const positions = [], normals = [];
+  for (const geometry of geometries) {
+    const flat = geometry.toNonIndexed();
+    positions.push(...flat.attributes.position.array);
+    normals.push(...flat.attributes.normal.array);
+  }
+  const result = new THREE.BufferGeometry();
+  result.setAttribute("position", new THREE.Float32BufferAttribute(positions, 3));
+  result.setAttribute("normal", new THREE.Float32BufferAttribute(normals, 3));
+  return result;
+}

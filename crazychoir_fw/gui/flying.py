@@ -1,0 +1,136 @@
+"""Flies drawn curves: take-off where need be, all to where their curves begin, then all curves at once."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crazychoir_fw.errors import StateError
+from crazychoir_fw.messages import TrajectoryPoint
+
+if TYPE_CHECKING:
+    from crazychoir_fw.experiment.agent import Agent
+    from crazychoir_fw.experiment.experiment import Experiment
+    from crazychoir_fw.gui.access import Access
+    from crazychoir_fw.planning import Polynomial
+
+APPROACH_SPEED = 0.5  # [m/s]
+SHORTEST_S = 2.0
+"""Least time of a go-to that nobody gave a time (s)."""
+_SETTLE_S = 1.0
+_AT_HEIGHT_M = 0.1
+
+
+def duration_of(distance: float) -> float:
+    """Return the time (s) that a go-to over a distance (m) takes where nobody says."""
+    return max(SHORTEST_S, distance / APPROACH_SPEED)
+
+
+def cannot_go(experiment: Experiment, agent: Agent) -> str | None:
+    """Return why a drone follows no trajectory of a user, a sentence, or None."""
+    controlled = {int(i) for group in experiment.groups for i in group.indices}
+    if agent.planner is None and agent.index in controlled:
+        return (
+            f"{agent.name}: follows its guidance, {type(agent.guidance).__name__}, and takes no trajectories; "
+            "a mission with layers.planning does"
+        )
+    return agent.failure and f"{agent.failure}; REBOOT helps"
+
+
+def go_to(experiment: Experiment, agent: Agent, goal: Any, seconds: float) -> None:
+    """Send a drone to a point (m, world), shape (3,)."""
+    experiment.set_trajectory([TrajectoryPoint(seconds, np.asarray(goal, float))], agent.name)
+
+
+@dataclass
+class Leg:
+    """What one drone flies."""
+
+    drone: int
+    curve: Polynomial
+
+
+class Flying:
+    """Curves on their way."""
+
+    def __init__(self, experiment: Experiment, access: Access, legs: Sequence[Leg], name: str) -> None:
+        """Begin: who stands on the floor takes off.
+
+        Raises:
+            StateError: If a drone follows no trajectories, or cannot fly.
+        """
+        self.name = name
+        self.legs = list(legs)
+        self.phase = "climb"
+        self.started: float | None = None
+        """When the curves began (s)."""
+        self.duration = max(leg.curve.duration for leg in legs)
+        self._experiment = experiment
+        self._access = access
+        agents = [experiment.agents[leg.drone] for leg in legs]
+        for agent in agents:
+            reason = cannot_go(experiment, agent) or (None if agent.is_up else access.refusal(agent.index))
+            if reason:
+                raise StateError(reason)
+        resting = [agent.name for agent in agents if not agent.is_up]
+        self._until = experiment.time
+        if resting:
+            experiment.takeoff(resting)
+            self._until += max(getattr(experiment.agents[leg.drone].guidance, "takeoff_time", 5.0) for leg in legs)
+            self._until += _SETTLE_S
+
+    def without(self, drones: Sequence[int]) -> None:
+        """Leave out drones that somebody stopped, landed or sent elsewhere."""
+        self.legs = [leg for leg in self.legs if leg.drone not in drones]
+
+    @property
+    def is_over(self) -> bool:
+        """Whether all curves have been flown."""
+        return self.phase == "done" or not self.legs
+
+    def step(self, now: float) -> None:
+        """Go on to the next part when its time has come."""
+        self.legs = [leg for leg in self.legs if self._experiment.agents[leg.drone].is_up]
+        if self.is_over or now < self._until:
+            return
+        if self.phase == "climb":
+            self.phase = "approach"
+            self._until = now + self._approach() + _SETTLE_S
+        elif self.phase == "approach":
+            self.phase = "curves"
+            self.started = now
+            self._until = now + self.duration
+            for leg in self.legs:
+                follow(self._experiment, self._access, leg.drone, leg.curve, now)
+        else:
+            self.phase = "done"
+
+    def _approach(self) -> float:
+        position = self._experiment.backend.poses().position
+        starts = [leg.curve.at(0.0)[:3] for leg in self.legs]
+        farthest = max(
+            float(np.linalg.norm(start - position[leg.drone])) for leg, start in zip(self.legs, starts, strict=True)
+        )
+        seconds = duration_of(farthest)
+        for leg, start in zip(self.legs, starts, strict=True):
+            go_to(self._experiment, self._experiment.agents[leg.drone], start, seconds)
+        return seconds
+
+
+def follow(experiment: Experiment, access: Access, drone: int, curve: Polynomial, now: float) -> None:
+    """Let a drone follow a curve from now on: its trajectory handler streams it, or its planner on board has it."""
+    agent = experiment.agents[drone]
+    if agent.planner is None:
+        from crazychoir_fw.planning import to_pieces
+
+        access.fly_uploaded(drone, to_pieces(curve).rows)
+    elif hasattr(agent.planner, "set_curve"):
+        agent.planner.set_curve(curve, now)
+    else:  # of a user's, that knows points only
+        count = max(2, math.ceil(curve.duration / 0.5))
+        times = np.linspace(0.0, curve.duration, count + 1)[1:]
+        experiment.set_trajectory([TrajectoryPoint(float(t), curve.at(t)[:3]) for t in times], agent.name)

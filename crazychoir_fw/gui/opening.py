@@ -1,0 +1,27 @@
+"""From a mission file to what the page flies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from crazychoir_fw.mission.schema import LayeredMission
+
+
+def open_mission(path: Path, **overrides: Any) -> LayeredMission:
+    """Return a mission; the drones of one without layers get buttons, and are flown by their planners on board.
+
+    Raises:
+        MissionError: If the file cannot be flown.
+    """
+    from crazychoir_fw.mission import load_mission
+    from crazychoir_fw.mission.layers import GuidanceLayer, Layers
+    from crazychoir_fw.mission.schema import LayeredMission
+
+    mission = load_mission(path, **overrides)
+    if isinstance(mission, LayeredMission):
+        return mission
+    given = {name: getattr(mission, name) for name in type(mission).model_fields if name != "flight"}
+    layers = Layers(guidance=GuidanceLayer.model_validate({"class": "SimpleGuidance"}))
+    return LayeredMission.model_construct(**given, flight=[], layers=layers)

@@ -1,0 +1,97 @@
+"""Serves the page of one flight."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from crazychoir_fw.errors import CrazychoirError, RangeError
+from crazychoir_fw.gui.guard import Guard, is_loopback
+
+if TYPE_CHECKING:
+    from crazychoir_fw.gui.session import Session
+
+
+def require_nicegui() -> None:
+    """See that the libraries of the page are there.
+
+    Raises:
+        CrazychoirError: If they are not.
+    """
+    try:
+        import nicegui  # noqa: F401
+    except ImportError:
+        raise CrazychoirError("the page needs NiceGUI: run pip install 'crazychoir-fw[gui]'") from None
+
+
+def make_app(session: Session, folder: Path | None = None, token: str | None = None, with_page: bool = True) -> Any:
+    """Return the ASGI application of a flight.
+
+    Args:
+        session: The flight.
+        folder: Where drawings are saved.
+        token: What browsers must know.
+        with_page: Whether there is the page, beside the endpoints; one per process.
+    """
+    from fastapi import FastAPI
+
+    from crazychoir_fw.gui.api import Api
+    from crazychoir_fw.gui.commands import Commands
+    from crazychoir_fw.gui.drawings import Drawings
+    from crazychoir_fw.gui.live import Live
+    from crazychoir_fw.gui.previews import Previews
+
+    drawings = Drawings(session.names, Path("drawings") if folder is None else folder)
+    previews = Previews(session.mission, drawings)
+    live = Live(session, drawings)
+    api = Api(session, Commands(session, previews), drawings, previews, live)
+    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+    app.router.routes.extend(api.routes())
+    app.state.drawings = drawings
+    if with_page:
+        from crazychoir_fw.gui.page import mount
+
+        mount(app, session)
+    return Guard(app, token)
+
+
+def serve(
+    session: Session, host: str = "127.0.0.1", port: int = 8080, token: str | None = None, folder: Path | None = None
+) -> None:
+    """Serve until somebody presses Ctrl-C.
+
+    Raises:
+        RangeError: If the page would be open to others without a token.
+    """
+    check_host(host, token)
+    server = make_server(session, host, port, token, folder)
+    server.run()
+
+
+def check_host(host: str, token: str | None) -> None:
+    """See that whoever reaches the page may fly the drones.
+
+    Raises:
+        RangeError: If not.
+    """
+    if not is_loopback(host) and (token is None or len(token) < 8):
+        raise RangeError(
+            f"--host {host}: whoever reaches this address could fly the drones; give a --token of 8 characters or more"
+        )
+
+
+def make_server(
+    session: Session,
+    host: str = "127.0.0.1",
+    port: int = 8080,
+    token: str | None = None,
+    folder: Path | None = None,
+) -> Any:
+    """Return a uvicorn server, not started yet."""
+    import uvicorn
+
+    app = make_app(session, folder, token)
+    config = uvicorn.Config(
+        app, host=host, port=port, log_level="warning", ws_max_size=1_000_000, timeout_graceful_shutdown=2
+    )
+    return uvicorn.Server(config)

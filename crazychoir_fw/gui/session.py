@@ -1,0 +1,383 @@
+"""`Session`: one flight in a thread of its own. Browsers come and go, and the flight goes on.
+
+Everything that touches the flight happens in that thread, between two rounds: commands wait in a queue for it. What
+browsers are shown are copies that it lays out.
+"""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time as wall
+from collections import OrderedDict, deque
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.errors import CrazychoirError, StateError
+from crazychoir_fw.experiment.agents import graph_of
+from crazychoir_fw.gui.access import Access, open_access
+from crazychoir_fw.gui.branches import Branches, Moment
+from crazychoir_fw.gui.memory import Memory
+from crazychoir_fw.mission.layered_flight import make_experiment
+
+if TYPE_CHECKING:
+    from crazychoir_fw.experiment.experiment import Experiment
+    from crazychoir_fw.gui.flying import Flying
+    from crazychoir_fw.mission.schema import LayeredMission
+
+Array = NDArray[np.float64]
+
+FRAME_S = 1.0 / 15.0
+"""Between two frames for browsers (s, by the clock on the wall)."""
+SAMPLE_S = 0.1
+"""Between two samples of the past (s, of the flight)."""
+MOMENT_S = 0.5
+"""Least time between two moments to go back to (s, of the flight)."""
+MOMENT_SHARE = 0.02
+"""Part of the time that moments may take."""
+_MOST_COMMANDS = 10_000  # whose answers are kept
+_BEHIND_S = 0.2  # a flight that is later than this does not try to catch up
+_WAIT_S = 0.05
+_STILL_S = 0.5  # between two frames of a pause, unless something is asked for
+_TOLD = ("takeoff", "start", "land", "stop")  # by the command that asked for it
+
+PHASES = ("ground", "flying", "landing", "landed", "failed")
+
+
+@dataclass(frozen=True)
+class Frame:
+    """What the drones do at an instant, for whoever watches."""
+
+    number: int
+    time: float
+    """Of the flight (s)."""
+    rate: float
+    """Simulated seconds per second, of late."""
+    position: Array
+    """(N, 3), m, world."""
+    orientation: Array
+    """(N, 4), xyzw."""
+    reference: Array
+    """(N, 3), m, world; NaN where there is none."""
+    phase: NDArray[np.int8]
+    """Numbers of `PHASES`, (N,)."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """A line of the console."""
+
+    number: int
+    time: float
+    kind: str
+    drone: str
+    text: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        return {"number": self.number, "time": round(self.time, 2), "kind": self.kind, "drone": self.drone,
+                "text": self.text}  # fmt: skip
+
+
+class Session:
+    """A flight that waits for commands."""
+
+    def __init__(self, mission: LayeredMission, speed: float = 1.0, threads: int | None = None) -> None:
+        """Prepare; `open` begins.
+
+        Args:
+            mission: What flies.
+            speed: Simulated seconds per second at first; 0 is a pause.
+            threads: Worker threads of a simulated world.
+        """
+        self.mission = mission
+        self.names = [drone.id for drone in mission.fleet]
+        self.graph = [(int(i), int(j)) for i, j in graph_of(mission).pairs]
+        self.speed = speed
+        self.error: str | None = None
+        """Why there is no flight, or no longer, a sentence."""
+        self.is_ready = False
+        self.experiment: Experiment | None = None
+        self.access: Access | None = None
+        self.branches = Branches()
+        self.flying: Flying | None = None
+        self.frame: Frame | None = None
+        self.lines: deque[Line] = deque(maxlen=2000)
+        self.watched: dict[object, tuple[tuple[int, str], ...]] = {}
+        """Log variables that browsers plot, by browser: (drone, name)."""
+        self.plotted: deque[tuple[float, dict[tuple[int, str], float]]] = deque(maxlen=4000)
+        """Time (s) and values of watched variables."""
+        self.no_rewind: str | None = None
+        """Why time cannot be turned back, a sentence."""
+        self._threads = threads
+        self._queue: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]]] = queue.SimpleQueue()
+        self._answers: OrderedDict[str, Future[Any]] = OrderedDict()
+        self._lock = threading.Lock()
+        self._closing = threading.Event()
+        self._thread: threading.Thread | None = None
+        self._seen_happenings = 0
+        self._next_frame = self._next_sample = self._next_moment = self._next_plot = -np.inf
+        self._due: float | None = None
+        self._pace: deque[tuple[float, float]] = deque(maxlen=30)
+        self._console: dict[int, str] = {}
+        self._shown = 0
+        self._lines_told = 0
+
+    # ---------------------------------------------------------------- for all threads
+
+    def open(self) -> Session:
+        """Begin the flight in its thread; drones of a simulation need a moment until they are ready."""
+        self._thread = threading.Thread(target=self._run, name="flight", daemon=True)
+        self._thread.start()
+        return self
+
+    def close(self) -> None:
+        """End the flight, and let go of the drones."""
+        self._closing.set()
+        if self._thread is not None:
+            self._thread.join(timeout=20.0)
+
+    def __enter__(self) -> Session:
+        return self.open()
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def wait_until_ready(self, timeout_s: float = 60.0) -> None:
+        """Wait until the drones are ready.
+
+        Raises:
+            StateError: If they are not in time, or cannot be.
+        """
+        end = wall.monotonic() + timeout_s
+        while not self.is_ready:
+            if self.error is not None:
+                raise StateError(self.error)
+            if wall.monotonic() > end:
+                raise StateError(f"the drones were not ready within {timeout_s:g} s")
+            wall.sleep(0.01)
+
+    def ask(self, action: Callable[[], Any]) -> Future[Any]:
+        """Have something done between two rounds; returns what will hold the answer."""
+        future: Future[Any] = Future()
+        if self.error is not None or self._closing.is_set():
+            future.set_exception(StateError(self.error or "the flight is over"))
+        else:
+            self._queue.put((action, future))
+        return future
+
+    def once(self, command_id: str, action: Callable[[], Future[Any]]) -> Future[Any]:
+        """Return the answer to a command; `action` is called only if there was none of this id."""
+        with self._lock:
+            if command_id in self._answers:
+                return self._answers[command_id]
+            future = self._answers[command_id] = action()
+            while len(self._answers) > _MOST_COMMANDS:
+                self._answers.popitem(last=False)
+            return future
+
+    def say(self, kind: str, text: str, drone: str = "", time: float | None = None) -> None:
+        """Write a line to the console."""
+        frame = self.frame
+        at = (0.0 if frame is None else frame.time) if time is None else time
+        self._lines_told += 1
+        self.lines.append(Line(self._lines_told, at, kind, drone, text))
+
+    def lines_since(self, number: int) -> list[dict[str, Any]]:
+        """Return the lines of the console after one."""
+        return [line.as_dict() for line in list(self.lines) if line.number > number]
+
+    # ---------------------------------------------------------------- the thread of the flight
+
+    def _run(self) -> None:
+        try:
+            self.experiment = make_experiment(self.mission)
+            self.access = open_access(self.experiment.backend)
+            # a log of everything grows by megabytes a second, and nobody asked for one
+            self.experiment.backend.record = lambda extra: None  # type: ignore[method-assign]
+            if not self.access.can_rewind:
+                self.no_rewind = "the time of real drones cannot be turned back"
+            self._publish()
+            self.is_ready = True
+            self.say("ready", f"{len(self.names)} drones are ready, backend {self.mission.backend}")
+            while not self._closing.is_set():
+                self._round()
+        except CrazychoirError as error:
+            self._end(str(error))
+        except Exception as error:  # a user's code may raise anything while it is made
+            self._end(f"the flight has ended: {type(error).__name__}: {error}")
+        finally:
+            if self.experiment is not None:
+                self.experiment.backend.close()
+            self._refuse_all()
+
+    def _end(self, sentence: str) -> None:
+        self.error = sentence
+        self.say("error", sentence)
+
+    def _refuse_all(self) -> None:
+        while not self._queue.empty():
+            _, future = self._queue.get()
+            future.set_exception(StateError(self.error or "the flight is over"))
+
+    def _round(self) -> None:
+        self._answer(_WAIT_S if self.is_paused else 0.0)
+        if not self.is_paused:
+            self.experiment.step()
+            now = self.experiment.time
+            if self.flying is not None:
+                self.flying.step(now)
+                if self.flying.is_over:
+                    self.say("flown", f"'{self.flying.name}' has been flown")
+                    self.flying = None
+            self._remember(now)
+            self._sample_plots(now)
+        self._hear()
+        clock = wall.perf_counter()
+        if clock >= self._next_frame:
+            self._next_frame = clock + (_STILL_S if self.is_paused else FRAME_S)
+            self._publish()
+        self._keep_pace()
+
+    @property
+    def is_paused(self) -> bool:
+        """Whether time stands still."""
+        return self.speed == 0.0 and not self.experiment.backend.is_real_time
+
+    def _answer(self, patience_s: float) -> None:
+        """Do what was asked for."""
+        while True:
+            try:
+                action, future = self._queue.get(timeout=patience_s) if patience_s else self._queue.get_nowait()
+            except queue.Empty:
+                return
+            patience_s = 0.0
+            try:
+                future.set_result(action())
+            except Exception as error:
+                future.set_exception(error)
+            self._next_frame = -np.inf
+
+    def _keep_pace(self) -> None:
+        """Let simulated time wait for the clock on the wall: here alone it does."""
+        if self.experiment.backend.is_real_time or self.is_paused:
+            self._due = None
+            return
+        clock = wall.perf_counter()
+        self._due = (clock if self._due is None else self._due) + self.experiment.period / self.speed
+        if self._due > clock:
+            # a command that comes meanwhile is heard within a round
+            wall.sleep(self._due - clock)
+        else:
+            if clock - self._due > _BEHIND_S:
+                self._due = clock
+            wall.sleep(0)  # others want to have their turn
+
+    def _remember(self, now: float) -> None:
+        if now >= self._next_sample:
+            self._next_sample = now + SAMPLE_S - 1e-6
+            self.branches.present.sample(now, self.access.true_pose().position)
+        if now >= self._next_moment and self.no_rewind is None:
+            begin = wall.perf_counter()
+            try:
+                self.branches.present.add(self.take_moment())
+            except Exception as error:  # a user's objects may be of any kind
+                self.no_rewind = f"time cannot be turned back here: {type(error).__name__}: {error}"
+            cost = wall.perf_counter() - begin
+            self._next_moment = now + min(max(MOMENT_S, cost / MOMENT_SHARE * max(self.speed, 1.0)), 4 * MOMENT_S)
+
+    def take_moment(self) -> Moment:
+        """Return this instant."""
+        roots, leaves = self.access.memory_roots()
+        # legs and agents of what is being flown are part of it
+        layers = Memory([self.experiment, self.flying, *roots],
+                        [*leaves, self.mission, self.access, self.experiment.shares,
+                         *([] if self.experiment.backend in roots else [self.experiment.backend])])  # fmt: skip
+        return Moment(self.experiment.time, self.access.remember(), layers, self.flying)
+
+    def go_back(self, number: int, time: float) -> float:
+        """Make everything what it was, and begin a new branch there; returns when that is (s).
+
+        Raises:
+            StateError: If time cannot be turned back.
+        """
+        if self.no_rewind is not None:
+            raise StateError(self.no_rewind)
+        if number == self.branches.present.number:
+            self.branches.present.add(self.take_moment())
+        parent, moment = self.branches.find(number, time)
+        moment.layers.restore()
+        self.access.recall(moment.world)
+        self.flying = moment.extra
+        self.branches.leave(parent, moment)
+        now = self.experiment.time
+        self._next_sample = self._next_plot = -np.inf
+        self._next_moment = now + MOMENT_S
+        self._seen_happenings = len(self.experiment.happenings)
+        self.plotted.clear()
+        self._pace.clear()
+        return now
+
+    def _sample_plots(self, now: float) -> None:
+        if not self.watched or now < self._next_plot:
+            return
+        self._next_plot = now + 0.05 - 1e-6
+        values = {}
+        for chosen in list(self.watched.values()):
+            for drone, name in chosen:
+                if (drone, name) not in values:
+                    try:
+                        values[drone, name] = self.access.log_value(drone, name)
+                    except CrazychoirError:
+                        values[drone, name] = float("nan")
+        self.plotted.append((now, values))
+
+    def _hear(self) -> None:
+        """Take what happened to the console."""
+        happened = self.experiment.happenings
+        for happening in happened[self._seen_happenings :]:
+            if happening.kind in _TOLD:
+                continue
+            text = happening.details or happening.kind
+            self.say(happening.kind, text, happening.drone, happening.time)
+        self._seen_happenings = len(happened)
+
+    def _publish(self) -> None:
+        experiment, access = self.experiment, self.access
+        now, clock = experiment.time, wall.perf_counter()
+        self._pace.append((now, clock))
+        (t0, c0), elapsed = self._pace[0], clock - self._pace[0][1]
+        pose = access.true_pose()
+        reference = access.references()
+        if reference is None:
+            reference = np.full((len(self.names), 3), np.nan)
+        for agent in experiment.agents:
+            given = None if agent.reference is None else agent.reference.position
+            if agent.is_up and given is not None:
+                reference[agent.index] = given
+            elif not agent.is_up:
+                reference[agent.index] = np.nan
+        phase = np.array([PHASES.index(agent.phase.value) for agent in experiment.agents], np.int8)
+        self._shown += 1
+        rate = (now - t0) / elapsed if elapsed > 0.0 else 0.0
+        del c0
+        self.frame = Frame(
+            self._shown, now, rate, pose.position.copy(), pose.orientation.copy(), reference, phase
+        )  # fmt: skip
+
+    def listen_to_consoles(self) -> None:
+        """Take what the onboard software printed to the console; called between rounds."""
+        for i, name in enumerate(self.names):
+            text, before = self.access.console(i), self._console.get(i, "")
+            if text != before:
+                self._console[i] = text
+                # what is kept is the end: what is new comes after the longest part that is known
+                known = next((k for k in range(len(before)) if text.startswith(before[k:])), len(before))
+                for line in text[len(before) - known :].splitlines():
+                    if line.strip():
+                        self.say("onboard", line.strip(), name)

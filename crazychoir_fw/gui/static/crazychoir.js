@@ -1,0 +1,329 @@
+// What all parts of the page share: the live connection, commands, the selection, and keys.
+(() => {
+  const listeners = {};
+  const NUMBERS = 11; // of each drone in a frame, as live.py packs them
+  const PHASES = ["ground", "flying", "landing", "landed", "failed"];
+  const TRAIL_S = 15;
+
+  const cc = {
+    setting: null, frame: null, words: {}, drawings: { drawings: [], saved: [] }, lines: [],
+    trails: [], selection: new Set(), connected: false, preview: null, dry: null, ghosts: {}, watch: [],
+    height: 1.0, offline: 0,
+  };
+  window.cc = cc;
+
+  cc.on = (name, listener) => {
+    (listeners[name] = listeners[name] || new Set()).add(listener);
+    return () => listeners[name].delete(listener);
+  };
+  cc.emit = (name, data) => { for (const listener of listeners[name] || []) listener(data); };
+  cc.isDark = () => document.body.classList.contains("body--dark");
+  cc.color = (index) => `hsl(${(index * 137.5 + 205) % 360} 70% ${cc.isDark() ? 62 : 42}%)`;
+  cc.ink = (alpha = 1) => (cc.isDark() ? `rgba(235,240,245,${alpha})` : `rgba(20,30,40,${alpha})`);
+  const newId = () => Array.from(crypto.getRandomValues(new Uint32Array(4)), (n) => n.toString(16)).join("");
+
+  // ---------------------------------------------------------------- requests
+
+  cc.toast = (text, isGood) => {
+    const box = document.getElementById("cc-toasts");
+    if (!box) return;
+    const line = document.createElement("div");
+    line.className = "cc-toast " + (isGood ? "cc-good" : "cc-bad");
+    line.setAttribute("role", isGood ? "status" : "alert");
+    line.textContent = text;
+    line.onclick = () => line.remove();
+    box.append(line);
+    while (box.children.length > 4) box.firstChild.remove();
+    setTimeout(() => line.remove(), isGood ? 4000 : 12000);
+  };
+
+  cc.get = async (path) => {
+    const response = await fetch(path);
+    const answer = await response.json();
+    if (!answer.ok) throw new Error(answer.text);
+    return answer;
+  };
+
+  // The same id with every attempt: the server carries it out once, however often it hears of it.
+  cc.post = async (path, body, attempts = 4) => {
+    for (let attempt = 1; ; attempt++) {
+      try {
+        const response = await fetch(path, {
+          method: "POST", headers: { "content-type": "application/json" }, body: JSON.stringify(body),
+        });
+        const text = await response.text();
+        try { return JSON.parse(text); } catch { return { ok: false, text }; }
+      } catch (error) {
+        if (attempt >= attempts) return { ok: false, text: "The page does not reach its server: is `crazychoir gui` still running?" };
+        await new Promise((done) => setTimeout(done, 300 * attempt));
+      }
+    }
+  };
+
+  cc.command = async (command) => {
+    const answer = await cc.post("/api/command", { id: newId(), command });
+    cc.toast(answer.text, answer.ok);
+    return answer;
+  };
+
+  cc.chosen = () => (cc.selection.size ? [...cc.selection] : null);
+  cc.press = (name, drones) => cc.command({ name, drones: drones === undefined ? cc.chosen() : drones });
+  cc.stop = () => cc.command({ name: "stop", drones: null });
+
+  cc.draw = async (change, isQuiet) => {
+    const answer = await cc.post("/api/drawings", { id: newId(), change });
+    if (answer.drawings) { cc.drawings = answer; cc.emit("drawings"); }
+    if (!answer.ok || !isQuiet) cc.toast(answer.text, answer.ok);
+    return answer;
+  };
+
+  cc.select = (name, isOnly) => {
+    if (isOnly) cc.selection = new Set([name]);
+    else if (!cc.selection.delete(name)) cc.selection.add(name);
+    cc.emit("selection");
+  };
+  cc.selectAll = () => { cc.selection = new Set(); cc.emit("selection"); };
+
+  cc.setWatch = (watch) => {
+    cc.watch = watch;
+    if (socket && socket.readyState === 1) socket.send(JSON.stringify({ watch }));
+  };
+
+  // ---------------------------------------------------------------- live
+
+  const readFrame = (buffer) => {
+    const values = new Float32Array(buffer);
+    const count = Math.floor((values.length - 3) / NUMBERS);
+    const drones = [];
+    for (let i = 0; i < count; i++) {
+      const at = 3 + i * NUMBERS;
+      drones.push({
+        position: [values[at], values[at + 1], values[at + 2]],
+        quat: [values[at + 3], values[at + 4], values[at + 5], values[at + 6]],
+        reference: [values[at + 7], values[at + 8], values[at + 9]],
+        phase: PHASES[values[at + 10]],
+      });
+    }
+    return { number: values[0], time: values[1], rate: values[2], drones };
+  };
+
+  const keepTrail = (frame) => {
+    const last = cc.trails[cc.trails.length - 1];
+    if (last && frame.time < last.time) cc.trails = cc.trails.filter((point) => point.time <= frame.time);
+    if (!last || frame.time - last.time >= 0.1 || frame.time < last.time)
+      cc.trails.push({ time: frame.time, positions: frame.drones.map((drone) => drone.position) });
+    while (cc.trails.length && cc.trails[0].time < frame.time - TRAIL_S) cc.trails.shift();
+  };
+
+  const loadSetting = async () => {
+    for (;;) {
+      try {
+        const setting = await cc.get("/api/setting");
+        if (setting.ready) {
+          cc.setting = setting;
+          cc.height = setting.height;
+          cc.trails = setting.trail.times.map((time, k) => ({ time, positions: setting.trail.positions[k] }));
+          cc.emit("setting");
+          return;
+        }
+        if (setting.error) cc.emit("words", { error: setting.error });
+      } catch { /* asked again */ }
+      await new Promise((done) => setTimeout(done, 500));
+    }
+  };
+
+  cc.loadDrawings = async () => {
+    try { cc.drawings = await cc.get("/api/drawings"); cc.emit("drawings"); } catch { /* told again */ }
+  };
+
+  let socket = null;
+  const connect = () => {
+    const scheme = location.protocol === "https:" ? "wss:" : "ws:";
+    socket = new WebSocket(`${scheme}//${location.host}/api/live`);
+    socket.binaryType = "arraybuffer";
+    socket.onopen = () => {
+      cc.connected = true;
+      cc.emit("connection");
+      if (cc.watch.length) cc.setWatch(cc.watch);
+      if (!cc.setting) loadSetting();
+    };
+    socket.onmessage = (event) => {
+      if (event.data instanceof ArrayBuffer) {
+        cc.frame = readFrame(event.data);
+        if (cc.setting) { keepTrail(cc.frame); cc.emit("frame", cc.frame); }
+        return;
+      }
+      const words = JSON.parse(event.data);
+      if (words.plot) cc.emit("plot", words.plot);
+      if (words.cards || words.branches) {
+        const branch = cc.words.branch;
+        cc.words = { ...cc.words, ...words };
+        if (words.lines && words.lines.length) {
+          const last = cc.lines.length ? cc.lines[cc.lines.length - 1].number : 0;
+          cc.lines.push(...words.lines.filter((line) => line.number > last));
+          if (cc.lines.length > 1000) cc.lines.splice(0, cc.lines.length - 1000);
+          cc.emit("lines");
+        }
+        if (words.drawings !== undefined && words.drawings !== cc.drawings.version) cc.loadDrawings();
+        if (branch !== undefined && branch !== words.branch) { cc.trails = []; cc.emit("branch"); }
+        cc.emit("words", cc.words);
+      }
+    };
+    socket.onclose = () => {
+      cc.connected = false;
+      cc.emit("connection");
+      setTimeout(connect, 700);
+    };
+  };
+
+  // ---------------------------------------------------------------- keys
+
+  const isTyping = (target) => target.closest && target.closest("input, textarea, select, [contenteditable]");
+  document.addEventListener("keydown", (event) => {
+    if (event.repeat) return;
+    if (event.key === "Escape") {
+      if (!document.querySelector(".q-menu, .q-dialog__inner")) { event.preventDefault(); cc.stop(); }
+    } else if (!isTyping(event.target) && !event.ctrlKey && !event.metaKey && !event.altKey) {
+      if (event.key === "t") cc.press("takeoff");
+      else if (event.key === "l") cc.press("land");
+      else if (event.key >= "1" && event.key <= "7") cc.emit("tab", Number(event.key) - 1);
+    }
+  }, true);
+
+  // one watch over the pictures of all tabs: they draw when something changed, and only those that are seen
+  cc.drawer = (element, draw, least = 0) => { // at most every so many ms
+    let isDirty = true, isSeen = true, last = -Infinity;
+    const observer = new IntersectionObserver((entries) => { isSeen = entries[entries.length - 1].isIntersecting; mark(); });
+    let handle = 0, timer = 0, isOver = false;
+    const tick = () => {
+      handle = 0;
+      if (!isDirty || !isSeen || document.hidden || isOver) return;
+      isDirty = false;
+      last = performance.now();
+      draw();
+    };
+    // a page on which nothing changes does nothing
+    const mark = () => {
+      isDirty = true;
+      if (handle || timer || isOver || !isSeen) return;
+      const wait = last + least - performance.now();
+      if (wait > 4) timer = setTimeout(() => { timer = 0; mark(); }, wait);
+      else handle = requestAnimationFrame(tick);
+    };
+    document.addEventListener("visibilitychange", mark);
+    mark.end = () => {
+      isOver = true;
+      cancelAnimationFrame(handle);
+      clearTimeout(timer);
+      observer.disconnect();
+      document.removeEventListener("visibilitychange", mark);
+    };
+    observer.observe(element);
+    mark();
+    return mark;
+  };
+
+  // a canvas in pixels of the screen; returns its context and size in CSS pixels
+  cc.canvas = (canvas) => {
+    const ratio = window.devicePixelRatio || 1, box = canvas.getBoundingClientRect();
+    const width = Math.max(1, Math.round(box.width)), height = Math.max(1, Math.round(box.height));
+    const wide = Math.round(width * ratio), tall = Math.round(height * ratio);
+    if (canvas.width !== wide || canvas.height !== tall) { canvas.width = wide; canvas.height = tall; }
+    const context = canvas.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    return { context, width, height };
+  };
+
+  // ---------------------------------------------------------------- plots
+
+  const nice = (range, count) => {
+    const raw = range / Math.max(1, count), power = 10 ** Math.floor(Math.log10(raw));
+    return power * ([1, 2, 5, 10].find((m) => m * power >= raw) || 10);
+  };
+
+  // series: [{name, color, times, values, dash}]; limits: [{value, name}]; spans: [[begin, end]]
+  cc.plot = (canvas, { series, limits = [], spans = [], title = "", unit = "", from, to }) => {
+    const { context: c, width, height } = cc.canvas(canvas);
+    const left = 54, right = 10, top = 24, bottom = 22;
+    let t0 = Infinity, t1 = -Infinity, low = Infinity, high = -Infinity;
+    for (const { times, values } of series) {
+      for (let k = 0; k < times.length; k++) {
+        const value = values[k];
+        if (value === null || value === undefined || Number.isNaN(value)) continue;
+        t0 = Math.min(t0, times[k]); t1 = Math.max(t1, times[k]);
+        low = Math.min(low, value); high = Math.max(high, value);
+      }
+    }
+    for (const { value } of limits) { low = Math.min(low, value); high = Math.max(high, value); }
+    if (from !== undefined) t0 = from;
+    if (to !== undefined) t1 = to;
+    c.font = "12px system-ui, sans-serif";
+    c.fillStyle = cc.ink(0.85);
+    c.textBaseline = "alphabetic"; c.textAlign = "left";
+    c.fillText(title + (unit ? ` (${unit})` : ""), left, 15);
+    if (!(t1 > t0) || !Number.isFinite(low)) {
+      c.fillStyle = cc.ink(0.5);
+      c.fillText("no data yet", left + 8, height / 2);
+      return;
+    }
+    const pad = Math.max((high - low) * 0.06, 1e-6 * Math.max(1, Math.abs(high)), high === low ? 0.5 : 0);
+    low -= pad; high += pad;
+    const x = (t) => left + ((t - t0) / (t1 - t0)) * (width - left - right);
+    const y = (v) => height - bottom - ((v - low) / (high - low)) * (height - top - bottom);
+    for (const [a, b] of spans) {
+      c.fillStyle = "rgba(220,40,40,0.22)";
+      c.fillRect(x(a), top, Math.max(2, x(b) - x(a)), height - top - bottom);
+    }
+    c.strokeStyle = cc.ink(0.12); c.lineWidth = 1;
+    c.fillStyle = cc.ink(0.65);
+    const stepY = nice(high - low, (height - top - bottom) / 32);
+    const digits = Math.min(8, Math.max(0, -Math.floor(Math.log10(stepY) + 1e-9)));
+    c.textAlign = "right"; c.textBaseline = "middle";
+    for (let v = Math.ceil(low / stepY) * stepY; v <= high; v += stepY) {
+      c.beginPath(); c.moveTo(left, y(v)); c.lineTo(width - right, y(v)); c.stroke();
+      c.fillText(v.toFixed(digits), left - 5, y(v));
+    }
+    const stepX = nice(t1 - t0, (width - left - right) / 70);
+    c.textAlign = "center"; c.textBaseline = "top";
+    for (let t = Math.ceil(t0 / stepX) * stepX; t <= t1; t += stepX)
+      c.fillText(`${Number(t.toPrecision(6))} s`, Math.min(x(t), width - 18), height - bottom + 5);
+    for (const { value, name } of limits) {
+      c.strokeStyle = "rgb(220,40,40)"; c.setLineDash([6, 4]);
+      c.beginPath(); c.moveTo(left, y(value)); c.lineTo(width - right, y(value)); c.stroke();
+      c.setLineDash([]);
+      c.fillStyle = "rgb(220,40,40)"; c.textAlign = "right"; c.textBaseline = "bottom";
+      c.fillText(name, width - right - 2, y(value) - 1);
+    }
+    c.save();
+    c.beginPath(); c.rect(left, top, width - left - right, height - top - bottom); c.clip();
+    for (const { times, values, color, dash } of series) {
+      c.strokeStyle = color; c.lineWidth = 1.6; c.setLineDash(dash || []);
+      c.beginPath();
+      let isDown = false;
+      for (let k = 0; k < times.length; k++) {
+        const value = values[k];
+        if (value === null || value === undefined || Number.isNaN(value)) { isDown = false; continue; }
+        if (isDown) c.lineTo(x(times[k]), y(value)); else c.moveTo(x(times[k]), y(value));
+        isDown = true;
+      }
+      c.stroke();
+    }
+    c.setLineDash([]);
+    c.restore();
+    // the legend stays right of the title, and never over it
+    let at = left + c.measureText(title + (unit ? ` (${unit})` : "")).width + 16;
+    c.textAlign = "left"; c.textBaseline = "alphabetic";
+    for (const { name, color } of series.slice(0, 12)) {
+      if (!name) continue;
+      const wide = c.measureText(name).width + 22;
+      if (at + wide > width - right) break;
+      c.fillStyle = color; c.fillRect(at, 10, 12, 3);
+      c.fillStyle = cc.ink(0.8); c.fillText(name, at + 15, 15);
+      at += wide;
+    }
+  };
+
+  connect();
+  cc.loadDrawings();
+})();
