@@ -28,6 +28,7 @@ from crazychoir_fw.experiment.backend import Backend
 from crazychoir_fw.experiment.criteria import Formation, Judge, Window
 from crazychoir_fw.experiment.experiment import Experiment
 from crazychoir_fw.experiment.odometry import through_mocap
+from crazychoir_fw.experiment.services import make_services
 from crazychoir_fw.messages import TrajectoryPoint
 from crazychoir_fw.mission.fleet import drone_settings
 from crazychoir_fw.mission.runner import Film, FlightResult, Observer, Progress, build_world, turn_on_radios
@@ -143,7 +144,8 @@ def make_experiment(
     chosen = make_backend(mission) if backend is None else backend
     agents = make_agents(mission, lambda: chosen.time)
     groups = make_groups(mission, list(chosen.masses))
-    return Experiment(chosen, agents, groups, mission.layers.rate, mission.log_rate, observe)
+    services = make_services(mission, agents)
+    return Experiment(chosen, agents, groups, mission.layers.rate, mission.log_rate, observe, services)
 
 
 _LEADER, _FOLLOWER = (0.85, 0.1, 0.1), (0.1, 0.4, 0.85)
@@ -335,6 +337,7 @@ class _Flight:
         for agent in experiment.agents:
             if agent.failure is not None:
                 (expected if agent.name in mission.may_fail else failures).append(agent.failure)
+        failures += experiment.service_failures
         if self._world is not None:
             for name, sentence in collision_failures(mission, self._world.events):
                 (expected if name in mission.may_fail else failures).append(sentence)
