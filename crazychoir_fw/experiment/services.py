@@ -14,8 +14,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.experiment.agent import Agent
 
 Note = Callable[..., None]
-"""`note(kind, drone, details="")` writes a happening; drone is a number, or None for nobody's; details a sentence, or values by
-name."""
+"""`note(kind, drone, details="")` writes a happening: drone is a number, or None for nobody's; details a sentence or values."""
 
 
 def _no_note(kind: str, drone: int | None, details: str | Mapping[str, Any] = "") -> None:

@@ -54,7 +54,7 @@ def test_a_service_that_fails_is_left_out_and_the_others_go_on():
     experiment.run(1.0)
     assert len(bad.turns) == 25
     assert len(good.turns) == 50
-    assert experiment.failures == ["Counter: ValueError: no more (test_services.py:23) (at 0.50 s)"]
+    assert experiment.failures == ["Counter: ValueError: no more (test_services.py:24) (at 0.50 s)"]
     assert [agent.is_up for agent in experiment.agents] == [True, True]
     assert experiment.happenings[-1].kind == "failure"
 
