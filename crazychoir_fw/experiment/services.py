@@ -14,7 +14,9 @@ if TYPE_CHECKING:
     from crazychoir_fw.experiment.agent import Agent
 
 Note = Callable[..., None]
-"""`note(kind, drone, details="")` writes a happening: drone is a number, or None for nobody's; details a sentence or values."""
+"""`note(kind, drone, details="")` writes a happening.
+
+drone is a number, or None for nobody's; details are a sentence, or plain values by name."""
 
 
 def _no_note(kind: str, drone: int | None, details: str | Mapping[str, Any] = "") -> None:

@@ -1,0 +1,5 @@
+"""Guidance that optimizes: each scheme combines distributed optimization with guidance, one file each."""
+
+from crazychoir_fw.schemes.tasks import PositionTaskTable, TaskGuidance
+
+__all__ = ["PositionTaskTable", "TaskGuidance"]
