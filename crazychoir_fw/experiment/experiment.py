@@ -40,8 +40,8 @@ class Happening:
     time: float
     kind: str
     """``takeoff``, ``start``, ``land``, ``landed``, ``stop``, ``failure``, ``lost``, ``rejoined``."""
-    drone: str
-    """Whose; empty: nobody's."""
+    drone: str | None
+    """Whose; None: nobody's."""
     details: str | Mapping[str, Any] = ""
     """A sentence, or what belongs to it, by name."""
 
@@ -365,6 +365,7 @@ class Experiment:
             agent.planner.set_trajectory(points, pose, now)
         elif agent.index not in self._controlled and agent.is_up:
             self.backend.go_to(agent.index, points[-1])
+            agent.reference = Reference(position=np.array(points[-1].position, float))
 
     def _follow(self, now: float) -> None:
         """Ask trajectory handlers for references."""
@@ -457,7 +458,7 @@ class Experiment:
             self._note_of_service("failure", None, sentence)
 
     def _note_of_service(self, kind: str, drone: int | None, details: str | Mapping[str, Any] = "") -> None:
-        name = "" if drone is None else self.agents[drone].name
+        name = None if drone is None else self.agents[drone].name
         self.happenings.append(Happening(self.time, kind, name, details))
 
     def _fail_by(self, agent: Agent, layer: object, error: Exception) -> None:

@@ -12,6 +12,7 @@ from crazychoir_fw.messages import Pose
 
 if TYPE_CHECKING:
     from crazychoir_fw.experiment.agent import Agent
+    from crazychoir_fw.schemes.tasks import DispatchTable
 
 Note = Callable[..., None]
 """`note(kind, drone, details="")` writes a happening.
@@ -42,6 +43,38 @@ class Service:
         """
 
 
+class TableService(Service):
+    """A table of work, as a service."""
+
+    def __init__(self, table: DispatchTable) -> None:
+        """Run a table."""
+        self.table = table
+        table.note = lambda kind, agent, details: self.note(kind, agent, details)
+
+    def start(self, now: float) -> None:
+        """Begin, the first time."""
+        self.table.start(now)
+
+    def step(self, now: float, poses: Pose, flying: NDArray[np.bool_]) -> None:
+        """Look at the time; see `Service`."""
+        del poses, flying
+        self.table.step(now)
+
+
+def make_table(mission: Any) -> DispatchTable | None:
+    """Return the table of a mission, if it has one.
+
+    Raises:
+        CrazychoirError: If it cannot be made as the mission says.
+    """
+    layer = mission.layers.tasks
+    if layer is None:
+        return None
+    from crazychoir_fw.schemes import PositionTaskTable
+
+    return PositionTaskTable(len(mission.fleet), **dict(layer))
+
+
 def make_services(mission: Any, agents: Sequence[Agent]) -> list[Service]:
     """Return the services of a mission, known to the guidance that uses them.
 
@@ -52,5 +85,10 @@ def make_services(mission: Any, agents: Sequence[Agent]) -> list[Service]:
     Raises:
         CrazychoirError: If one cannot be made as the mission says.
     """
-    del mission, agents
-    return []
+    table = make_table(mission)
+    if table is None:
+        return []
+    for agent in agents:
+        if hasattr(agent.guidance, "connect"):
+            agent.guidance.connect(table)
+    return [TableService(table)]

@@ -11,6 +11,7 @@ from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.mission.values import did_you_mean
 
 NEED_GRAPH = (
+    "TaskGuidance",
     "BearingFormation",
     "AggregativeGuidance",
     "AggregativeGuidanceCrazyflie",
@@ -30,6 +31,7 @@ def check_layers(mission: LayeredMission) -> None:
     _check_graph(mission, names)
     _check_formation(mission)
     _check_control(mission)
+    _check_tables(mission)
     _check_buttons(mission, names)
     _check_criteria(mission)
     _check_backend(mission)
@@ -170,6 +172,27 @@ def _check_formation(mission: LayeredMission) -> None:
             check_formation(formation_of(mission, members[0])[members], own, leaders)  # type: ignore[index]
         except CrazychoirError as error:
             raise MissionError(f"{path}: {error}") from None
+
+
+def _check_tables(mission: LayeredMission) -> None:
+    """Refuse guidance without the table that it works for, and tables that nobody works for."""
+    layers = mission.layers
+    works = [guidance.kind == "TaskGuidance" for guidance in layers.guidances]
+    if any(works) and not all(works):
+        raise MissionError("layers.guidance: TaskGuidance works for all drones, or for none")
+    if all(works) and layers.tasks is None:
+        raise MissionError("layers.tasks is missing: TaskGuidance needs a table of tasks, such as tasks: {seed: 4}")
+    if layers.tasks is not None:
+        if not any(works) and all(":" not in guidance.kind for guidance in layers.guidances):
+            raise MissionError(f"layers.tasks are for the class TaskGuidance, but class is {layers.guidance.kind}")
+        if not all(low < high for low, high in zip(layers.tasks.low, layers.tasks.high, strict=True)):
+            raise MissionError(
+                f"layers.tasks.low is {list(layers.tasks.low)}, but must be below high, {list(layers.tasks.high)}"
+            )
+    criteria = mission.criteria
+    if layers.tasks is None and (criteria.tasks_completed is not None or criteria.assignment_optimal):
+        key = "assignment_optimal" if criteria.tasks_completed is None else "tasks_completed"
+        raise MissionError(f"criteria.{key} needs layers.tasks")
 
 
 def _check_control(mission: LayeredMission) -> None:

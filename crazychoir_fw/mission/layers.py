@@ -28,6 +28,7 @@ GUIDANCE = (
     "BearingFormation",
     "SimpleGuidance",
     "GoToGuidance",
+    "TaskGuidance",
     "AggregativeGuidance",
     "AggregativeGuidanceCrazyflie",
     "AggregativeGuidanceCrazyflieMovingIntruder",
@@ -286,6 +287,31 @@ def _rate(value: object) -> int:
     return int(value)  # type: ignore[call-overload]
 
 
+class TasksLayer(Section):
+    """The table that `TaskGuidance` works for: points to be visited, always as many as drones."""
+
+    seed: Annotated[int, whole(0, 2**32 - 1)] = 4
+    """Seed of the draws."""
+
+    low: Annotated[tuple[float, ...], point("x", "y")] = (-3.0, -3.0)
+    """Least x and y of a point (m)."""
+
+    high: Annotated[tuple[float, ...], point("x", "y")] = (3.0, 3.0)
+    """Largest x and y of a point (m)."""
+
+    probability: Annotated[float, number(0.01, 1.0)] = 0.5
+    """That a drone can do a task."""
+
+    generations: Annotated[int, whole(1, 10_000)] = 8
+    """How often tasks are drawn: once at START, then after each completion."""
+
+    deadline: Annotated[float, number(0.1, 60.0, "s")] = 1.0
+    """Who does not ask for its tasks for so long after a new list counts as gone (s)."""
+
+    patience: Annotated[float, number(1.0, 3600.0, "s")] = 30.0
+    """After so long without a completion tasks are assigned anew (s)."""
+
+
 class Layers(Section):
     """The key `layers`."""
 
@@ -307,6 +333,9 @@ class Layers(Section):
 
     control: ControlLayer | None = None
     """What controls; without it points go to the planners on board."""
+
+    tasks: TasksLayer | None = None
+    """Table of tasks, for `TaskGuidance`."""
 
     @property
     def guidance(self) -> GuidanceLayer:
@@ -432,6 +461,12 @@ class Criteria(Section):
 
     min_distance_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
     """Least distance between two drones in flight."""
+
+    tasks_completed: Annotated[int, whole(0, 1_000_000)] | None = None
+    """Least number of tasks that were completed."""
+
+    assignment_optimal: Annotated[bool, switch()] = False
+    """Whether drones must have shared out each list of tasks as well as one who knows everything could."""
 
     landed: Annotated[bool, switch()] = True
     """Whether all drones must stand on the floor at the end, if the flight ends with a landing."""

@@ -201,7 +201,7 @@ class DispatchGuidance(CFGuidance):
         self._ask(now)
         if self._offer is not None and self.current_pose is not None:
             offer, self._offer = self._offer, None
-            self._begin(self.problem(offer, now), offer.label, first=True)
+            self._optimize(self.problem(offer, now), offer.label, first=True)
         if self._simplex is None:
             return False
         self._simplex.begin_round(now)
@@ -219,7 +219,7 @@ class DispatchGuidance(CFGuidance):
         else:
             self._take(Offer(self._newest, ()))
 
-    def _begin(self, problem: LinearProblem, label: int, first: bool) -> None:
+    def _optimize(self, problem: LinearProblem, label: int, first: bool) -> None:
         agent = Agent(communicator=self.communicator)
         if first:
             self._missed = dict.fromkeys(agent.in_neighbors, 0)
@@ -272,7 +272,7 @@ class DispatchGuidance(CFGuidance):
         self.lost = frozenset(one for one, missed in self._missed.items() if missed >= _SILENT_ROUNDS)
         self._simplex = None
         if not self.decide(simplex, now):
-            self._begin(self.next_problem(), self._list, first=False)
+            self._optimize(self.next_problem(), self._list, first=False)
 
     def step(self, now: float) -> Outputs:
         """Begin or finish a round, as far as that is possible now; never waits."""

@@ -164,8 +164,7 @@ class DispatchTable(ABC):
         self._taken |= set(decision.get("takes", ()))
         if self._decided >= self._asked and self._has_all_asked:
             left = sorted(self._open - self._taken)
-            if left:
-                self.note("unassigned", None, {"label": self.label, "numbers": left})
+            self.note("agreed", None, {"label": self.label, "left": left})
 
     @property
     def _has_all_asked(self) -> bool:

@@ -110,8 +110,7 @@ class PositionTaskTable(DispatchTable):
         self.finished += 1
         self.note("completed", agent, {"number": number, "position": list(task.position)})
         self._generate()
-        if self.tasks:
-            self.announce()
+        self.announce()
         return True
 
     def _take_back(self) -> bool:

@@ -73,6 +73,7 @@ class TaskGuidance(DispatchGuidance):
         self.executor = PositionTaskExecutor(self.height, tolerance=tolerance, speed=speed, duration=duration)
         self.task: PositionTask | None = None
         """What it does at present."""
+        self._done: set[int] = set()
         self._offered: dict[int, tuple[PositionTask, float]] = {}  # tasks and their costs by number
 
     def problem(self, offer: Offer, now: float) -> LinearProblem:
@@ -87,7 +88,9 @@ class TaskGuidance(DispatchGuidance):
     def decide(self, simplex: LabeledSimplex, now: float) -> bool:
         """Go to the task that it got, or stay."""
         number = assigned_task(simplex, self.communicator.size)
-        self.task = None if number is None else self._offered[number][0]
+        # it may have arrived while the optimization ran
+        chosen = None if number is None else self._offered[number][0]
+        self.task = None if chosen is None or chosen.sequence in self._done else chosen
         costs = [[task.sequence, cost] for task, cost in self._offered.values()]
         self._tell([] if self.task is None else [self.task.sequence], costs=costs, rounds=simplex.rounds)
         self._move(now)
@@ -108,6 +111,7 @@ class TaskGuidance(DispatchGuidance):
             self.task = None
             # it waits there
             self.executor.goal = None
+            self._done.add(task.sequence)
             self._desk.complete(self.agent_id, task.sequence)
         elif self.executor.is_late(now):
             self.unable = f"did not reach task {task.sequence} at ({task.position[0]:.2f}, {task.position[1]:.2f})"
