@@ -1,5 +1,6 @@
 """Guidance that optimizes: each scheme combines distributed optimization with guidance, one file each."""
 
+from crazychoir_fw.schemes.delivery import DeliveryGuidance, DeliveryTable
 from crazychoir_fw.schemes.tasks import PositionTaskTable, TaskGuidance
 
-__all__ = ["PositionTaskTable", "TaskGuidance"]
+__all__ = ["DeliveryGuidance", "DeliveryTable", "PositionTaskTable", "TaskGuidance"]

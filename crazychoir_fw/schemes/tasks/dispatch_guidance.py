@@ -174,6 +174,11 @@ class DispatchGuidance(CFGuidance):
         """Whether an optimization runs."""
         return self._simplex is not None
 
+    @property
+    def is_deciding(self) -> bool:
+        """Whether there is a list about which nothing was decided yet."""
+        return self._simplex is not None or self._offer is not None or self._asked_at is not None
+
     # ---------------------------------------------------------------- to be overridden
 
     @abstractmethod

@@ -73,10 +73,11 @@ class DispatchTable(ABC):
         self._listeners: list[Callable[[int], None]] = []
         self._now = 0.0
         self._begins: float | None = None
-        self._announced = 0.0
+        self._announced = self._progress = 0.0
         self._asked: set[int] = set()
         self._decided: set[int] = set()
         self._taken: set[int] = set()
+        self._left: list[int] = []  # what nobody took of the present list
         self._has_looked = True
 
     # ---------------------------------------------------------------- for whoever runs it
@@ -100,7 +101,7 @@ class DispatchTable(ABC):
             self.announce()
         elif not self._has_looked and now - self._announced >= self.deadline:
             self._look()
-        elif not self.is_done and now - self._announced >= self.patience:
+        elif not self.is_done and now - max(self._announced, self._progress) >= self.patience:
             self.note("again", None, {"label": self.label + 1})
             self.announce()
 
@@ -108,7 +109,7 @@ class DispatchTable(ABC):
         """Tell everybody that there is a new list."""
         self.label += 1
         self._announced = self._now
-        self._asked, self._decided, self._taken = set(), set(), set()
+        self._asked, self._decided, self._taken, self._left = set(), set(), set(), []
         self._has_looked = False
         for listener in self._listeners:
             listener(self.label)
@@ -163,8 +164,8 @@ class DispatchTable(ABC):
         self._decided.add(agent)
         self._taken |= set(decision.get("takes", ()))
         if self._decided >= self._asked and self._has_all_asked:
-            left = sorted(self._open - self._taken)
-            self.note("agreed", None, {"label": self.label, "left": left})
+            self._left = sorted(self._open - self._taken)
+            self.note("agreed", None, {"label": self.label, "left": self._left})
 
     @property
     def _has_all_asked(self) -> bool:
@@ -180,6 +181,7 @@ class DispatchTable(ABC):
         if not self._finish(agent, number):
             self.note("refused", agent, {"number": number})
             return False
+        self._progress = self._now
         return True
 
     def _known(self, agent: int) -> None:
