@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.experiment.agent import Phase
 from crazychoir_fw.guidance.bearing import bearing_errors_deg, bearing_laplacian
 from crazychoir_fw.guidance.graph import Graph
-from crazychoir_fw.schemes.tasks.judging import agreements, completed
+from crazychoir_fw.schemes.tasks.judging import agreements, completed, largest_gap
 
 if TYPE_CHECKING:
     from crazychoir_fw.report.flight_log import FlightLog
@@ -269,6 +269,8 @@ class Judge:
             found.append(self._completed(criteria.tasks_completed))
         if criteria.assignment_optimal:
             found.append(self._assignments())
+        if criteria.routes_gap is not None:
+            found.append(self._gap(criteria.routes_gap))
         if criteria.landed and self.windows and self.windows[-1].name == "land":
             # what became of those that failed is said elsewhere
             last = np.asarray(self.log.signals["layers.phase"])[-1]
@@ -295,6 +297,13 @@ class Judge:
             break
         passed = bool(agreed) and good == len(agreed)
         return Verdict("assignment_optimal", True, float(good), passed, sentence)
+
+    def _gap(self, limit: float) -> Verdict:
+        gap = largest_gap(self.log.events)
+        if gap is None:
+            return Verdict("routes_gap", limit, None, False, "drones agreed on no routes")
+        sentence = f"routes are {100 * gap:.1f} % longer than their lower bound, allowed: {100 * limit:g} %"
+        return Verdict("routes_gap", limit, round(gap, 4), gap <= limit, sentence)
 
     def _distance(self, limit: float, counted: NDArray[np.bool_], names: Sequence[str]) -> Verdict:
         least = np.where(counted, self.least_distances(), np.nan)

@@ -67,12 +67,19 @@ def make_table(mission: Any) -> DispatchTable | None:
     Raises:
         CrazychoirError: If it cannot be made as the mission says.
     """
-    layer = mission.layers.tasks
-    if layer is None:
-        return None
-    from crazychoir_fw.schemes import PositionTaskTable
+    count, layers = len(mission.fleet), mission.layers
+    if layers.tasks is not None:
+        from crazychoir_fw.schemes import PositionTaskTable
 
-    return PositionTaskTable(len(mission.fleet), **dict(layer))
+        return PositionTaskTable(count, **dict(layers.tasks))
+    if layers.delivery is not None:
+        from crazychoir_fw.schemes import DeliveryTable
+        from crazychoir_fw.schemes.delivery import DeliveryRequest
+
+        layer = layers.delivery
+        requests = [DeliveryRequest(k, **dict(entry)) for k, entry in enumerate(layer.requests)]
+        return DeliveryTable(count, requests, deadline=layer.deadline, patience=layer.patience)
+    return None
 
 
 def make_services(mission: Any, agents: Sequence[Agent]) -> list[Service]:

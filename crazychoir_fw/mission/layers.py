@@ -29,6 +29,7 @@ GUIDANCE = (
     "SimpleGuidance",
     "GoToGuidance",
     "TaskGuidance",
+    "DeliveryGuidance",
     "AggregativeGuidance",
     "AggregativeGuidanceCrazyflie",
     "AggregativeGuidanceCrazyflieMovingIntruder",
@@ -312,6 +313,35 @@ class TasksLayer(Section):
     """After so long without a completion tasks are assigned anew (s)."""
 
 
+class RequestEntry(Section):
+    """Something that is to be brought from one point to another."""
+
+    pickup: Annotated[tuple[float, ...], point("x", "y")]
+    """Where it is (m)."""
+
+    delivery: Annotated[tuple[float, ...], point("x", "y")]
+    """Where it shall be (m)."""
+
+    load: Annotated[float, number(0.0, 1000.0)] = 1.0
+    """How much it takes of the capacity of a drone."""
+
+    at: Annotated[float, number(0.0, 36000.0, "s")] = 0.0
+    """When it turns up, after START (s)."""
+
+
+class DeliveryLayer(Section):
+    """The table that `DeliveryGuidance` works for."""
+
+    requests: Annotated[list[RequestEntry], Field(min_length=1, max_length=64)]
+    """What is to be brought where."""
+
+    deadline: Annotated[float, number(0.1, 60.0, "s")] = 1.0
+    """Who does not ask for its list for so long counts as gone (s)."""
+
+    patience: Annotated[float, number(1.0, 3600.0, "s")] = 30.0
+    """After so long without a pickup or a delivery routes are planned anew (s)."""
+
+
 class Layers(Section):
     """The key `layers`."""
 
@@ -336,6 +366,9 @@ class Layers(Section):
 
     tasks: TasksLayer | None = None
     """Table of tasks, for `TaskGuidance`."""
+
+    delivery: DeliveryLayer | None = None
+    """Table of requests, for `DeliveryGuidance`."""
 
     @property
     def guidance(self) -> GuidanceLayer:
@@ -463,10 +496,13 @@ class Criteria(Section):
     """Least distance between two drones in flight."""
 
     tasks_completed: Annotated[int, whole(0, 1_000_000)] | None = None
-    """Least number of tasks that were completed."""
+    """Least number of tasks, or deliveries, that were completed."""
 
     assignment_optimal: Annotated[bool, switch()] = False
     """Whether drones must have shared out each list of tasks as well as one who knows everything could."""
+
+    routes_gap: Annotated[float, number(0.0, 10.0)] | None = None
+    """Largest part by which all routes of `DeliveryGuidance` together may be longer than the lower bound."""
 
     landed: Annotated[bool, switch()] = True
     """Whether all drones must stand on the floor at the end, if the flight ends with a landing."""

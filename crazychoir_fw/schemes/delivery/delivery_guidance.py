@@ -194,4 +194,3 @@ class DeliveryGuidance(DispatchGuidance):
         self.stops = []
         self.executor.goal = None
         self._there_since = None
-

@@ -18,8 +18,8 @@ from crazychoir_fw.schemes.tasks.dispatch_table import DispatchTable
 class DeliveryTable(DispatchTable):
     """Requests that turn up at given times, each served by one drone.
 
-    Agents say of each stop when they were there: number 2 k is the pickup of request k, 2 k + 1 its delivery. What is on
-    board of an agent that is gone is lost, and said to be.
+    Agents say of each stop when they were there: number 2 k is the pickup of request k, 2 k + 1 its delivery. What is
+    on board of an agent that is gone is lost, and said to be.
     """
 
     def __init__(
@@ -49,7 +49,9 @@ class DeliveryTable(DispatchTable):
             if request.number != k or not all(math.isfinite(number) for number in numbers):
                 raise RangeError(f"delivery table: request {k} is {request}, allowed: number {k} and finite numbers")
             if request.load < 0.0 or request.at < 0.0:
-                raise RangeError(f"delivery table: request {k} has load {request.load} at {request.at} s, allowed: >= 0")
+                raise RangeError(
+                    f"delivery table: request {k} has load {request.load} at {request.at} s, allowed: >= 0"
+                )
         self._coming = list(requests)
         self.requests: dict[int, DeliveryRequest] = {}
         """What is to be done, by number."""

@@ -54,6 +54,24 @@ def agreements(events: Events) -> list[Agreement]:
     return [_agreement(label, decisions[label]) for label in agreed]
 
 
+def largest_gap(events: Events) -> float | None:
+    """Return by which part all routes together were longer than their lower bound, at worst over all lists.
+
+    None if drones never agreed.
+    """
+    lengths: dict[int, float] = {}
+    bounds: dict[int, float] = {}
+    for event in events:
+        details = event["details"]
+        if event["kind"] == "assigned" and "bound" in details:
+            label = int(details["label"])
+            lengths[label] = lengths.get(label, 0.0) + details["cost"]
+            bounds[label] = min(bounds.get(label, np.inf), details["bound"])
+    agreed = [int(event["details"]["label"]) for event in events if event["kind"] == "agreed"]
+    gaps = [lengths[label] / bounds[label] - 1.0 for label in agreed if bounds.get(label, 0.0) > _ENOUGH]
+    return max(gaps) if gaps else None
+
+
 def _agreement(label: int, decisions: Sequence[Mapping[str, Any]]) -> Agreement:
     columns = sorted({int(number) for decision in decisions for number, _ in decision["costs"]})
     costs = np.full((len(decisions), len(columns)), np.inf)
