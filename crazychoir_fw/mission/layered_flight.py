@@ -34,8 +34,10 @@ from crazychoir_fw.messages import TrajectoryPoint
 from crazychoir_fw.mission.fleet import drone_settings
 from crazychoir_fw.mission.runner import Film, FlightResult, Observer, Progress, build_world, turn_on_radios
 from crazychoir_fw.mission.schema import LayeredMission
+from crazychoir_fw.mission.story import story_of
 from crazychoir_fw.mission.summary import collision_failures
 from crazychoir_fw.report.error_curve import ErrorCurve
+from crazychoir_fw.report.marks import Story
 
 if TYPE_CHECKING:
     from crazychoir_fw.experiment.integrator_backend import IntegratorBackend
@@ -80,6 +82,11 @@ class LayeredResult(FlightResult):
         return ErrorCurve("bearing error (deg)", mean, largest, limit, self.judge.places(), end, pairs)
 
     @property
+    def story(self) -> Story | None:
+        """Tasks or deliveries, for the picture and the film."""
+        return story_of(self.log.events, self.log.drone_ids, float(self.log.time[-1]))
+
+    @property
     def film_model(self) -> Any:
         """The model that the film is made with: drones of an integrator are drawn where they were."""
         from crazychoir_fw.simulation import DroneConfig
@@ -94,6 +101,13 @@ class LayeredResult(FlightResult):
         if formation is not None:
             for i, drone in enumerate(self.mission.fleet):
                 _paint(model, drone.id, _LEADER if i in formation.leaders else _FOLLOWER)
+        elif self.story is not None:
+            from matplotlib.colors import to_rgb
+
+            from crazychoir_fw.report.plot import palette
+
+            for drone, color in zip(self.mission.fleet, palette(len(self.mission.fleet)), strict=True):
+                _paint(model, drone.id, to_rgb(color))
         return model
 
 

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.replacing import replacing
 from crazychoir_fw.report.camera import follow
+from crazychoir_fw.report.marks import Mark
 from crazychoir_fw.report.opengl import RenderingError, rendering_available
-from crazychoir_fw.report.overlays import add_ghosts, add_links, add_names, drone_colors
+from crazychoir_fw.report.overlays import add_ghosts, add_links, add_marks, add_names, drone_colors
 from crazychoir_fw.report.renderer import Renderer
 from crazychoir_fw.report.shots import find_drone, find_shot, shadowed
 from crazychoir_fw.report.trails import Trails
@@ -107,6 +108,7 @@ def film_flight(
     names: Sequence[str] | None = None,
     targets: ArrayLike | None = None,
     links: Sequence[tuple[int, int]] = (),
+    marks: Sequence[Mark] = (),
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
     """Film recorded states of a world.
@@ -127,6 +129,7 @@ def film_flight(
         targets: Where those drones are told to be at each of the `times` (m, world frame), shown as ghosts, shape
             (F, len(names), 3); NaN where no place is asked for.
         links: Pairs of drones, by number, between which a thin rod is shown.
+        marks: Points beside the drones, each shown while it is there.
         progress: Called after each picture with how many are drawn and how many there will be.
 
     Raises:
@@ -145,6 +148,7 @@ def film_flight(
         told = told[np.clip(np.searchsorted(instants, wanted + 1e-9, side="right") - 1, 0, None)]
     length = 0 if camera.startswith("fpv:") else round(trail_s * fps / speed)
     scenes = _Scenes(model, states, fps, camera, width / height, length, names or (), told, links)
+    scenes.marks, scenes.instants = marks, wanted
 
     with Renderer(model, width, height) as renderer, VideoWriter(path, fps=fps) as film:
         for frame in range(count):
@@ -170,12 +174,15 @@ class _Scenes:
         links: Sequence[tuple[int, int]] = (),
     ) -> None:
         drones = _joints_of_drones(model)
+        self.marks: Sequence[Mark] = ()
+        self.instants = np.zeros(len(states))
         self._bodies, self._links = model.jnt_bodyid[drones], links
         positions = states[:, model.jnt_qposadr[drones][:, None] + np.arange(3)]
         self._model, self._data, self._states = model, mujoco.MjData(model), states
         self._path = follow(positions, np.arange(len(states)) / fps)
         self._shot = find_shot(model, camera, self._path, aspect)
-        self._trails = Trails(positions, drone_colors(model, model.jnt_bodyid[drones]), length=trail_length)
+        self._all_colors = drone_colors(model, model.jnt_bodyid[drones])
+        self._trails = Trails(positions, self._all_colors, length=trail_length)
         self._names, self._targets = names, targets
         self._named = np.array([find_drone(model, name) for name in names], dtype=int)
         self._colors = drone_colors(model, self._named)
@@ -188,6 +195,8 @@ class _Scenes:
         _move_shadows(renderer, *shadowed(view, self._path, frame))
         self._trails.draw(renderer.scene, frame)
         add_links(renderer.scene, self._data.xpos[self._bodies], self._links)
+        now = self.instants[frame]
+        add_marks(renderer.scene, (mark for mark in self.marks if mark.begin <= now < mark.end), self._all_colors)
         if self._targets is not None:
             add_ghosts(renderer.scene, self._targets[frame], self._colors)
         add_names(renderer.scene, self._data.xpos[self._named], self._names)

@@ -82,7 +82,7 @@ class Partition:
         if self.stages == 0:
             self.bound = float(sum(value * cost for value, _, _, cost in routes))
         self.stages += 1
-        if simplex.J + _ENOUGH < self._best:
+        if self._best - simplex.J > _ENOUGH:
             split = self._split(routes)
             if split is None or not self.chosen:
                 # where it is fractional, better than nothing
