@@ -22,6 +22,7 @@ class _Work:
     owner: int | None = None
     since: float = 0.0
     link: np.ndarray | None = None
+    worked_on_since: float = -np.inf  # a load that nobody has on board is not being delivered
     marks: list[Mark] = field(default_factory=list)
     stints: list[Stint] = field(default_factory=list)
 
@@ -32,8 +33,9 @@ class _Work:
         begin = self.begin if self.owner is None else self.since
         if now > begin:
             self.marks.append(Mark(self.position, self.label, begin, now, self.owner, self.link))
-            if self.owner is not None:
-                self.stints.append(Stint(self.owner, begin, now, self.label, is_finished))
+            busy = max(begin, self.worked_on_since)
+            if self.owner is not None and now > busy:
+                self.stints.append(Stint(self.owner, busy, now, self.label, is_finished))
         if self.owner is None:
             self.begin = now
         self.owner, self.since = drone, now
@@ -67,11 +69,12 @@ def story_of(events: Sequence[Mapping[str, Any]], drones: Sequence[str], end: fl
             for number, x, y, to_x, to_y, _ in details["requests"]:
                 source, sink = np.array([x, y, 0.0]), np.array([to_x, to_y, 0.0])
                 works[number, False] = _Work(f"{number}", source, now, link=sink)
-                works[number, True] = _Work(f"→{number}", sink, now)
+                works[number, True] = _Work(f"→{number}", sink, now, worked_on_since=np.inf)
         elif event["kind"] == "assigned":
             _assign(works, drone, details["takes"], now)
         elif event["kind"] == "picked":
             works[details["number"], False].close(now, True, drone)
+            works[details["number"], True].worked_on_since = now
         elif event["kind"] == "completed":
             works[(details["number"], True) if is_delivery else details["number"]].close(now, True, drone)
         elif event["kind"] in ("returned", "lost_loads"):

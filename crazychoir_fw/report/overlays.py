@@ -78,7 +78,7 @@ def add_marks(scene: mujoco.MjvScene, marks: Iterable[Mark], colors: NDArray[np.
             return
         rgb = _NOBODY if mark.drone is None else colors[mark.drone]
         rgba = np.array([*rgb, 0.85], dtype=np.float32)
-        size = np.array([_MARK_RADIUS_M, _MARK_RADIUS_M, 0.004])
+        size = np.array([_MARK_RADIUS_M, 0.004, 0.0])
         place = mark.position + np.array([0.0, 0.0, 0.006])
         mujoco.mjv_initGeom(disk, mujoco.mjtGeom.mjGEOM_CYLINDER, size, place, _NO_ROTATION, rgba)
         disk.category = mujoco.mjtCatBit.mjCAT_DECOR

@@ -313,6 +313,7 @@ def _draw_stints(axes: Axes, story: Story, colors: Sequence[str]) -> None:
                 facecolors=face,
                 edgecolors=color,
                 linewidth=0.8,
+                zorder=3,
                 alpha=0.75 if stint.is_finished else 0.9,
             )
             if stint.end - stint.begin > 0.6:
@@ -325,6 +326,7 @@ def _draw_stints(axes: Axes, story: Story, colors: Sequence[str]) -> None:
                     fontsize=6.0,
                     color="white" if stint.is_finished else _INK,
                     clip_on=True,
+                    zorder=4,
                 )
     axes.text(
         0.995, 1.02, "filled: done; empty: handed on", transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT

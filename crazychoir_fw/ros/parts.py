@@ -9,6 +9,8 @@ from crazychoir_fw.errors import MissionError
 from crazychoir_fw.experiment import agents
 
 LAYERS = ("guidance", "planning", "control")
+TABLE = "table"
+"""Layer of nobody: the table of tasks or requests."""
 
 
 @dataclass(frozen=True)
@@ -28,12 +30,20 @@ def parts_of(mission: Any, processes: str) -> list[Part]:
         processes: ``per-node``: one per drone and layer; ``per-drone``; ``one`` for all layers of all drones.
     """
     count = len(mission.fleet)
+    tables = [Part(TABLE, (), (TABLE,))] if has_table(mission) else []
     if processes == "one":
-        return [Part("layers", tuple(range(count)), LAYERS)]
+        return [Part("layers", tuple(range(count)), (*LAYERS, TABLE) if tables else LAYERS)]
     names = agents.names_of(mission)
     if processes == "per-drone":
-        return [Part(names[i], (i,), LAYERS) for i in range(count)]
-    return [Part(f"{names[i]}/{layer}", (i,), (layer,)) for i in range(count) for layer in layers_of_drone(mission, i)]
+        return [Part(names[i], (i,), LAYERS) for i in range(count)] + tables
+    return [
+        Part(f"{names[i]}/{layer}", (i,), (layer,)) for i in range(count) for layer in layers_of_drone(mission, i)
+    ] + tables
+
+
+def has_table(mission: Any) -> bool:
+    """Return whether guidance works for a table, which is a node of its own."""
+    return mission.layers.tasks is not None or mission.layers.delivery is not None
 
 
 def layers_of_drone(mission: Any, i: int) -> list[str]:

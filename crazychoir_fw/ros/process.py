@@ -15,13 +15,15 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
 from crazychoir_fw.experiment import agents
+from crazychoir_fw.experiment.services import make_table
 from crazychoir_fw.guidance import TimeVaryingCommunicator
 from crazychoir_fw.ros.communicator import RosTransport
 from crazychoir_fw.ros.controller import CrazyflieController
 from crazychoir_fw.ros.guidance import GuidanceNode
 from crazychoir_fw.ros.hosting import ANSWERED, READY
 from crazychoir_fw.ros.names import LATEST
-from crazychoir_fw.ros.parts import Part, layers_of_drone
+from crazychoir_fw.ros.parts import TABLE, Part, has_table, layers_of_drone
+from crazychoir_fw.ros.tasks import TableDesk, TaskTable
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
 
 _LOOK_EVERY = 0.05  # [s], wall: whether all partners are there
@@ -42,6 +44,10 @@ def make_nodes(mission: Any, part: Part, lockstep: bool, patience: float, contex
         CrazychoirError: If a layer cannot be made as the mission says.
     """
     nodes: list[Node] = []
+    if TABLE in part.layers:
+        table = make_table(mission)
+        assert table is not None
+        nodes.append(TaskTable(table, parameters={"use_sim_time": True}, context=context))
     for i in part.agents:
         common: dict[str, Any] = {"agent_id": i, "parameters": {"use_sim_time": True}, "context": context}
         for layer in layers_of_drone(mission, i):
@@ -73,7 +79,10 @@ def _guidance(mission: Any, i: int, lockstep: bool, patience: float, context: Co
         else:
             # nobody will ever be at the other end: not the transport whose partners the node waits for
             communicator = TimeVaryingCommunicator(i, graph.size, [], [], transport=RosTransport(node))
-        return agents.make_guidance(mission, i, communicator)
+        made = agents.make_guidance(mission, i, communicator)
+        if has_table(mission) and hasattr(made, "connect"):
+            made.connect(TableDesk(node))
+        return made
 
     parameters = {"use_sim_time": True, "lockstep": lockstep, "patience": patience}
     return GuidanceNode(

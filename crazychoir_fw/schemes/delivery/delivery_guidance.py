@@ -132,7 +132,8 @@ class DeliveryGuidance(DispatchGuidance):
         route = self._routes.get(numbers, Route(0.0, ()))
         self.stops = [stop for stop in route.stops if (stop.number, stop.is_delivery) not in self._said]
         takes = sorted({stop.number for stop in route.stops})
-        self._tell(takes, cost=cost, bound=self._partition.bound, stages=self._partition.stages)
+        upcoming = [2 * stop.number + int(stop.is_delivery) for stop in self.stops]
+        self._tell(takes, upcoming, cost=cost, bound=self._partition.bound, stages=self._partition.stages)
         self._move(now)
         return True
 
@@ -168,10 +169,9 @@ class DeliveryGuidance(DispatchGuidance):
                 self._desk.complete(self.agent_id, 2 * stop.number + int(stop.is_delivery))
                 self._move(now)
         elif self.executor.is_late(now):
-            stop = self.stops[0]
-            self.unable = f"did not reach the stop at ({stop.position[0]:.2f}, {stop.position[1]:.2f})"
+            x, y = self.stops[0].position
             self.stops = []
-            self._desk.report(self.agent_id, {"label": 0, "takes": [], "unable": self.unable})
+            self._give_up(f"did not reach the stop at ({x:.2f}, {y:.2f})")
 
     # ---------------------------------------------------------------- buttons
 

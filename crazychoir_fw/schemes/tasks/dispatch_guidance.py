@@ -22,6 +22,7 @@ ROUNDS_PER_LIST = 10_000
 """Labels of rounds begin at the label of the list times this, so that rounds of different lists never meet."""
 
 _SILENT_ROUNDS = 2  # in a row, after which a neighbor is not waited for until the next list
+_GATHERING_S = 0.5  # for which the first round of a list waits for neighbors
 _ASK_AGAIN_S = 1.0  # after which a list that did not come is asked for again
 
 
@@ -75,7 +76,7 @@ class DispatchGuidance(CFGuidance):
 
     At each new list: ask for the own part, end an optimization that still runs, begin a new one, and after
     `max_iterations` rounds do what the result says. Nothing waits: a step begins or ends a round. A neighbor that is
-    silent costs two deadlines per list.
+    silent costs half a second and a deadline per list.
 
     A drone that is not in flight takes part without work of its own, so that others hear of each other through it.
     """
@@ -144,6 +145,7 @@ class DispatchGuidance(CFGuidance):
         self._offer: Offer | None = None  # one that came and is not begun
         self._simplex: LabeledSimplex | None = None
         self._missed: dict[int, int] = {}
+        self._heard = dict.fromkeys(communicator.in_neighbors, 0)
 
     # ---------------------------------------------------------------- a table
 
@@ -247,7 +249,10 @@ class DispatchGuidance(CFGuidance):
         """Return whether `finish_round` need not wait: all are there, the deadline is over, or no round is open."""
         if not self.round_open or self._simplex is None:
             return True
-        return self._simplex.is_complete() or now - self.round_begin >= self.deadline
+        # lists do not reach all at the same time
+        is_first = self._simplex.rounds == 0 and self._stage == 0
+        longest = max(self.deadline, _GATHERING_S) if is_first else self.deadline
+        return self._simplex.is_complete() or now - self.round_begin >= longest
 
     def finish_round(self, now: float) -> Outputs:
         """Receive, and return what to ask for; the round ends, complete or not."""
@@ -265,12 +270,17 @@ class DispatchGuidance(CFGuidance):
     def _count_missing(self, agent: Agent) -> None:
         if agent.is_asynchronous:
             return
-        silent = False
-        for one in agent.in_neighbors:
-            is_there = self.communicator.has_round([one])
-            self._missed[one] = 0 if is_there else self._missed[one] + 1
-            silent |= self._missed[one] >= _SILENT_ROUNDS
-        if silent:
+        before = dict(self._missed)
+        for one in self.communicator.in_neighbors:
+            if self._missed[one] >= _SILENT_ROUNDS:
+                if self.communicator.heard(one) != self._heard[one]:
+                    self._missed[one] = 0
+            elif self.communicator.has_round([one]):
+                self._missed[one] = 0
+            else:
+                self._missed[one] += 1
+            self._heard[one] = self.communicator.heard(one)
+        if before != self._missed:
             self._wait_for_the_living(agent)
 
     def _conclude(self, simplex: LabeledSimplex, now: float) -> None:
@@ -301,7 +311,13 @@ class DispatchGuidance(CFGuidance):
             self._halt()
             self._asked_at = -math.inf
 
-    def _tell(self, takes: list[int], **more: Any) -> None:
-        """Tell the table what was decided."""
+    def _tell(self, takes: list[int], upcoming: list[int], **more: Any) -> None:
+        """Tell the table what was decided: all that it takes on, and what will be completed, in order."""
         if self._desk is not None and self._phase is Phase.FLIGHT:
-            self._desk.report(self.agent_id, {"label": self._list, "takes": takes, **more})
+            self._desk.report(self.agent_id, {"label": self._list, "takes": takes, "next": upcoming, **more})
+
+    def _give_up(self, sentence: str) -> None:
+        """Take no more work, and say why."""
+        self.unable = sentence
+        if self._desk is not None:
+            self._desk.report(self.agent_id, {"label": 0, "takes": [], "next": [], "unable": sentence})

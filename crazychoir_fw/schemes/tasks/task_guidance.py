@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -92,7 +90,8 @@ class TaskGuidance(DispatchGuidance):
         chosen = None if number is None else self._offered[number][0]
         self.task = None if chosen is None or chosen.sequence in self._done else chosen
         costs = [[task.sequence, cost] for task, cost in self._offered.values()]
-        self._tell([] if self.task is None else [self.task.sequence], costs=costs, rounds=simplex.rounds)
+        takes = [] if self.task is None else [self.task.sequence]
+        self._tell(takes, takes, costs=costs, rounds=simplex.rounds)
         self._move(now)
         return True
 
@@ -114,9 +113,9 @@ class TaskGuidance(DispatchGuidance):
             self._done.add(task.sequence)
             self._desk.complete(self.agent_id, task.sequence)
         elif self.executor.is_late(now):
-            self.unable = f"did not reach task {task.sequence} at ({task.position[0]:.2f}, {task.position[1]:.2f})"
+            x, y = task.position
             self.task = None
-            self._desk.report(self.agent_id, {"label": 0, "takes": [], "unable": self.unable})
+            self._give_up(f"did not reach task {task.sequence} at ({x:.2f}, {y:.2f})")
 
     def begin_landing(self, now: float) -> None:
         """Drop the task and come down."""
@@ -136,11 +135,3 @@ class TaskGuidance(DispatchGuidance):
     def _drop(self) -> None:
         self.task = None
         self.executor.goal = None
-
-
-def as_items(raw: Any) -> tuple[PositionTask, ...]:
-    """Return the items of an offer from plain data."""
-    return tuple(
-        PositionTask(int(number), int(sequence), (float(x), float(y)), tuple(int(one) for one in agents))
-        for number, sequence, x, y, agents in raw
-    )
