@@ -50,7 +50,7 @@ class DeliveryTable(DispatchTable):
                 raise RangeError(f"delivery table: request {k} is {request}, allowed: number {k} and finite numbers")
             if request.load < 0.0 or request.at < 0.0:
                 raise RangeError(
-                    f"delivery table: request {k} has load {request.load} at {request.at} s, allowed: >= 0"
+                    f"delivery table: request {k} has load {request.load} at {request.at} s, allowed: 0 or more"
                 )
         self._coming = list(requests)
         self.requests: dict[int, DeliveryRequest] = {}
