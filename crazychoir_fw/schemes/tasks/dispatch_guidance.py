@@ -81,6 +81,9 @@ class DispatchGuidance(CFGuidance):
     A drone that is not in flight takes part without work of its own, so that others hear of each other through it.
     """
 
+    is_paced_by_rounds = False
+    """Steps go on while a round waits for a neighbor, who may have to make a step before it begins."""
+
     def __init__(
         self,
         agent_id: int,
