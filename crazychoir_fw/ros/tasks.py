@@ -171,6 +171,7 @@ class TableDesk:
         self._list = node.create_client(Trigger, LIST)
         self._completion = node.create_client(Trigger, COMPLETION)
         self._report = node.create_publisher(String, REPORT, EVERYTHING)
+        self._upcoming: list[int] = []  # as it was reported
 
     def listen(self, callback: Callable[[int], None]) -> None:
         """Call `callback(label)` at each new list."""
@@ -195,6 +196,7 @@ class TableDesk:
     def report(self, agent: int, decision: Mapping[str, Any]) -> None:
         """Tell what is going to be done."""
         del agent
+        self._upcoming = list(decision.get("next", ()))
         self._report.publish(String(data=json.dumps(decision, default=_plain)))
 
     def complete(self, agent: int, number: int) -> None:
@@ -202,9 +204,14 @@ class TableDesk:
 
         def take(future: Any) -> None:
             response = future.result()
-            if response is not None and not response.success and response.message == _EARLY:
+            if response is None or response.success or response.message != _EARLY:
+                if self._upcoming[:1] == [number]:
+                    del self._upcoming[0]
+            else:
                 self._later(lambda: self.complete(agent, number))
 
+        if self._upcoming[:1] != [number]:
+            return  # there is a newer list, and this is still on it
         if not self._completion.service_is_ready():
             self._later(lambda: self.complete(agent, number))
             return

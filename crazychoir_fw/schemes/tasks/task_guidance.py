@@ -104,7 +104,7 @@ class TaskGuidance(DispatchGuidance):
     def work(self, now: float) -> None:
         """See whether it is there, and say so."""
         task = self.task
-        if task is None or self._desk is None:
+        if task is None or self._desk is None or self.is_deciding:
             return
         if self.executor.has_arrived(self._position()):
             self.task = None
