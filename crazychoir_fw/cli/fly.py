@@ -265,7 +265,8 @@ def _write(result: "FlightResult", folder: Path, no_video_because: str | None, c
     write_summary(folder / "summary.json", result.summary)
     result.log.save(folder / "log.npz")
     is_layered = isinstance(result, LayeredResult)
-    plot_flight(result.log, folder / "flight.png", title, result.curve if is_layered else None)
+    curve, story = (result.curve, result.story) if is_layered else (None, None)
+    plot_flight(result.log, folder / "flight.png", title, curve, story)
     reason = no_video_because or (result.no_film if is_layered else None)
     if reason is not None or not result.film.times:
         console.print(f"No video: {reason or 'the flight did not begin'}", style="yellow", markup=False)
@@ -286,4 +287,5 @@ def _write(result: "FlightResult", folder: Path, no_video_because: str | None, c
             speed=speed,
             links=result.film.links,
             markers=result.film.markers,
+            marks=() if story is None else story.marks,
         )

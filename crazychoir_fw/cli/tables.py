@@ -88,7 +88,7 @@ def _criteria_table(summary: dict[str, Any]) -> Table:
     table.add_column("measured", justify="right", no_wrap=True)
     table.add_column("", no_wrap=True)
     for entry in summary["criteria"]:
-        sign = "≥" if entry["criterion"].startswith("min_") else "≤"
+        sign = "≥" if entry["criterion"].startswith(("min_", "tasks_")) else "≤"
         is_flag = isinstance(entry["limit"], bool)
         measured = "-" if entry["value"] is None else f"{entry['value']:.4g}"
         went = Text("passed", style="green") if entry["passed"] else Text("failed", style="bold red")

@@ -233,6 +233,8 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any) -> Any:
         arguments["formation"] = formation
     if layer.gains is not None:
         arguments["gains"] = layer.gains if isinstance(layer.gains, str) else _formation_gains(key, layer.gains)
+    if mission.layers.delivery is not None:
+        arguments["slots"] = len(mission.layers.delivery.requests)
     if layer.goals is not None:
         arguments["goals"] = [tuple(row) for row in layer.goals.get(name, [])]
     asked = inspect.signature(cls).parameters

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.experiment.agent import Phase
 from crazychoir_fw.guidance.bearing import bearing_errors_deg, bearing_laplacian
 from crazychoir_fw.guidance.graph import Graph
+from crazychoir_fw.schemes.tasks.judging import agreements, completed, largest_gap
 
 if TYPE_CHECKING:
     from crazychoir_fw.experiment.surveillance import Surveillance
@@ -295,6 +296,12 @@ class Judge:
                 found.append(_worst(key, limit, values, counted, names, what))
         if criteria.min_distance_m is not None:
             found.append(self._distance(criteria.min_distance_m, counted, names))
+        if criteria.tasks_completed is not None:
+            found.append(self._completed(criteria.tasks_completed))
+        if criteria.assignment_optimal:
+            found.append(self._assignments())
+        if criteria.routes_gap is not None:
+            found.append(self._gap(criteria.routes_gap))
         if criteria.landed and self.windows and self.windows[-1].name == "land":
             # what became of those that failed is said elsewhere
             last = np.asarray(self.log.signals["layers.phase"])[-1]
@@ -303,6 +310,31 @@ class Judge:
             sentence = f"{', '.join(late)}: did not land" if late else "all landed"
             found.append(Verdict("landed", True, float(self.landed().sum()), not late, sentence))
         return found
+
+    def _completed(self, least: int) -> Verdict:
+        done = completed(self.log.events)
+        sentence = f"{done} tasks were completed, allowed: {least} or more"
+        return Verdict("tasks_completed", least, float(done), done >= least, sentence)
+
+    def _assignments(self) -> Verdict:
+        agreed = agreements(self.log.events)
+        good = sum(one.is_optimal for one in agreed)
+        sentence = f"{good} of {len(agreed)} assignments were optimal"
+        for bad in (one for one in agreed if not one.is_optimal):
+            sentence += (
+                f"; list {bad.label}: {bad.count} tasks at {bad.cost:.3f} m instead of {bad.best_count} at "
+                f"{bad.best_cost:.3f} m"
+            )
+            break
+        passed = bool(agreed) and good == len(agreed)
+        return Verdict("assignment_optimal", True, float(good), passed, sentence)
+
+    def _gap(self, limit: float) -> Verdict:
+        gap = largest_gap(self.log.events)
+        if gap is None:
+            return Verdict("routes_gap", limit, None, False, "drones agreed on no routes")
+        sentence = f"routes are {100 * gap:.1f} % longer than their lower bound, allowed: {100 * limit:g} %"
+        return Verdict("routes_gap", limit, round(gap, 4), gap <= limit, sentence)
 
     def _distance(self, limit: float, counted: NDArray[np.bool_], names: Sequence[str]) -> Verdict:
         least = np.where(counted, self.least_distances(), np.nan)

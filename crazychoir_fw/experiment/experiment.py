@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as wall
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,6 +14,7 @@ from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.experiment.agent import Agent, Phase
 from crazychoir_fw.experiment.backend import Backend, one_of
 from crazychoir_fw.experiment.control_group import ControlGroup
+from crazychoir_fw.experiment.services import Service
 from crazychoir_fw.finite import are_finite
 from crazychoir_fw.guidance import BearingFormation, GuidanceGroup
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
@@ -39,16 +40,19 @@ class Happening:
     time: float
     kind: str
     """``takeoff``, ``start``, ``land``, ``landed``, ``stop``, ``failure``, ``lost``, ``rejoined``."""
-    drone: str
-    details: str = ""
+    drone: str | None
+    """Whose; None: nobody's."""
+    details: str | Mapping[str, Any] = ""
+    """A sentence, or what belongs to it, by name."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as an event of a flight log."""
+        details = {"reason": self.details} if isinstance(self.details, str) and self.details else self.details
         return {
             "time": round(self.time, 4),
             "kind": self.kind,
             "drone": self.drone,
-            "details": {"reason": self.details} if self.details else {},
+            "details": dict(details) if details else {},
         }
 
 
@@ -76,6 +80,7 @@ class Experiment:
         rate: int = 100,
         log_rate: int = 100,
         observe: Callable[[Experiment], None] | None = None,
+        services: Sequence[Service] = (),
     ) -> None:
         """Bind layers to a backend.
 
@@ -86,6 +91,7 @@ class Experiment:
             rate: Rounds per second (Hz).
             log_rate: Samples of the log per second (Hz), a divisor of it.
             observe: Called after every round.
+            services: What belongs to no drone and takes its turn before guidance.
 
         Raises:
             RangeError: If the numbers do not fit together.
@@ -97,6 +103,11 @@ class Experiment:
         self.backend = backend
         self.agents = list(agents)
         self.groups = list(groups)
+        self.services = list(services)
+        self.service_failures: list[str] = []
+        """Why services stopped, one sentence each."""
+        for service in self.services:
+            service.note = self._note_of_service
         self.period = 1.0 / rate
         self.happenings: list[Happening] = []
         """What happened, in order."""
@@ -137,6 +148,8 @@ class Experiment:
     def start(self, drones: Names = None) -> None:
         """Let the guidance do what it is for; drones whose motors do not turn yet begin from where they are."""
         self._press("start", drones, motors=True)
+        for service in list(self.services):
+            self._serve(service, service.start, self.time)
 
     def land(self, drones: Names = None) -> None:
         """Land; the motors of each drone stop when it is down."""
@@ -231,6 +244,8 @@ class Experiment:
         clock = wall.perf_counter
         begin = clock()
         poses, now = self._poses(), self.time
+        for service in list(self.services):
+            self._serve(service, service.step, now, poses, self._turning())
         known = self._known.tolist()
         # also those on the ground: neighbors hear them
         self._decide([agent for agent in self.agents if agent.failure is None and known[agent.index]], poses, now)
@@ -351,6 +366,7 @@ class Experiment:
             agent.planner.set_trajectory(points, pose, now)
         elif agent.index not in self._controlled and agent.is_up:
             self.backend.go_to(agent.index, points[-1])
+            agent.reference = Reference(position=np.array(points[-1].position, float))
 
     def _follow(self, now: float) -> None:
         """Ask trajectory handlers for references."""
@@ -432,6 +448,20 @@ class Experiment:
         except Exception as error:
             self._fail_by(agent, agent.guidance, error)
 
+    def _serve(self, service: Service, call: Callable[..., None], *arguments: Any) -> None:
+        """Give a service its turn; one that raises gets no more."""
+        try:
+            call(*arguments)
+        except Exception as error:
+            sentence = f"{type(service).__name__}: {describe(error)} (at {self.time:.2f} s)"
+            self.services.remove(service)
+            self.service_failures.append(sentence)
+            self._note_of_service("failure", None, sentence)
+
+    def _note_of_service(self, kind: str, drone: int | None, details: str | Mapping[str, Any] = "") -> None:
+        name = None if drone is None else self.agents[drone].name
+        self.happenings.append(Happening(self.time, kind, name, details))
+
     def _fail_by(self, agent: Agent, layer: object, error: Exception) -> None:
         self._fail(agent, f"{agent.name}: {type(layer).__name__}: {describe(error)} (at {self.time:.2f} s)")
 
@@ -459,8 +489,8 @@ class Experiment:
 
     @property
     def failures(self) -> list[str]:
-        """Why drones fly no more, one sentence each."""
-        return [agent.failure for agent in self.agents if agent.failure is not None]
+        """Why drones fly no more, and services serve no more, one sentence each."""
+        return [agent.failure for agent in self.agents if agent.failure is not None] + self.service_failures
 
     # ---------------------------------------------------------------- log
 

@@ -11,6 +11,8 @@ from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.mission.values import did_you_mean
 
 NEED_GRAPH = (
+    "TaskGuidance",
+    "DeliveryGuidance",
     "BearingFormation",
     "AggregativeGuidance",
     "AggregativeGuidanceCrazyflie",
@@ -31,6 +33,7 @@ def check_layers(mission: LayeredMission) -> None:
     _check_formation(mission)
     _check_control(mission)
     _check_safety(mission)
+    _check_tables(mission)
     _check_buttons(mission, names)
     _check_criteria(mission)
     _check_backend(mission)
@@ -172,6 +175,40 @@ def _check_formation(mission: LayeredMission) -> None:
             check_formation(formation_of(mission, members[0])[members], own, leaders)  # type: ignore[index]
         except CrazychoirError as error:
             raise MissionError(f"{path}: {error}") from None
+
+
+TABLES = {"TaskGuidance": "tasks", "DeliveryGuidance": "delivery"}
+"""Guidance that works for a table, and the key of that."""
+
+
+def _check_tables(mission: LayeredMission) -> None:
+    """Refuse guidance without the table that it works for, and tables that nobody works for."""
+    layers, criteria = mission.layers, mission.criteria
+    kinds = [guidance.kind for guidance in layers.guidances]
+    for kind, key in TABLES.items():
+        table = getattr(layers, key)
+        if kind in kinds and set(kinds) != {kind}:
+            raise MissionError(f"layers.guidance: {kind} works for all drones, or for none")
+        if kind in kinds and table is None:
+            raise MissionError(f"layers.{key} is missing: {kind} needs a table to work for")
+        if table is not None and kind not in kinds and all(":" not in word for word in kinds):
+            raise MissionError(f"layers.{key} is for the class {kind}, but class is {kinds[0]}")
+    if layers.tasks is not None and layers.delivery is not None:
+        raise MissionError("layers.tasks and layers.delivery: there is one table at a time")
+    if layers.tasks is not None and not all(
+        low < high for low, high in zip(layers.tasks.low, layers.tasks.high, strict=True)
+    ):
+        raise MissionError(
+            f"layers.tasks.low is {list(layers.tasks.low)}, but must be below high, {list(layers.tasks.high)}"
+        )
+    needs = {
+        "tasks_completed": (criteria.tasks_completed is not None, layers.tasks or layers.delivery, "layers.tasks"),
+        "assignment_optimal": (criteria.assignment_optimal, layers.tasks, "layers.tasks"),
+        "routes_gap": (criteria.routes_gap is not None, layers.delivery, "layers.delivery"),
+    }
+    for key, (is_asked, table, missing) in needs.items():
+        if is_asked and table is None:
+            raise MissionError(f"criteria.{key} needs {missing}")
 
 
 def _check_control(mission: LayeredMission) -> None:

@@ -29,13 +29,16 @@ from crazychoir_fw.experiment.backend import Backend
 from crazychoir_fw.experiment.criteria import Formation, Judge, Window
 from crazychoir_fw.experiment.experiment import Experiment
 from crazychoir_fw.experiment.odometry import through_mocap
+from crazychoir_fw.experiment.services import make_services
 from crazychoir_fw.experiment.surveillance import surveillance_of
 from crazychoir_fw.messages import TrajectoryPoint
 from crazychoir_fw.mission.fleet import drone_settings
 from crazychoir_fw.mission.runner import Film, FlightResult, Observer, Progress, build_world, turn_on_radios
 from crazychoir_fw.mission.schema import LayeredMission
+from crazychoir_fw.mission.story import story_of
 from crazychoir_fw.mission.summary import collision_failures
 from crazychoir_fw.report.error_curve import ErrorCurve
+from crazychoir_fw.report.marks import Story
 
 if TYPE_CHECKING:
     from crazychoir_fw.experiment.integrator_backend import IntegratorBackend
@@ -99,6 +102,10 @@ class LayeredResult(FlightResult):
             label, mean, largest, criteria.surveillance_error_m, places, markers=judge.surveillance.markers(end)
         )
 
+    def story(self) -> Story | None:
+        """Tasks or deliveries, for the picture and the film."""
+        return story_of(self.log.events, self.log.drone_ids, float(self.log.time[-1]))
+
     @property
     def film_model(self) -> Any:
         """The model that the film is made with: drones of an integrator are drawn where they were."""
@@ -117,6 +124,13 @@ class LayeredResult(FlightResult):
         if formation is not None:
             for i, drone in enumerate(self.mission.fleet):
                 _paint(model, drone.id, _LEADER if i in formation.leaders else _FOLLOWER)
+        elif self.story is not None:
+            from matplotlib.colors import to_rgb
+
+            from crazychoir_fw.report.plot import palette
+
+            for drone, color in zip(self.mission.fleet, palette(len(self.mission.fleet)), strict=True):
+                _paint(model, drone.id, to_rgb(color))
         return model
 
 
@@ -168,7 +182,8 @@ def make_experiment(
     chosen = make_backend(mission) if backend is None else backend
     agents = make_agents(mission, lambda: chosen.time)
     groups = make_groups(mission, list(chosen.masses), getattr(chosen, "true_poses", None))
-    return Experiment(chosen, agents, groups, mission.layers.rate, mission.log_rate, observe)
+    services = make_services(mission, agents)
+    return Experiment(chosen, agents, groups, mission.layers.rate, mission.log_rate, observe, services)
 
 
 _LEADER, _FOLLOWER = (0.85, 0.1, 0.1), (0.1, 0.4, 0.85)
@@ -360,6 +375,7 @@ class _Flight:
         for agent in experiment.agents:
             if agent.failure is not None:
                 (expected if agent.name in mission.may_fail else failures).append(agent.failure)
+        failures += experiment.service_failures
         if self._world is not None:
             for name, sentence in collision_failures(mission, self._world.events):
                 (expected if name in mission.may_fail else failures).append(sentence)

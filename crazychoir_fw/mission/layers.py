@@ -28,6 +28,8 @@ GUIDANCE = (
     "BearingFormation",
     "SimpleGuidance",
     "GoToGuidance",
+    "TaskGuidance",
+    "DeliveryGuidance",
     "AggregativeGuidance",
     "AggregativeGuidanceCrazyflie",
     "AggregativeGuidanceCrazyflieMovingIntruder",
@@ -341,6 +343,60 @@ def _rate(value: object) -> int:
     return int(value)  # type: ignore[call-overload]
 
 
+class TasksLayer(Section):
+    """The table that `TaskGuidance` works for: points to be visited, always as many as drones."""
+
+    seed: Annotated[int, whole(0, 2**32 - 1)] = 4
+    """Seed of the draws."""
+
+    low: Annotated[tuple[float, ...], point("x", "y")] = (-3.0, -3.0)
+    """Least x and y of a point (m)."""
+
+    high: Annotated[tuple[float, ...], point("x", "y")] = (3.0, 3.0)
+    """Largest x and y of a point (m)."""
+
+    probability: Annotated[float, number(0.01, 1.0)] = 0.5
+    """That a drone can do a task."""
+
+    generations: Annotated[int, whole(1, 10_000)] = 8
+    """How often tasks are drawn: once at START, then after each completion."""
+
+    deadline: Annotated[float, number(0.1, 60.0, "s")] = 1.0
+    """Who does not ask for its tasks for so long after a new list counts as gone (s)."""
+
+    patience: Annotated[float, number(1.0, 3600.0, "s")] = 30.0
+    """After so long without a completion tasks are assigned anew (s)."""
+
+
+class RequestEntry(Section):
+    """Something that is to be brought from one point to another."""
+
+    pickup: Annotated[tuple[float, ...], point("x", "y")]
+    """Where it is (m)."""
+
+    delivery: Annotated[tuple[float, ...], point("x", "y")]
+    """Where it shall be (m)."""
+
+    load: Annotated[float, number(0.0, 1000.0)] = 1.0
+    """How much it takes of the capacity of a drone."""
+
+    at: Annotated[float, number(0.0, 36000.0, "s")] = 0.0
+    """When it turns up, after START (s)."""
+
+
+class DeliveryLayer(Section):
+    """The table that `DeliveryGuidance` works for."""
+
+    requests: Annotated[list[RequestEntry], Field(min_length=1, max_length=64)]
+    """What is to be brought where."""
+
+    deadline: Annotated[float, number(0.1, 60.0, "s")] = 1.0
+    """Who does not ask for its list for so long counts as gone (s)."""
+
+    patience: Annotated[float, number(1.0, 3600.0, "s")] = 30.0
+    """After so long without a pickup or a delivery routes are planned anew (s)."""
+
+
 class Layers(Section):
     """The key `layers`."""
 
@@ -365,6 +421,12 @@ class Layers(Section):
 
     safety: SafetyLayer | None = None
     """What keeps drones apart; without it nothing does."""
+
+    tasks: TasksLayer | None = None
+    """Table of tasks, for `TaskGuidance`."""
+
+    delivery: DeliveryLayer | None = None
+    """Table of requests, for `DeliveryGuidance`."""
 
     @property
     def guidance(self) -> GuidanceLayer:
@@ -496,6 +558,15 @@ class Criteria(Section):
 
     min_distance_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
     """Least distance between two drones in flight."""
+
+    tasks_completed: Annotated[int, whole(0, 1_000_000)] | None = None
+    """Least number of tasks, or deliveries, that were completed."""
+
+    assignment_optimal: Annotated[bool, switch()] = False
+    """Whether drones must have shared out each list of tasks as well as one who knows everything could."""
+
+    routes_gap: Annotated[float, number(0.0, 10.0)] | None = None
+    """Largest part by which all routes of `DeliveryGuidance` together may be longer than the lower bound."""
 
     landed: Annotated[bool, switch()] = True
     """Whether all drones must stand on the floor at the end, if the flight ends with a landing."""

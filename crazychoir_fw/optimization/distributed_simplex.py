@@ -57,6 +57,7 @@ class DistributedSimplex(Algorithm):
         x_basic: Values of the basis's variables, shape (m,).
         x_dual: Prices of the rows, shape (m,).
         J: Least cost of what the agent knows.
+        big_M: Cost of leaving one unit of a row's right side without a column.
     """
 
     def __init__(
@@ -84,12 +85,12 @@ class DistributedSimplex(Algorithm):
         problem: LinearProblem = agent.needed_problem("DistributedSimplex")
         self._stop_iterations = stop_iterations
         self._unchanged = 0
-        self._big_M = positive("big_M", big_M)
+        self.big_M = positive("big_M", big_M)
         # rows with a negative right side are turned round, the same by all, for b is common knowledge
         self._sign = np.where(problem.b < 0.0, -1.0, 1.0)
         self._b = np.abs(problem.b)
         m = len(self._b)
-        self.B = np.vstack([np.full(m, self._big_M), np.eye(m)])
+        self.B = np.vstack([np.full(m, self.big_M), np.eye(m)])
         self._own = np.vstack([problem.costs, problem.columns * self._sign[:, None]])
         self._solve([])
 
@@ -115,7 +116,7 @@ class DistributedSimplex(Algorithm):
         """What is left of each row's right side without a column, shape (m,); not zero: infeasible so far."""
         left = np.zeros(len(self._b))
         for column, value in zip(self.B.T, self.x_basic, strict=True):
-            if column[0] == self._big_M and np.count_nonzero(column[1:]) == 1 and column[1:].max() == 1.0:
+            if column[0] == self.big_M and np.count_nonzero(column[1:]) == 1 and column[1:].max() == 1.0:
                 left[np.argmax(column[1:])] += value
         return left
 

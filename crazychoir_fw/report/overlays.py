@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.report.markers import COLORS, Marker
+from crazychoir_fw.report.marks import Mark
 
 _GHOST_RADIUS_M = 0.025
 _GHOST_ALPHA = 0.35
@@ -17,6 +18,8 @@ _MARKER_ALPHA = 0.6
 _NAME_PLACE = np.array([0.0, 0.0, 0.07])  # [m], over the drone
 _LINK_RADIUS_M = 0.004
 _LINK_COLOR = np.array([0.15, 0.2, 0.3, 0.35], dtype=np.float32)
+_MARK_RADIUS_M = 0.1
+_NOBODY = np.array([0.55, 0.58, 0.62])
 _NO_ROTATION = np.eye(3).ravel()
 _ZERO = np.zeros(3)
 
@@ -75,6 +78,37 @@ def add_markers(scene: mujoco.MjvScene, markers: Sequence[Marker]) -> None:
         size, place = np.full(3, _MARKER_RADIUS_M), np.array(marker.place)
         mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_SPHERE, size, place, _NO_ROTATION, rgba)
         geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+
+
+def add_marks(scene: mujoco.MjvScene, marks: Iterable[Mark], colors: NDArray[np.float64]) -> None:
+    """Add a disk with a label for each mark, and a thin rod to the point that belongs to it, as far as there is room.
+
+    Args:
+        scene: Scene to add to.
+        marks: Those that are there at present.
+        colors: Color of each drone, shape (N, 3).
+    """
+    for mark in marks:
+        disk = _next(scene)
+        label = _next(scene)
+        if disk is None or label is None:
+            return
+        rgb = _NOBODY if mark.drone is None else colors[mark.drone]
+        rgba = np.array([*rgb, 0.85], dtype=np.float32)
+        size = np.array([_MARK_RADIUS_M, 0.004, 0.0])
+        place = mark.position + np.array([0.0, 0.0, 0.006])
+        mujoco.mjv_initGeom(disk, mujoco.mjtGeom.mjGEOM_CYLINDER, size, place, _NO_ROTATION, rgba)
+        disk.category = mujoco.mjtCatBit.mjCAT_DECOR
+        place_name(label, mark.position + np.array([0.0, 0.0, 0.02]), mark.label)
+        if mark.link is not None:
+            rod = _next(scene)
+            if rod is None:
+                return
+            kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+            mujoco.mjv_initGeom(rod, kind, np.zeros(3), np.zeros(3), _NO_ROTATION, np.float32([*rgb, 0.4]))
+            up = np.array([0.0, 0.0, 0.01])
+            mujoco.mjv_connector(rod, kind, _LINK_RADIUS_M, mark.position + up, mark.link + up)
+            rod.category = mujoco.mjtCatBit.mjCAT_DECOR
 
 
 def add_names(scene: mujoco.MjvScene, positions: NDArray[np.float64], names: Sequence[str]) -> None:

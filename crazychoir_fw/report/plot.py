@@ -18,6 +18,7 @@ from crazychoir_fw.replacing import replacing
 from crazychoir_fw.report.error_curve import ErrorCurve
 from crazychoir_fw.report.flight_log import FlightLog
 from crazychoir_fw.report.markers import COLORS, SHAPES
+from crazychoir_fw.report.marks import Mark, Story
 
 _FEW = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#6A3D9A", "#444444")
 """Colors that people with any color vision tell apart (Okabe and Ito, yellow replaced for white paper)."""
@@ -28,7 +29,9 @@ _DASHES = (0, (4, 2))
 _FULL_MOTOR = 65535.0  # [PWM counts]
 
 
-def plot_flight(log: FlightLog, path: Path, title: str, curve: ErrorCurve | None = None) -> None:
+def plot_flight(
+    log: FlightLog, path: Path, title: str, curve: ErrorCurve | None = None, story: Story | None = None
+) -> None:
     """Draw the page and write it; the format follows the suffix of *path*.
 
     Positions are `sim.x, y, z`, or `stateEstimate.x, y, z` if the truth was not recorded.
@@ -41,6 +44,7 @@ def plot_flight(log: FlightLog, path: Path, title: str, curve: ErrorCurve | None
         path: File to write, usually `flight.png`; replaced in one step.
         title: Headline.
         curve: An error over time, shown in place of the motors.
+        story: Points beside the drones, and who worked on what when, shown in place of the motors as well.
     """
     figure = Figure(figsize=(14.0, 9.0), dpi=110, layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
@@ -55,7 +59,7 @@ def plot_flight(log: FlightLog, path: Path, title: str, curve: ErrorCurve | None
 
     stride = _stride(log)
     log = _thinned(log)
-    colors = _colors(len(log.drone_ids))
+    colors = palette(len(log.drone_ids))
     truth = log.stack("sim.x", "sim.y", "sim.z")
     if truth is None:
         truth = log.stack("stateEstimate.x", "stateEstimate.y", "stateEstimate.z")
@@ -64,7 +68,11 @@ def plot_flight(log: FlightLog, path: Path, title: str, curve: ErrorCurve | None
     _draw_paths(space, truth, reference, colors)
     _draw_from_above(above, truth, reference, colors)
     _draw_positions(axes[:3], log.time, truth, reference, colors)
-    if curve is None:
+    if story is not None:
+        _draw_marks(above, story.marks, colors)
+    if curve is None and story is not None:
+        _draw_stints(axes[3], story, colors)
+    elif curve is None:
         _draw_motors(axes[3], log, colors)
     else:
         _draw_error(axes[3], log.time, curve, stride)
@@ -90,7 +98,7 @@ def _thinned(log: FlightLog) -> FlightLog:
     return FlightLog(log.time[::stride], log.drone_ids, signals, log.metadata, log.events)
 
 
-def _colors(drones: int) -> list[str]:
+def palette(drones: int) -> list[str]:
     """Return one color per drone: distinct ones for a few, a scale that is even in brightness for many."""
     if drones <= len(_FEW):
         return list(_FEW[:drones])
@@ -264,6 +272,71 @@ def _draw_error(axes: Axes, time: NDArray[np.float64], curve: ErrorCurve, stride
         )
     axes.text(
         0.995, 0.9, "mean, shaded up to the largest", transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT
+    )
+
+
+def _draw_marks(axes: Axes, marks: Sequence[Mark], colors: Sequence[str]) -> None:
+    """Draw each point once, in the color of the drone whose it was at last, with its label."""
+    last = {(*mark.position[:2], mark.label): mark for mark in marks}
+    for mark in sorted(marks, key=lambda mark: mark.end):
+        last[(*mark.position[:2], mark.label)] = mark
+    for mark in last.values():
+        x, y, _ = mark.position
+        color = _SOFT if mark.drone is None else colors[mark.drone]
+        if mark.link is not None:
+            axes.annotate(
+                "",
+                mark.link[:2],
+                (x, y),
+                arrowprops={"arrowstyle": "->", "color": color, "linestyle": ":", "linewidth": 0.9, "alpha": 0.8},
+                zorder=0.6,
+            )
+        axes.scatter(x, y, marker="s", s=90.0, facecolors="white", edgecolors=color, linewidths=1.3, zorder=6)
+        axes.text(x, y, mark.label, ha="center", va="center", fontsize=6.5, color=_INK, zorder=7, clip_on=True)
+
+
+def _draw_stints(axes: Axes, story: Story, colors: Sequence[str]) -> None:
+    """Draw who worked on what: a bar from when it took it on, filled if it finished it."""
+    _tidy(axes, story.title)
+    axes.set_xlabel("time (s)")
+    axes.set_ylim(len(colors) - 0.5, -0.5)
+    axes.set_yticks([])
+    # several at a time share the line of their drone
+    for drone, color in enumerate(colors):
+        own = sorted((stint for stint in story.stints if stint.drone == drone), key=lambda stint: stint.begin)
+        ends: list[float] = []
+        rows = []
+        for stint in own:
+            row = next((k for k, end in enumerate(ends) if end <= stint.begin + 1e-9), len(ends))
+            ends[row : row + 1] = [stint.end]
+            rows.append(row)
+        height = 0.8 / max(1, len(ends))
+        for stint, row in zip(own, rows, strict=True):
+            low = drone - 0.4 + row * height
+            face = color if stint.is_finished else "white"
+            axes.broken_barh(
+                [(stint.begin, stint.end - stint.begin)],
+                (low, 0.92 * height),
+                facecolors=face,
+                edgecolors=color,
+                linewidth=0.8,
+                zorder=3,
+                alpha=0.75 if stint.is_finished else 0.9,
+            )
+            if stint.end - stint.begin > 0.6:
+                axes.text(
+                    (stint.begin + stint.end) / 2.0,
+                    low + 0.46 * height,
+                    stint.label,
+                    ha="center",
+                    va="center",
+                    fontsize=6.0,
+                    color="white" if stint.is_finished else _INK,
+                    clip_on=True,
+                    zorder=4,
+                )
+    axes.text(
+        0.995, 1.02, "filled: done; empty: handed on", transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT
     )
 
 

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike, NDArray
 from crazychoir_fw.replacing import replacing
 from crazychoir_fw.report.camera import follow
 from crazychoir_fw.report.markers import Marker
+from crazychoir_fw.report.marks import Mark
 from crazychoir_fw.report.opengl import RenderingError, rendering_available
-from crazychoir_fw.report.overlays import add_ghosts, add_links, add_markers, add_names, drone_colors
+from crazychoir_fw.report.overlays import add_ghosts, add_links, add_markers, add_marks, add_names, drone_colors
 from crazychoir_fw.report.renderer import Renderer
 from crazychoir_fw.report.shots import find_drone, find_shot, shadowed
 from crazychoir_fw.report.trails import Trails
@@ -109,6 +110,7 @@ def film_flight(
     targets: ArrayLike | None = None,
     links: Sequence[tuple[int, int]] = (),
     markers: Sequence[Marker] = (),
+    marks: Sequence[Mark] = (),
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
     """Film recorded states of a world.
@@ -130,6 +132,7 @@ def film_flight(
             (F, len(names), 3); NaN where no place is asked for.
         links: Pairs of drones, by number, between which a thin rod is shown.
         markers: Places that are shown as balls.
+        marks: Points beside the drones, each shown while it is there.
         progress: Called after each picture with how many are drawn and how many there will be.
 
     Raises:
@@ -148,6 +151,7 @@ def film_flight(
         told = told[np.clip(np.searchsorted(instants, wanted + 1e-9, side="right") - 1, 0, None)]
     length = 0 if camera.startswith("fpv:") else round(trail_s * fps / speed)
     scenes = _Scenes(model, states, fps, camera, width / height, length, names or (), told, links, markers)
+    scenes.marks, scenes.instants = marks, wanted
 
     with Renderer(model, width, height) as renderer, VideoWriter(path, fps=fps) as film:
         for frame in range(count):
@@ -174,13 +178,16 @@ class _Scenes:
         markers: Sequence[Marker] = (),
     ) -> None:
         drones = _joints_of_drones(model)
+        self.marks: Sequence[Mark] = ()
+        self.instants = np.zeros(len(states))
         self._bodies, self._links = model.jnt_bodyid[drones], links
         self._markers = markers
         positions = states[:, model.jnt_qposadr[drones][:, None] + np.arange(3)]
         self._model, self._data, self._states = model, mujoco.MjData(model), states
         self._path = follow(positions, np.arange(len(states)) / fps)
         self._shot = find_shot(model, camera, self._path, aspect)
-        self._trails = Trails(positions, drone_colors(model, model.jnt_bodyid[drones]), length=trail_length)
+        self._all_colors = drone_colors(model, model.jnt_bodyid[drones])
+        self._trails = Trails(positions, self._all_colors, length=trail_length)
         self._names, self._targets = names, targets
         self._named = np.array([find_drone(model, name) for name in names], dtype=int)
         self._colors = drone_colors(model, self._named)
@@ -194,6 +201,8 @@ class _Scenes:
         self._trails.draw(renderer.scene, frame)
         add_links(renderer.scene, self._data.xpos[self._bodies], self._links)
         add_markers(renderer.scene, self._markers)
+        now = self.instants[frame]
+        add_marks(renderer.scene, (mark for mark in self.marks if mark.begin <= now < mark.end), self._all_colors)
         if self._targets is not None:
             add_ghosts(renderer.scene, self._targets[frame], self._colors)
         add_names(renderer.scene, self._data.xpos[self._named], self._names)

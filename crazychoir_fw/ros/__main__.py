@@ -27,17 +27,17 @@ def layers(
     ] = 10.0,
 ) -> None:
     """Be some layers of some drones until interrupted, or until the simulation has gone."""
-    from crazychoir_fw.ros.parts import LAYERS, SENSING, Part
+    from crazychoir_fw.ros.parts import LAYERS, Part, common_layers
     from crazychoir_fw.ros.process import run_part
 
     loaded = _load(mission)
     names = [one.id for one in loaded.fleet]
-    for given, known in ((drone or [], names), (layer or [], (*LAYERS, SENSING))):
+    every = (*LAYERS, *common_layers(loaded))
+    for given, known in ((drone or [], names), (layer or [], every)):
         for word in given:
             if word not in known:
                 raise typer.BadParameter(f"'{word}', allowed: {', '.join(known)}")
     numbers = tuple(i for i, name in enumerate(names) if not drone or name in drone)
-    every = LAYERS if loaded.layers.safety is None else (*LAYERS, SENSING)
     chosen = tuple(one for one in every if not layer or one in layer)
     part = Part("/".join([*(drone or []), *(layer or [])]) or "layers", numbers, chosen)
     raise typer.Exit(run_part(loaded, part, lockstep, leave_after=leave_after or None))

@@ -96,7 +96,9 @@ class GuidanceNode(LayerNode):
         """Topics of its communicator, if it has one."""
         self.guidance: Any = build(self)
         """The plain guidance."""
-        self._has_rounds = hasattr(self.guidance, "begin_round")
+        # otherwise its rounds last over many steps, and no step waits for one
+        is_paced = getattr(self.guidance, "is_paced_by_rounds", True)
+        self._has_rounds = hasattr(self.guidance, "begin_round") and is_paced
         self._in_round = False
         self._pose_time, self._pose_step, self._is_led = -math.inf, math.inf, False
         self._time = StallingClock(self._latest_time, self.patience)

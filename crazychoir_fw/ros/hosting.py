@@ -6,6 +6,7 @@ are asked by topics: odometry goes out, commands come in, round by round.
 
 from __future__ import annotations
 
+import json
 import os
 import time
 from collections.abc import Sequence
@@ -27,6 +28,7 @@ from crazychoir_fw.ros.conversions import joint_trajectory_to_points, points_to_
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.parts import Part, one_command
 from crazychoir_fw.ros.simulation import Pace, SimulationNode
+from crazychoir_fw.ros.tasks import EVERYTHING, HAPPENINGS
 from crazychoir_fw.ros.wire import bytes_to_reference
 
 ANSWERED = "answered"
@@ -183,6 +185,7 @@ class HostedExperiment(Experiment):
 
     def _listen(self, mission: Any, remote: Sequence[RemoteGuidance], kind: str) -> None:
         node = self.node
+        node.create_subscription(String, HAPPENINGS, self._hear_of, EVERYTHING)
         numbers = {node.namespace_pattern.format(i=i): i for i in range(len(remote))}
         for name, topic in BUTTONS.items():
             node.listen(topic, lambda _, pressed=name: self._pressed(pressed))
@@ -197,6 +200,16 @@ class HostedExperiment(Experiment):
             topic = REFERENCES[follows]
             node.hear(topic, node.topic_of(i, topic.name), _reference_taker(node, guidance, follows))
         node.members.invite()
+
+    def _hear_of(self, message: String) -> None:
+        """Something happened at a table."""
+        try:
+            told = json.loads(message.data)
+            agent = told["agent"]
+            if agent is None or 0 <= int(agent) < len(self.agents):
+                self._note_of_service(str(told["kind"]), agent, dict(told["details"]))
+        except (ValueError, KeyError, TypeError) as error:
+            self.node.get_logger().warning(f"{HAPPENINGS}: {error}", throttle_duration_sec=1.0)
 
     # ---------------------------------------------------------------- buttons
 

@@ -11,6 +11,8 @@ from crazychoir_fw.experiment import agents
 LAYERS = ("guidance", "planning", "control", "avoidance")
 SENSING = "sensing"
 """What one process does for all drones: it finds out who is near whom."""
+TABLE = "table"
+"""Layer of nobody: the table of tasks or requests."""
 
 
 @dataclass(frozen=True)
@@ -30,15 +32,25 @@ def parts_of(mission: Any, processes: str) -> list[Part]:
         processes: ``per-node``: one per drone and layer; ``per-drone``; ``one`` for all layers of all drones.
     """
     everybody = tuple(range(len(mission.fleet)))
-    has_sensing = mission.layers.safety is not None
+    common = common_layers(mission)
     if processes == "one":
-        return [Part("layers", everybody, (*LAYERS, SENSING) if has_sensing else LAYERS)]
+        return [Part("layers", everybody, (*LAYERS, *common))]
     names = agents.names_of(mission)
-    sensing = [Part(SENSING, everybody, (SENSING,))] if has_sensing else []
+    shared = [Part(layer, everybody if layer == SENSING else (), (layer,)) for layer in common]
     if processes == "per-drone":
-        return [*(Part(names[i], (i,), LAYERS) for i in everybody), *sensing]
+        return [*(Part(names[i], (i,), LAYERS) for i in everybody), *shared]
     single = [Part(f"{names[i]}/{layer}", (i,), (layer,)) for i in everybody for layer in layers_of_drone(mission, i)]
-    return [*single, *sensing]
+    return [*single, *shared]
+
+
+def common_layers(mission: Any) -> list[str]:
+    """Return what one process does for all drones, beside their layers."""
+    return [*([SENSING] if mission.layers.safety is not None else []), *([TABLE] if has_table(mission) else [])]
+
+
+def has_table(mission: Any) -> bool:
+    """Return whether guidance works for a table, which is a node of its own."""
+    return mission.layers.tasks is not None or mission.layers.delivery is not None
 
 
 def layers_of_drone(mission: Any, i: int) -> list[str]:

@@ -15,14 +15,16 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
 from crazychoir_fw.experiment import agents
+from crazychoir_fw.experiment.services import make_table
 from crazychoir_fw.guidance import TimeVaryingCommunicator
 from crazychoir_fw.ros.communicator import RosTransport
 from crazychoir_fw.ros.guidance import GuidanceNode
 from crazychoir_fw.ros.hosting import ANSWERED, READY
 from crazychoir_fw.ros.hub import Hub
 from crazychoir_fw.ros.names import CLOCK, LATEST
-from crazychoir_fw.ros.parts import SENSING, Part, layers_of_drone
+from crazychoir_fw.ros.parts import SENSING, TABLE, Part, has_table, layers_of_drone
 from crazychoir_fw.ros.safety_parts import make_avoidance_node, make_control_node, make_sensing_node
+from crazychoir_fw.ros.tasks import TableDesk, TaskTable
 from crazychoir_fw.ros.teams import make_teams
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
 
@@ -58,6 +60,10 @@ def make_nodes(
         CrazychoirError: If a layer cannot be made as the mission says.
     """
     nodes: list[Node] = []
+    if TABLE in part.layers:
+        table = make_table(mission)
+        assert table is not None
+        nodes.append(TaskTable(table, parameters={"use_sim_time": True}, context=context))
     for i in part.agents:
         common: dict[str, Any] = {"agent_id": i, "parameters": {"use_sim_time": True}}
         common |= {"context": context, "hub": hub}
@@ -96,7 +102,10 @@ def _guidance(mission: Any, i: int, lockstep: bool, patience: float, common: dic
         else:
             # nobody will ever be at the other end: not the transport whose partners the node waits for
             communicator = TimeVaryingCommunicator(i, graph.size, [], [], transport=RosTransport(node))
-        return agents.make_guidance(mission, i, communicator)
+        made = agents.make_guidance(mission, i, communicator)
+        if has_table(mission) and hasattr(made, "connect"):
+            made.connect(TableDesk(node))
+        return made
 
     parameters = {"use_sim_time": True, "lockstep": lockstep, "patience": patience}
     return GuidanceNode(build, update_frequency=float(mission.layers.rate), **{**common, "parameters": parameters})

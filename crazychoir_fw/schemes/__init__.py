@@ -5,9 +5,15 @@ from crazychoir_fw.schemes.aggregative import (
     AggregativeGuidanceCrazyflie,
     AggregativeGuidanceCrazyflieMovingIntruder,
 )
+from crazychoir_fw.schemes.delivery import DeliveryGuidance, DeliveryTable
+from crazychoir_fw.schemes.tasks import PositionTaskTable, TaskGuidance
 
 __all__ = [
     "AggregativeGuidance",
     "AggregativeGuidanceCrazyflie",
     "AggregativeGuidanceCrazyflieMovingIntruder",
+    "DeliveryGuidance",
+    "DeliveryTable",
+    "PositionTaskTable",
+    "TaskGuidance",
 ]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from crazychoir_fw.report.flight_log import FlightLog
-from crazychoir_fw.report.plot import _colors, _reference, plot_flight
+from crazychoir_fw.report.plot import _reference, palette, plot_flight
 
 
 @pytest.mark.parametrize("drones", [1, 2, 8, 9, 30])
@@ -25,14 +25,14 @@ def test_a_page_is_drawn_for_any_number_of_drones(tmp_path, drones, make_log):
 def test_each_of_a_few_drones_has_its_color_on_the_page(tmp_path, make_log):
     plot_flight(make_log(4), tmp_path / "flight.png", "")
     picture = iio.imread(tmp_path / "flight.png")[..., :3]
-    for color in _colors(4):
+    for color in palette(4):
         rgb = [int(color[k : k + 2], 16) for k in (1, 3, 5)]
         assert (picture == rgb).all(axis=-1).sum() > 200, color
 
 
 @pytest.mark.parametrize("drones", [1, 8, 9, 30, 1000])
 def test_colors_are_distinct(drones):
-    colors = _colors(drones)
+    colors = palette(drones)
     assert len(colors) == drones
     assert len(set(colors)) >= min(drones, 200)
 
