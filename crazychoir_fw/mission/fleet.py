@@ -121,7 +121,10 @@ class DroneEntry(Settings):
     """Heading at start."""
 
     uri: Annotated[str, word(r"\w+://[^\s]{1,120}", "a URI such as radio://0/80/2M/E7E7E7E701")] | None = None
-    """Where the backend `hardware` reaches it."""
+    """Where the backend `hardware` reaches it. With the backend `mixed`, drones that have one are real."""
+
+    mocap: Annotated[str, word(r"[^\s]{1,120}", "the name of a body in motion capture, such as cf1")] | None = None
+    """What motion capture calls it. With the backend `mixed`, a drone with this and without `uri` is only watched."""
 
 
 class Layout(Settings):
@@ -199,12 +202,13 @@ class Drone:
     motor_ctrl: str | None = None
     motor_ctrl_properties: Mapping[str, str | float] = field(default_factory=dict)
     uri: str | None = None
+    mocap: str | None = None
 
 
 def drone_settings(drone: Drone) -> dict[str, Any]:
     """Return a drone as the keywords of `crazychoir_fw.simulation.DroneConfig`."""
     settings = asdict(drone)
-    del settings["uri"]  # a simulated drone has none of its own
+    del settings["uri"], settings["mocap"]  # a simulated drone has none of its own
     return settings
 
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
+from crazychoir_fw.mission.mixed import MocapSettings
 from crazychoir_fw.mission.section import Section
 from crazychoir_fw.mission.values import (
     choice,
@@ -330,6 +331,9 @@ class HardwareSettings(Section):
 
     radio: Options = Field(default_factory=dict)
     """Further options of the radio handler, see `crazychoir_fw.radio.Options`."""
+
+    mocap: MocapSettings | None = None
+    """Motion capture; drones with `mocap` are told their poses by it."""
 
 
 class Criteria(Section):

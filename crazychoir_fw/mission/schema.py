@@ -11,6 +11,7 @@ from crazychoir_fw.mission.buttons import ButtonPhase
 from crazychoir_fw.mission.faults import Faults
 from crazychoir_fw.mission.fleet import Drone, Drones, Settings, decide
 from crazychoir_fw.mission.layers import Criteria, HardwareSettings, IntegratorSettings, Layers
+from crazychoir_fw.mission.mixed import MixedSettings
 from crazychoir_fw.mission.phases import Phase
 from crazychoir_fw.mission.radios import Radios
 from crazychoir_fw.mission.section import Section
@@ -19,7 +20,7 @@ from crazychoir_fw.mission.values import did_you_mean, number, refusal, whole, w
 SCENES = ("arena", "flight_lab", "gates", "pillars", "room")
 
 
-BACKENDS = ("sim", "integrator", "hardware")
+BACKENDS = ("sim", "integrator", "hardware", "mixed")
 
 
 def backend_word(*known: str) -> BeforeValidator:
@@ -114,7 +115,8 @@ class LayeredMission(Mission):
     """A flight of guidance, planning and control: on any backend, by buttons."""
 
     backend: Annotated[str, backend_word(*BACKENDS)] = "sim"
-    """Where the drones live: `sim` (MuJoCo and the onboard software), `integrator`, `hardware` (over the radio)."""
+    """Where the drones live: `sim` (MuJoCo and the onboard software), `integrator`, `hardware` (over the radio), or
+    `mixed`: drones with `uri` or `mocap` are real, the others simulated."""
 
     layers: Layers
     """What decides, plans and controls."""
@@ -132,4 +134,7 @@ class LayeredMission(Mission):
     """What the backend `integrator` is like."""
 
     hardware: HardwareSettings = HardwareSettings()
-    """How the backend `hardware` flies."""
+    """How the backends `hardware` and `mixed` fly real drones."""
+
+    mixed: MixedSettings = MixedSettings()
+    """How the backend `mixed` shows real drones in the simulated world."""

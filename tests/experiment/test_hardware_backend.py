@@ -38,7 +38,8 @@ class Served(HardwareBackend):
             self.handler.connect()
             while np.isnan(self.poses().position).any():
                 time.sleep(0.001)
-        self._start = self._due = self.world_there.time
+        self._start = self.world_there.time
+        self.pace.begin_anew()
 
     def let_go_on(self, seconds):
         self.handler.tick()
