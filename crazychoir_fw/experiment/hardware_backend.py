@@ -36,6 +36,7 @@ _HANDLERS = {
     "xyz": "RadioHandlerXYZ",
 }
 
+
 class HardwareBackend:
     """One radio handler flies all drones; poses are the estimates that the drones log."""
 
@@ -84,6 +85,8 @@ class HardwareBackend:
         """What rounds wait for."""
         self._recorder = PlainRecorder(self.names)
         self._refusals: dict[int, str] = {}
+        self.when_closed: list[Callable[[], object]] = []
+        """Called when the drones are let go."""
         if connects:
             self.handler.connect()
             self._start = self._clock()
@@ -202,3 +205,5 @@ class HardwareBackend:
     def close(self) -> None:
         """See `Backend`: those that fly land or stop, as the option `on_close` says."""
         self.handler.close()
+        for call in self.when_closed:
+            call()

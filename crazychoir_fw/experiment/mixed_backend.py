@@ -43,7 +43,9 @@ class MixedBackend:
         self.simulated, self.real = simulated, list(real)
         known = [name for part in self._parts for name in part.names]
         if sorted(known) != sorted(self.names):
-            raise RangeError(f"backends have the drones {', '.join(known)}, allowed: {', '.join(self.names)}, each once")
+            raise RangeError(
+                f"backends have the drones {', '.join(known)}, allowed: {', '.join(self.names)}, each once"
+            )
         mirrored = [name for part in self.real for name in part.names]
         for name in mirrored:
             if name not in simulated.world.mirrored:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
 from dataclasses import replace as replaced
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -17,6 +18,7 @@ from crazychoir_fw.errors import CrazychoirError, MissionError
 from crazychoir_fw.experiment.agents import (
     formation_of,
     graph_of,
+    guidance_of,
     leads,
     make_agents,
     make_groups,
@@ -40,6 +42,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.experiment.sim_backend import SimBackend
     from crazychoir_fw.report.flight_log import FlightLog
     from crazychoir_fw.simulation import World
+    from crazychoir_fw.simulation.mirrored import MirroredConfig
 
 READY_TIMEOUT = 10.0
 """Longest time until all drones are ready to fly (s, simulated)."""
@@ -166,13 +169,24 @@ def make_backend(mission: LayeredMission, threads: int | None = None, visuals: b
     Raises:
         CrazychoirError: If it cannot be made as the mission says.
     """
-    return {"sim": _sim, "integrator": _integrator, "hardware": _hardware}[mission.backend](mission, threads, visuals)
+    if mission.backend == "hardware":
+        from crazychoir_fw.mission.real_drones import over_the_radio
+
+        return over_the_radio(mission)
+    if mission.backend == "mixed":
+        from crazychoir_fw.mission.real_drones import mixed_reality
+
+        return mixed_reality(mission, partial(_sim, mission, threads, visuals))
+    return {"sim": _sim, "integrator": _integrator}[mission.backend](mission, threads, visuals)
 
 
-def _sim(mission: LayeredMission, threads: int | None, visuals: bool) -> SimBackend:
+def _sim(
+    mission: LayeredMission, threads: int | None, visuals: bool, mirrored: Sequence[MirroredConfig] = ()
+) -> SimBackend:
+    """Return the simulated drones of a mission: those that are not mirrored."""
     from crazychoir_fw.experiment.sim_backend import SimBackend, truth
 
-    world = build_world(mission, threads, visuals)
+    world = build_world(mission, threads, visuals, mirrored)
     radio = turn_on_radios(mission, world)
     world.wait_until_ready(timeout_s=READY_TIMEOUT)
     for number, entry in enumerate(mission.faults):
@@ -213,35 +227,6 @@ def _integrator(mission: LayeredMission, threads: int | None, visuals: bool) -> 
     )
     if mission.layers.odometry == "mocap":
         backend.read_poses = through_mocap(backend.read_poses, mission.seed)
-    return backend
-
-
-def _hardware(mission: LayeredMission, threads: int | None, visuals: bool) -> Backend:
-    from crazychoir_fw.experiment.hardware_backend import HardwareBackend
-
-    settings = mission.hardware
-    options: dict[str, Any] = dict(settings.radio)
-    if settings.safety_area is not None:
-        from crazychoir_fw.radio import SafetyArea
-
-        box = settings.safety_area
-        options["safety_area"] = SafetyArea(box.low, box.high, breach=box.breach)
-    control = mission.layers.control
-    kind = "xyz" if control is None else control.command
-    if kind in ("fpqr", "frpy"):
-        options.setdefault("thrust", {drone.id: drone.platform for drone in mission.fleet})
-    backend = HardwareBackend(
-        {drone.id: drone.uri for drone in mission.fleet},  # type: ignore[misc]
-        kind,
-        masses=masses_of(mission),
-        odometry_hz=settings.odometry_hz,
-        **options,
-    )
-    try:
-        backend.wait_for_poses()
-    except BaseException:
-        backend.close()
-        raise
     return backend
 
 
@@ -323,7 +308,7 @@ class _Flight:
             "platform": ", ".join(sorted({drone.platform for drone in mission.fleet})),
         }
         log = experiment.log(about)
-        places = formation_of(mission)
+        places = formation_of(mission) if len(mission.layers.guidances) == 1 else None
         formation = None
         if places is not None:
             leaders = tuple(i for i in range(len(names)) if leads(mission, i))
@@ -410,6 +395,9 @@ class _Flight:
             "expected_failures": expected,
             "faults": log.metadata.get("faults", []),
         }
+        mirror = getattr(self._backend, "mirror", None)
+        if mirror is not None:
+            summary["mirrored"] = mirror.report()
         radio = getattr(self._backend, "radio", None)
         if radio is not None:
             summary["link"] = radio.link.statistics()
@@ -417,7 +405,7 @@ class _Flight:
 
 
 def _role(mission: LayeredMission, i: int) -> str:
-    if mission.layers.guidance.formation is None:
+    if guidance_of(mission, i).formation is None:
         return "-"
     return "leader" if leads(mission, i) else "follower"
 

@@ -7,7 +7,17 @@ from typing import Annotated, Any
 from crazychoir_fw.mission.section import Section
 from crazychoir_fw.mission.values import choice, number, switch, whole, word
 
-MOCAP_SYSTEMS = ("udp", "ros", "vicon", "optitrack", "optitrack_closed_source", "qualisys", "nokov", "vrpn", "motionanalysis")
+MOCAP_SYSTEMS = (
+    "udp",
+    "ros",
+    "vicon",
+    "optitrack",
+    "optitrack_closed_source",
+    "qualisys",
+    "nokov",
+    "vrpn",
+    "motionanalysis",
+)
 """Where poses come from: JSON by UDP, topics of ROS 2, or what the package motioncapture knows."""
 
 
@@ -41,9 +51,3 @@ class MixedSettings(Section):
 def is_real(drone: Any) -> bool:
     """Tell whether a drone of the backend `mixed` is real."""
     return drone.uri is not None or drone.mocap is not None
-
-
-def is_only_watched(mission: Any, i: int) -> bool:
-    """Tell whether nobody here commands a drone, because only motion capture knows it."""
-    drone = mission.fleet[i]
-    return mission.backend == "mixed" and drone.uri is None and drone.mocap is not None

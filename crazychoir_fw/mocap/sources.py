@@ -62,6 +62,7 @@ class UdpPoses:
             raise StateError(f"poses by UDP: cannot listen on {host}:{port}: {error.strerror}") from None
         self._socket.setblocking(False)
         self._clock = clock
+        self._lock = threading.Lock()
         self._latest: dict[str, Pose] = {}
         self.refused = 0
         """Datagrams and bodies that were no poses."""
@@ -73,13 +74,14 @@ class UdpPoses:
 
     def latest(self) -> dict[str, Pose]:
         """See `PoseSource`."""
-        for _ in range(_MOST_DATAGRAMS):
-            try:
-                data = self._socket.recv(_LARGEST_DATAGRAM)
-            except OSError:  # nothing there, or what the network says about packets before
-                break
-            self._take(data)
-        return dict(self._latest)
+        with self._lock:
+            for _ in range(_MOST_DATAGRAMS):
+                try:
+                    data = self._socket.recv(_LARGEST_DATAGRAM)
+                except OSError:  # nothing there, or what the network says about packets before
+                    break
+                self._take(data)
+            return dict(self._latest)
 
     def _take(self, data: bytes) -> None:
         try:
