@@ -285,4 +285,5 @@ def _write(result: "FlightResult", folder: Path, no_video_because: str | None, c
             fps=result.film.fps,
             speed=speed,
             links=result.film.links,
+            drones=result.film.drones,
         )

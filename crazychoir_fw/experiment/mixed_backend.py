@@ -83,6 +83,11 @@ class MixedBackend:
         """See `SimBackend.film`: mirrored bodies are in it."""
         return self.simulated.film
 
+    @property
+    def behind_s(self) -> float:
+        """How far the world fell behind the clock of the real drones at worst (s)."""
+        return max((part.pace.worst_lag_s for part in self.real if hasattr(part, "pace")), default=0.0)
+
     # ---------------------------------------------------------------- poses
 
     def poses(self) -> Pose:
@@ -177,7 +182,7 @@ class MixedBackend:
             part.record({name: values[numbers] for name, values in extra.items()})
 
     def log(self, metadata: dict[str, Any]) -> FlightLog:
-        """See `Backend`: what only simulated drones have is NaN for the others, whose truth is what is known of them."""
+        """See `Backend`: what only simulated drones have is NaN for the others; their truth is what is known."""
         from crazychoir_fw.report.flight_log import FlightLog
 
         parts = [part.log(metadata) for part in self._parts]

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.experiment.backend import Indices, one_of
 from crazychoir_fw.experiment.plain_recorder import PlainRecorder
@@ -32,6 +32,7 @@ class WatchedBackend:
         bodies: Mapping[str, str],
         source: PoseSource,
         *,
+        masses: ArrayLike = 0.029,
         stale_s: float = 0.5,
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
@@ -41,12 +42,13 @@ class WatchedBackend:
         Args:
             bodies: What the source calls each drone, by the name of the drone.
             source: Where poses come from; its clock is the same.
+            masses: What they weigh (kg), a number or shape (N,).
             stale_s: Age at which a pose counts as unknown (s).
             clock: Time (s).
             sleep: Lets time go on (s).
         """
         self.names = list(bodies)
-        self.masses = np.full(len(bodies), np.nan)
+        self.masses = np.broadcast_to(np.asarray(masses, float), (len(bodies),)).copy()
         self.pace = WallPace(clock, sleep)
         self._bodies = list(bodies.values())
         self._source = source

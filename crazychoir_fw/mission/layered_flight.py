@@ -93,7 +93,10 @@ class LayeredResult(FlightResult):
             model = build_model(drones, self.mission.scene, self.mission.seed, True)
         formation = self.judge.formation
         if formation is not None:
+            mirrored = self.world.mirrored if self.world is not None else {}
             for i, drone in enumerate(self.mission.fleet):
+                if drone.id in mirrored:
+                    continue  # it keeps the color of real drones
                 _paint(model, drone.id, _LEADER if i in formation.leaders else _FOLLOWER)
         return model
 
@@ -335,6 +338,7 @@ class _Flight:
             film = Film(
                 self._fps, list(times[is_new]), list(qpos[is_new]), max(1.0, float(np.ceil(flown / LONGEST_FILM_S)))
             )
+            film.drones = names if hasattr(self._backend, "mirror") else None
             if formation is not None:
                 film.links = list(formation.graph.pairs)
         return LayeredResult(mission, self._world, log, film, summary, judge, no_film)  # type: ignore[arg-type]
@@ -398,6 +402,7 @@ class _Flight:
         mirror = getattr(self._backend, "mirror", None)
         if mirror is not None:
             summary["mirrored"] = mirror.report()
+            summary["behind_s"] = _rounded(self._backend.behind_s)  # type: ignore[attr-defined]
         radio = getattr(self._backend, "radio", None)
         if radio is not None:
             summary["link"] = radio.link.statistics()

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from crazychoir_fw.experiment.agents import is_only_watched, masses_of, names_of, starts_of
 from crazychoir_fw.experiment.hardware_backend import HardwareBackend
 from crazychoir_fw.experiment.mixed_backend import MixedBackend
@@ -62,9 +60,10 @@ def mixed_reality(mission: LayeredMission, simulated: MakeSimulated) -> MixedBac
         if watched:
             assert source is not None
             bodies = {mission.fleet[i].id: mission.fleet[i].mocap for i in watched}
-            parts.append(WatchedBackend(bodies, source, stale_s=mission.mixed.stale_s))  # type: ignore[arg-type]
+            masses = [masses_of(mission)[i] for i in watched]
+            seen = WatchedBackend(bodies, source, masses=masses, stale_s=mission.mixed.stale_s)  # type: ignore[arg-type]
+            parts.append(seen)
         backend = MixedBackend(names_of(mission), world, parts)
-        backend.masses = np.where(np.isfinite(backend.masses), backend.masses, masses_of(mission))
         backend.look()
     except BaseException:
         for part in parts:

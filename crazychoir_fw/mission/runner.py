@@ -57,6 +57,8 @@ class Film:
     """Seconds of flight per second of film."""
     links: list[tuple[int, int]] = field(default_factory=list)
     """Drones that talk to each other."""
+    drones: list[str] | None = None
+    """Which bodies are drones, where not all of them are simulated."""
 
 
 @dataclass(frozen=True)

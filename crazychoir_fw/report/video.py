@@ -107,6 +107,7 @@ def film_flight(
     names: Sequence[str] | None = None,
     targets: ArrayLike | None = None,
     links: Sequence[tuple[int, int]] = (),
+    drones: Sequence[str] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
     """Film recorded states of a world.
@@ -127,6 +128,7 @@ def film_flight(
         targets: Where those drones are told to be at each of the `times` (m, world frame), shown as ghosts, shape
             (F, len(names), 3); NaN where no place is asked for.
         links: Pairs of drones, by number, between which a thin rod is shown.
+        drones: Names of the bodies that count as drones, in their order, where some of them have no engine plugin.
         progress: Called after each picture with how many are drawn and how many there will be.
 
     Raises:
@@ -144,7 +146,7 @@ def film_flight(
     if told is not None:
         told = told[np.clip(np.searchsorted(instants, wanted + 1e-9, side="right") - 1, 0, None)]
     length = 0 if camera.startswith("fpv:") else round(trail_s * fps / speed)
-    scenes = _Scenes(model, states, fps, camera, width / height, length, names or (), told, links)
+    scenes = _Scenes(model, states, fps, camera, width / height, length, names or (), told, links, drones)
 
     with Renderer(model, width, height) as renderer, VideoWriter(path, fps=fps) as film:
         for frame in range(count):
@@ -168,8 +170,9 @@ class _Scenes:
         names: Sequence[str],
         targets: NDArray[np.float64] | None,
         links: Sequence[tuple[int, int]] = (),
+        named: Sequence[str] | None = None,
     ) -> None:
-        drones = _joints_of_drones(model)
+        drones = _joints_of_drones(model, named)
         self._bodies, self._links = model.jnt_bodyid[drones], links
         positions = states[:, model.jnt_qposadr[drones][:, None] + np.arange(3)]
         self._model, self._data, self._states = model, mujoco.MjData(model), states
@@ -287,8 +290,10 @@ def _free_joints(model: mujoco.MjModel) -> NDArray[np.int32]:
     return np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
 
 
-def _joints_of_drones(model: mujoco.MjModel) -> NDArray[np.int32]:
+def _joints_of_drones(model: mujoco.MjModel, named: Sequence[str] | None) -> NDArray[np.int32]:
     """Return the free joints of drones: payloads and loose things are none; without engine plugins all are."""
+    if named is not None:
+        return np.array([model.body_jntadr[model.body(name).id] for name in named], np.int32)
     joints = _free_joints(model)
     flown = joints[model.body_plugin[model.jnt_bodyid[joints]] >= 0]
     return flown if len(flown) else joints
