@@ -68,29 +68,29 @@ class _Followed:
         self.is_stale = True
         self._path = SmoothPath()
         self._last: NDArray[np.float64] | None = None  # position and velocity of the last pose
-        self._poses = 0
+        self._looks = self._heard = 0
         self._gaps = 0
-        self._longest_gap = 0.0
+        self._longest_stale = 0.0
         self._heard_at = 0.0
 
     def see(self, world: World, i: int, poses: Pose) -> None:
         position, now = poses.position[i], world.time  # type: ignore[index]
-        is_heard = bool(np.isfinite(position).all())
-        if not is_heard:
+        self._looks += 1
+        if not np.isfinite(position).all():
             if not self.is_stale:
                 self.is_stale = True
                 self._gaps += 1
                 world.note("stale", self.body.id, reason="it is not heard of, and stays where it was seen last")
             return
+        if self._path.has_begun and self.is_stale:
+            self._longest_stale = max(self._longest_stale, now - self._heard_at)
+            world.note("heard_again", self.body.id, silence_s=round(now - self._heard_at, 3))
+        self.is_stale, self._heard_at = False, now
+        self._heard += 1
         sample = np.concatenate([position, poses.velocity[i]])  # type: ignore[index]
-        if self._path.has_begun and not self.is_stale and np.array_equal(sample, self._last):  # type: ignore[arg-type]
-            return  # no new one
-        if self._path.has_begun:
-            self._longest_gap = max(self._longest_gap, now - self._heard_at)
-            if self.is_stale:
-                world.note("heard_again", self.body.id, silence_s=round(now - self._heard_at, 3))
-        self.is_stale, self._last, self._heard_at = False, sample, now
-        self._poses += 1
+        if self._last is not None and np.array_equal(sample, self._last):
+            return  # nothing new
+        self._last = sample
         angular = poses.angular[i]  # type: ignore[index]
         self._path.see(Pose(position, poses.orientation[i], poses.velocity[i], angular), now)  # type: ignore[index]
 
@@ -102,8 +102,8 @@ class _Followed:
     def report(self) -> dict[str, Any]:
         return {
             "id": self.body.id,
-            "poses": self._poses,
+            "heard": round(self._heard / max(1, self._looks), 4),
             "gaps": self._gaps,
-            "longest_gap_s": round(self._longest_gap, 3),
+            "longest_stale_s": round(self._longest_stale, 3),
             "stale": self.is_stale,
         }
