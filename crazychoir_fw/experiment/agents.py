@@ -239,7 +239,18 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any) -> Any:
         arguments["gains"] = layer.gains if isinstance(layer.gains, str) else _formation_gains(key, layer.gains)
     if layer.goals is not None:
         arguments["goals"] = [tuple(row) for row in layer.goals.get(name, [])]
-    return _made(cls, key, arguments, layer.options)
+    asked = inspect.signature(cls).parameters
+    if "team" in asked:
+        arguments["team"] = _team(mission, i)
+    if "weights" in asked and graph_of(mission).is_undirected:
+        arguments["weights"] = graph_of(mission).metropolis_hastings()[i].tolist()
+    return _made(cls, key, arguments, {**layer.options, **layer.options_by_drone.get(name, {})})
+
+
+def _team(mission: LayeredMission, i: int) -> list[int]:
+    """Return the numbers of all drones with the guidance of a drone."""
+    layer, names = guidance_of(mission, i), names_of(mission)
+    return list(range(len(names))) if layer.drones is None else [names.index(name) for name in layer.drones]
 
 
 def _formation_gains(key: str, given: Mapping[str, Any]) -> Any:

@@ -66,6 +66,7 @@ def _check_guidance(mission: LayeredMission, names: list[str]) -> None:
         path = _path(mission, number)
         members = names if guidance.drones is None else guidance.drones
         _known(f"{path}.leaders", guidance.leaders, members)
+        _known(f"{path}.options_by_drone", guidance.options_by_drone, members)
         _check_goals(guidance, path, members)
         _check_places(guidance, path, members)
 

@@ -260,6 +260,9 @@ class GuidanceLayer(Section):
     options: Options = Field(default_factory=dict)
     """Further keyword arguments of the class."""
 
+    options_by_drone: Mapping[str, Options] = Field(default_factory=dict)
+    """Those that differ from drone to drone, by its id."""
+
     communication: Communication | None = None
     """Who of its drones talks to whom, in a list of several kinds: beside what all have in common."""
 

@@ -23,6 +23,7 @@ from crazychoir_fw.optimization.lexicographic import UnboundedError
 from crazychoir_fw.optimization.max_consensus import MaxConsensus
 from crazychoir_fw.optimization.push_sum_consensus import PushSumConsensus
 from crazychoir_fw.optimization.quadratic import InfeasibleError, QuadraticProblem
+from crazychoir_fw.optimization.resilient_aggregative_tracking import ResilientAggregativeTracking
 from crazychoir_fw.optimization.rounds import run_together
 from crazychoir_fw.optimization.surveillance import SurveillanceProblem
 
@@ -43,6 +44,7 @@ __all__ = [
     "MaxConsensus",
     "PushSumConsensus",
     "QuadraticProblem",
+    "ResilientAggregativeTracking",
     "RobustAggregativeTracking",
     "Schedule",
     "SurveillanceProblem",

@@ -11,7 +11,7 @@ minimize :math:`\sum_i f_i(x_i, \sigma)` with :math:`\sigma = \frac{1}{N} \sum_j
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Protocol
 
 import numpy as np
@@ -97,6 +97,15 @@ class RobustAggregativeTracking(AggregativeTracking):
         """Begin; arguments and errors are those of `AggregativeTracking`."""
         super().__init__(agent, initial_condition, enable_log, stepsize=stepsize)
         self._flows = FlowUpdating(agent.all_in_neighbors, 2 * self.x.size)
+
+    def leave(self, neighbors: Iterable[int]) -> None:
+        """Go on without some neighbors, until they are heard again."""
+        for one in neighbors:
+            self._flows.forget(one)
+        self._look()
+
+    def rejoin(self, neighbors: Iterable[int]) -> None:
+        """Nothing is to be done: whoever is heard counts."""
 
     def _message(self) -> dict[int, Array]:
         messages = self._flows.level(self._values())

@@ -51,3 +51,8 @@ class FlowUpdating:
         for one, messages in received.items():
             flow, self._estimates[one] = np.array(messages[agent])
             self._flows[one] = -flow
+
+    def forget(self, one: int) -> None:
+        """Go on without a neighbor: what flowed there is taken back; should it be heard again, its flow counts."""
+        self._flows[one] = np.zeros_like(self._flows[one])
+        self._estimates.pop(one, None)
