@@ -47,7 +47,10 @@ def formation_of(mission: LayeredMission) -> NDArray[np.float64] | None:
     layer = mission.layers.guidance
     if layer.formation is None:
         return None
-    return np.array([place if len(place) == 3 else (*place, layer.height) for place in layer.formation])
+    places = layer.formation
+    if not isinstance(places, list):
+        places = places.of(len(mission.fleet))
+    return np.array([place if len(place) == 3 else (*place, layer.height) for place in places])
 
 
 def graph_of(mission: LayeredMission) -> Graph:
@@ -57,6 +60,11 @@ def graph_of(mission: LayeredMission) -> Graph:
     chosen = communication.graph
     if chosen == "complete":
         return Graph.undirected(len(names), [(i, j) for i in range(len(names)) for j in range(i)], names)
+    if isinstance(chosen, str):
+        pairs = [(i, i + 1) for i in range(len(names) - 1)]
+        if chosen == "ring" and len(names) > 2:
+            pairs.append((len(names) - 1, 0))
+        return (Graph.directed if communication.directed else Graph.undirected)(len(names), pairs, names)
     if isinstance(chosen, tuple):
         make = Graph.directed if communication.directed else Graph.undirected
         return make(len(names), chosen, names)

@@ -71,7 +71,7 @@ def _check_guidance(mission: LayeredMission, names: list[str]) -> None:
         return
     if guidance.formation is None:
         raise MissionError(f"{path}.formation is missing: BearingFormation needs a place for each drone")
-    if len(guidance.formation) != len(names):
+    if isinstance(guidance.formation, list) and len(guidance.formation) != len(names):
         raise MissionError(
             f"{path}.formation has {len(guidance.formation)} places, but must have {len(names)}, one for each drone"
         )
