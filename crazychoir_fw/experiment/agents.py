@@ -20,6 +20,7 @@ from crazychoir_fw.guidance.graph import Graph
 from crazychoir_fw.user_code import describe, load_module
 
 if TYPE_CHECKING:
+    from crazychoir_fw.mission.layers import Communication, ControlLayer, GuidanceLayer
     from crazychoir_fw.mission.schema import LayeredMission
 
 _CONTROL_GAINS = {
@@ -42,21 +43,39 @@ def starts_of(mission: LayeredMission) -> NDArray[np.float64]:
     return np.array([(*drone.position, 0.0)[:3] for drone in mission.fleet])
 
 
-def formation_of(mission: LayeredMission) -> NDArray[np.float64] | None:
-    """Return the formation (m), shape (N, 3), if there is one."""
-    layer = mission.layers.guidance
+def guidance_of(mission: LayeredMission, i: int) -> GuidanceLayer:
+    """Return what the mission says about the guidance of a drone."""
+    return mission.layers.guidance_of(mission.fleet[i].id)
+
+
+def formation_of(mission: LayeredMission, i: int = 0) -> NDArray[np.float64] | None:
+    """Return the formation of a drone (m), shape (N, 3), if there is one; drones of other guidance are at 0."""
+    layer = guidance_of(mission, i)
     if layer.formation is None:
         return None
-    places = layer.formation
-    if not isinstance(places, list):
-        places = places.of(len(mission.fleet))
-    return np.array([place if len(place) == 3 else (*place, layer.height) for place in places])
+    names = names_of(mission)
+    members = names if layer.drones is None else layer.drones
+    chosen = layer.formation if isinstance(layer.formation, list) else layer.formation.of(len(members))
+    places = np.zeros((len(names), 3))
+    for name, place in zip(members, chosen, strict=True):
+        places[names.index(name)] = place if len(place) == 3 else (*place, layer.height)
+    return places
 
 
 def graph_of(mission: LayeredMission) -> Graph:
-    """Return who hears whom."""
+    """Return who hears whom, among all drones and among those of each guidance."""
     names = names_of(mission)
-    communication = mission.layers.communication
+    edges = set(_graph(mission.layers.communication, names).edges)
+    for layer in mission.layers.guidances:
+        if layer.communication is not None:
+            members = names if layer.drones is None else layer.drones
+            numbers = [names.index(name) for name in members]
+            edges |= {(numbers[i], numbers[j]) for i, j in _graph(layer.communication, members).edges}
+    return Graph(len(names), tuple(sorted(edges)), tuple(names))
+
+
+def _graph(communication: Communication, names: Sequence[str]) -> Graph:
+    """Return who of some drones hears whom."""
     chosen = communication.graph
     if chosen == "complete":
         return Graph.undirected(len(names), [(i, j) for i in range(len(names)) for j in range(i)], names)
@@ -68,20 +87,20 @@ def graph_of(mission: LayeredMission) -> Graph:
     if isinstance(chosen, tuple):
         make = Graph.directed if communication.directed else Graph.undirected
         return make(len(names), chosen, names)
-    drawn = Graph.binomial(len(names), chosen.random.probability, chosen.random.seed)
-    return Graph(drawn.size, drawn.edges, tuple(names))
+    return Graph.binomial(len(names), chosen.random.probability, chosen.random.seed)
 
 
 def leads(mission: LayeredMission, i: int) -> bool:
     """Tell whether a drone leads the formation."""
-    return mission.fleet[i].id in mission.layers.guidance.leaders
+    return mission.fleet[i].id in guidance_of(mission, i).leaders
 
 
 def follows_trajectory(mission: LayeredMission, i: int) -> bool:
     """Tell whether a drone follows the references of a trajectory handler, and not those of its guidance."""
-    if mission.layers.planning is None:
-        return mission.layers.control is None
-    if issubclass(guidance_class(mission), guidance.CFDistributedFeedback):
+    layers, name = mission.layers, mission.fleet[i].id
+    if layers.planning_of(name) is None:
+        return layers.control_of(name) is None
+    if issubclass(guidance_class(mission, i), guidance.CFDistributedFeedback):
         return leads(mission, i)
     return True
 
@@ -106,7 +125,7 @@ def _class(word: str, stock: Any, base: type | None, key: str) -> type:
     """
     module_name, colon, class_name = word.rpartition(":")
     if not colon:
-        return getattr(stock, word)
+        return getattr(stock, word) if hasattr(stock, word) else getattr(_schemes(), word)
     what = f"{key} '{word}'"
     module = load_module(module_name, what)
     found = getattr(module, class_name, None)
@@ -123,16 +142,24 @@ def _class(word: str, stock: Any, base: type | None, key: str) -> type:
     return found
 
 
-def guidance_class(mission: LayeredMission) -> type:
-    """Return the class of the guidance of a mission; a file of the user's is executed once per mission."""
-    return _once(mission, "layers.guidance.class", mission.layers.guidance.kind, guidance, guidance.CFGuidance)
+def _schemes() -> Any:
+    """Return the package of guidance that optimizes; whoever does without it need not load it."""
+    from crazychoir_fw import schemes
+
+    return schemes
+
+
+def guidance_class(mission: LayeredMission, i: int = 0) -> type:
+    """Return the class of the guidance of a drone; a file of the user's is executed once per mission."""
+    key = mission.layers.path_of(mission.fleet[i].id) + ".class"
+    return _once(mission, key, guidance_of(mission, i).kind, guidance, guidance.CFGuidance)
 
 
 def _once(mission: Any, key: str, word: str, stock: Any, base: type | None) -> type:
     classes = mission.__dict__.setdefault("_layer_classes", {})
-    if key not in classes:
-        classes[key] = _class(word, stock, base, key)
-    return classes[key]
+    if (word, base) not in classes:
+        classes[word, base] = _class(word, stock, base, key)
+    return classes[word, base]
 
 
 def _made(cls: type, key: str, arguments: Mapping[str, Any], options: Mapping[str, Any]) -> Any:
@@ -170,8 +197,8 @@ def make_communicators(
         only: Which drones; None is all.
     """
     graph = graph_of(mission)
-    settings = mission.layers.communication
     chosen = range(len(mission.fleet)) if only is None else only
+    settings_of = {i: mission.layers.communication_of(mission.fleet[i].id) for i in chosen}
     return {
         i: guidance.TimeVaryingCommunicator(
             i,
@@ -183,7 +210,7 @@ def make_communicators(
             deadline=settings.deadline_s,
             clock=clock,
         )
-        for i in chosen
+        for i, settings in settings_of.items()
     }
 
 
@@ -193,8 +220,8 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any) -> Any:
     Raises:
         CrazychoirError: If it cannot be made as the mission says.
     """
-    layer = mission.layers.guidance
-    cls = guidance_class(mission)
+    layer, name = guidance_of(mission, i), mission.fleet[i].id
+    cls, key = guidance_class(mission, i), mission.layers.path_of(name)
     arguments: dict[str, Any] = {
         "agent_id": i,
         "communicator": communicator,
@@ -203,21 +230,21 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any) -> Any:
         "takeoff_time": takeoff_time_of(mission),
         "update_frequency": float(mission.layers.rate),
         "is_leader": leads(mission, i),
-        "deadline": mission.layers.communication.deadline_s,
+        "deadline": mission.layers.communication_of(name).deadline_s,
     }
-    formation = formation_of(mission)
+    formation = formation_of(mission, i)
     if formation is not None:
         arguments["formation"] = formation
     if layer.gains is not None:
-        arguments["gains"] = layer.gains if isinstance(layer.gains, str) else _formation_gains(layer.gains)
+        arguments["gains"] = layer.gains if isinstance(layer.gains, str) else _formation_gains(key, layer.gains)
     if layer.goals is not None:
-        arguments["goals"] = [tuple(row) for row in layer.goals.get(mission.fleet[i].id, [])]
-    return _made(cls, "layers.guidance", arguments, layer.options)
+        arguments["goals"] = [tuple(row) for row in layer.goals.get(name, [])]
+    return _made(cls, key, arguments, layer.options)
 
 
-def _formation_gains(given: Mapping[str, Any]) -> Any:
+def _formation_gains(key: str, given: Mapping[str, Any]) -> Any:
     """Return a set of formation gains that differs from another one."""
-    return _gains("layers.guidance.gains", given, FORMATION_GAINS, FormationGains, "webots")
+    return _gains(f"{key}.gains", given, FORMATION_GAINS, FormationGains, "webots")
 
 
 def _gains(key: str, given: Mapping[str, Any], sets: Mapping[str, Any], kind: type, default: str) -> Any:
@@ -246,11 +273,12 @@ def make_trajectory_handler(mission: LayeredMission, i: int) -> Any:
     Raises:
         CrazychoirError: If it cannot be made as the mission says.
     """
-    layer = mission.layers.planning
+    name = mission.fleet[i].id
+    layer, key = mission.layers.planning_of(name), mission.layers.path_of(name, "planning")
     if layer is None or not follows_trajectory(mission, i):
         return None
-    cls = _once(mission, "layers.planning.class", layer.kind, planning, planning.TrajectoryHandler)
-    return _made(cls, "layers.planning", {"update_frequency": float(mission.layers.rate)}, layer.options)
+    cls = _once(mission, f"{key}.class", layer.kind, planning, planning.TrajectoryHandler)
+    return _made(cls, key, {"update_frequency": float(mission.layers.rate)}, layer.options)
 
 
 # -------------------------------------------------------------------------------- control
@@ -275,10 +303,11 @@ def make_controller(
     Raises:
         CrazychoirError: If it cannot be made as the mission says.
     """
-    layer = mission.layers.control
+    first = i if isinstance(i, int) else i[0]
+    name = mission.fleet[first].id
+    layer, where = mission.layers.control_of(name), mission.layers.path_of(name, "control")
     if layer is None:
         return None
-    first = i if isinstance(i, int) else i[0]
     rate = float(mission.layers.rate)
     if layer.mass is not None:
         mass: Any = layer.mass
@@ -291,12 +320,12 @@ def make_controller(
     sender = getattr(control, layer.sender or ("VelSender" if layer.command == "vel" else "FPQRSender"))(rate)
 
     def strategy(role: str, word: str, gains: str, base: Any) -> Any:
-        key = f"layers.control.{role}"
+        key = f"{where}.{role}"
         cls = _once(mission, key, word, control, base)
         sets, kind = _CONTROL_GAINS[gains]
         chosen = layer.gains if isinstance(layer.gains, str) else layer.gains.get(gains, "webots")
         if isinstance(chosen, Mapping):
-            chosen = _gains(f"layers.control.gains.{gains}", chosen, sets, kind, "webots")
+            chosen = _gains(f"{where}.gains.{gains}", chosen, sets, kind, "webots")
         return _made(cls, key, {"update_frequency": rate, "gains": chosen, "mass": mass, "gravity": GRAVITY}, {})
 
     if layer.kind == "VelocityController":
@@ -315,14 +344,14 @@ def make_controller(
     if layer.kind == "HierarchicalController":
         cls: type = control.HierarchicalController
     else:
-        cls = _once(mission, "layers.control.class", layer.kind, control, control.CrazyflieController)
+        cls = _once(mission, f"{where}.class", layer.kind, control, control.CrazyflieController)
     parts = {
         "pos_strategy": position,
         "attitude_strategy": attitude,
         "command_sender": sender,
         "traj_handler": traj_handler,
     }
-    return _made(cls, "layers.control", parts, {})
+    return _made(cls, where, parts, {})
 
 
 GRAVITY = 9.81
@@ -343,11 +372,13 @@ def masses_of(mission: LayeredMission) -> list[float]:
 def what_it_follows(mission: LayeredMission, i: int) -> str:
     """Return what the references of a drone consist of: acceleration, position or fullstate."""
     if not follows_trajectory(mission, i):
-        return str(guidance_class(mission).kind)
-    layer = mission.layers.planning
+        return str(guidance_class(mission, i).kind)
+    name = mission.fleet[i].id
+    layer = mission.layers.planning_of(name)
     if layer is None:
         return "fullstate"
-    return str(_once(mission, "layers.planning.class", layer.kind, planning, planning.TrajectoryHandler).kind)
+    key = mission.layers.path_of(name, "planning")
+    return str(_once(mission, f"{key}.class", layer.kind, planning, planning.TrajectoryHandler).kind)
 
 
 # -------------------------------------------------------------------------------- a whole swarm
@@ -372,16 +403,30 @@ def make_agents(mission: LayeredMission, clock: Callable[[], float]) -> list[Age
 
 def make_groups(mission: LayeredMission, masses: Sequence[float]) -> list[ControlGroup]:
     """Return the controllers of all drones: one object for all that are controlled alike."""
-    layer = mission.layers.control
-    if layer is None:
-        return []
-    alike: dict[str, list[int]] = {}
-    for i in range(len(mission.fleet)):
-        alike.setdefault(what_it_follows(mission, i), []).append(i)
+    of_layer: dict[str, tuple[Any, dict[str, list[int]]]] = {}
+    for i, name in enumerate(names_of(mission)):
+        layer = mission.layers.control_of(name)
+        if layer is not None:
+            _, alike = of_layer.setdefault(mission.layers.path_of(name, "control"), (layer, {}))
+            alike.setdefault(what_it_follows(mission, i), []).append(i)
+    return [group for layer, alike in of_layer.values() for group in _groups(mission, masses, layer, alike)]
+
+
+def _groups(
+    mission: LayeredMission, masses: Sequence[float], layer: ControlLayer, alike: Mapping[str, list[int]]
+) -> list[ControlGroup]:
+    """Return the controllers of drones with one control layer.
+
+    Args:
+        mission: The mission.
+        masses: Of all its drones (kg).
+        layer: Their control layer.
+        alike: Their numbers, by what they follow.
+    """
     laws = (layer.kind, layer.position, layer.acceleration)
     stock = ("HierarchicalController", "FlatnessPositionCtrl", "FlatnessAccelerationCtrl")
     if set(alike) == {"fullstate", "acceleration"} and laws == stock:
-        everybody = list(range(len(mission.fleet)))
+        everybody = sorted([*alike["fullstate"], *alike["acceleration"]])
         # made as that of drones that follow full states
         controller = make_controller(mission, everybody, masses, "fullstate", alike["acceleration"])
         return [ControlGroup(controller, everybody, layer.command, "fullstate", alike["acceleration"])]

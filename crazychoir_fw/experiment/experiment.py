@@ -112,6 +112,7 @@ class Experiment:
         self.accelerations = np.zeros((len(agents), 3))
         """What guidance asks for (m/s^2, world), of drones that follow no trajectory, shape (N, 3)."""
         self._planned = [agent for agent in agents if agent.planner is not None]
+        self._watching = [(agent, agent.guidance.watched) for agent in agents if getattr(agent.guidance, "watched", ())]
         self._together: GuidanceGroup | None = None
         """Guidance of ours decides for all drones at once; what a user brings speaks for itself alone."""
         if agents and all(type(agent.guidance) is BearingFormation for agent in agents):
@@ -294,8 +295,11 @@ class Experiment:
             return
         if self._together is not None:
             self._together.let_go()
+        self._let_watch(poses)
         for agent in agents:
             guidance = agent.guidance
+            if agent.phase is Phase.FAILED:
+                continue
             try:
                 guidance.set_pose(one_of(poses, agent.index))
                 if hasattr(guidance, "begin_round"):
@@ -315,6 +319,14 @@ class Experiment:
                 self._take(agent, outputs, poses, now)
             except Exception as error:
                 self._fail_by(agent, guidance, error)
+
+    def _let_watch(self, poses: Pose) -> None:
+        """Tell those who watch other drones where these are."""
+        for agent, watched in self._watching:
+            if agent.failure is None:
+                for j in watched:
+                    if self._known[j]:
+                        self._guarded(agent, agent.guidance.see, j, one_of(poses, j))
 
     def _take(self, agent: Agent, outputs: Any, poses: Pose, now: float) -> None:
         """Take what the guidance of a drone asks for."""

@@ -6,9 +6,17 @@ from collections.abc import Collection, Iterable, Sequence
 
 from crazychoir_fw.errors import CrazychoirError, MissionError
 from crazychoir_fw.mission.fleet import Layout
-from crazychoir_fw.mission.layers import Graph
+from crazychoir_fw.mission.layers import Graph, GuidanceLayer
 from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.mission.values import did_you_mean
+
+NEED_GRAPH = (
+    "BearingFormation",
+    "AggregativeGuidance",
+    "AggregativeGuidanceCrazyflie",
+    "AggregativeGuidanceCrazyflieMovingIntruder",
+)
+"""Guidance that can do nothing without neighbors."""
 
 
 def check_layers(mission: LayeredMission) -> None:
@@ -52,9 +60,46 @@ def _known(path: str, wanted: Iterable[str], names: Collection[str]) -> None:
 
 
 def _check_guidance(mission: LayeredMission, names: list[str]) -> None:
-    guidance = mission.layers.guidance
-    path = "layers.guidance"
-    _known(f"{path}.leaders", guidance.leaders, names)
+    _check_cover(mission, names)
+    for number, guidance in enumerate(mission.layers.guidances):
+        path = _path(mission, number)
+        members = names if guidance.drones is None else guidance.drones
+        _known(f"{path}.leaders", guidance.leaders, members)
+        _check_goals(guidance, path, members)
+        _check_places(guidance, path, members)
+
+
+def _path(mission: LayeredMission, number: int) -> str:
+    """Return where in the file an entry of guidance stands."""
+    return f"layers.guidance[{number}]" if isinstance(mission.layers.decides, list) else "layers.guidance"
+
+
+def _check_cover(mission: LayeredMission, names: list[str]) -> None:
+    """Refuse drones that nobody decides for, or two."""
+    layers = mission.layers
+    if not isinstance(layers.decides, list):
+        for key in ("drones", "communication"):
+            if getattr(layers.guidance, key) is not None:
+                raise MissionError(f"layers.guidance.{key} is for a list of several kinds of guidance")
+        return
+    decided: dict[str, int] = {}
+    for number, guidance in enumerate(layers.guidances):
+        path = f"layers.guidance[{number}].drones"
+        if guidance.drones is None:
+            raise MissionError(f"{path} is missing: each of several kinds of guidance names the drones it decides for")
+        _known(path, guidance.drones, names)
+        for name in guidance.drones:
+            if name in decided:
+                raise MissionError(
+                    f"{path} names '{name}', but layers.guidance[{decided[name]}] decides for it already"
+                )
+            decided[name] = number
+    for name in names:
+        if name not in decided:
+            raise MissionError(f"layers.guidance decides nothing for '{name}', but must name each drone in one entry")
+
+
+def _check_goals(guidance: GuidanceLayer, path: str, names: Sequence[str]) -> None:
     if guidance.goals is not None:
         if guidance.kind != "GoToGuidance":
             raise MissionError(f"{path}.goals are for the class GoToGuidance, but class is {guidance.kind}")
@@ -67,57 +112,78 @@ def _check_guidance(mission: LayeredMission, names: list[str]) -> None:
                     )
     elif guidance.kind == "GoToGuidance":
         raise MissionError(f"{path}.goals is missing: GoToGuidance needs lists of [duration, x, y, z] by drone")
-    if guidance.kind != "BearingFormation":
-        return
+
+
+def _check_places(guidance: GuidanceLayer, path: str, names: Sequence[str]) -> None:
     if guidance.formation is None:
-        raise MissionError(f"{path}.formation is missing: BearingFormation needs a place for each drone")
+        if guidance.kind == "BearingFormation":
+            raise MissionError(f"{path}.formation is missing: BearingFormation needs a place for each drone")
+        return
     if isinstance(guidance.formation, list) and len(guidance.formation) != len(names):
         raise MissionError(
             f"{path}.formation has {len(guidance.formation)} places, but must have {len(names)}, one for each drone"
         )
-    if not guidance.leaders:
+    if guidance.kind == "BearingFormation" and not guidance.leaders:
         raise MissionError(f"{path}.leaders is missing: without a leader the formation is nowhere")
 
 
 def _check_graph(mission: LayeredMission, names: list[str]) -> None:
-    communication = mission.layers.communication
-    if isinstance(communication.graph, tuple):
-        for i, pair in enumerate(communication.graph):
-            _known(f"layers.communication.graph[{i}]", pair, names)
-    needs_graph = mission.layers.guidance.kind == "BearingFormation"
-    if needs_graph and not isinstance(communication.graph, Graph) and not communication.graph:
-        raise MissionError(
-            "layers.communication.graph is missing: BearingFormation needs who talks to whom, such as complete or "
-            f"[[{names[0]}, {names[min(1, len(names) - 1)]}]]"
-        )
+    layers = mission.layers
+    given = [("layers.communication", layers.communication, names)]
+    for number, guidance in enumerate(layers.guidances):
+        if guidance.communication is not None:
+            given.append((f"layers.guidance[{number}].communication", guidance.communication, guidance.drones or names))
+    for path, communication, members in given:
+        if isinstance(communication.graph, tuple):
+            for i, pair in enumerate(communication.graph):
+                _known(f"{path}.graph[{i}]", pair, members)
+    for guidance in layers.guidances:
+        wanted = (layers.communication, guidance.communication or layers.communication)
+        if guidance.kind in NEED_GRAPH and not any(isinstance(one.graph, Graph) or one.graph for one in wanted):
+            members = guidance.drones or names
+            raise MissionError(
+                f"layers.communication.graph is missing: {guidance.kind} needs who talks to whom, such as complete or "
+                f"[[{members[0]}, {members[min(1, len(members) - 1)]}]]"
+            )
 
 
 def _check_formation(mission: LayeredMission) -> None:
     """Refuse a formation that leaders and bearings do not determine, or that has two places in one."""
-    if mission.layers.guidance.kind != "BearingFormation":
-        return
-    from crazychoir_fw.experiment.agents import formation_of, graph_of, leads
+    from crazychoir_fw.experiment.agents import formation_of, graph_of, leads, names_of
+    from crazychoir_fw.guidance import Graph as WhoHearsWhom
     from crazychoir_fw.guidance.bearing import check_formation
 
-    leaders = [i for i in range(len(mission.fleet)) if leads(mission, i)]
-    try:
-        check_formation(formation_of(mission), graph_of(mission), leaders)
-    except CrazychoirError as error:
-        raise MissionError(f"layers.guidance: {error}") from None
+    names = names_of(mission)
+    for number, guidance in enumerate(mission.layers.guidances):
+        if guidance.kind != "BearingFormation":
+            continue
+        path = _path(mission, number)
+        members = [names.index(name) for name in guidance.drones or names]
+        graph, places = graph_of(mission), {i: k for k, i in enumerate(members)}
+        for i, j in graph.edges:
+            if (i in places) != (j in places):
+                raise MissionError(f"{path}: {names[i]} talks to {names[j]}, but only one of them is in this formation")
+        edges = [(places[i], places[j]) for i, j in graph.edges if i in places]
+        own = WhoHearsWhom.directed(len(members), edges, [names[i] for i in members])
+        leaders = [places[i] for i in members if leads(mission, i)]
+        try:
+            check_formation(formation_of(mission, members[0])[members], own, leaders)  # type: ignore[index]
+        except CrazychoirError as error:
+            raise MissionError(f"{path}: {error}") from None
 
 
 def _check_control(mission: LayeredMission) -> None:
-    layers = mission.layers
-    control, planning = layers.control, layers.planning
-    if control is None and planning is not None:
-        raise MissionError("layers.control is missing: what is planned here must be controlled here")
-    if control is None:
-        return
-    if control.kind == "VelocityController" and control.command != "vel":
-        raise MissionError(f"layers.control.sender is '{control.sender}', but a VelocityController sends by VelSender")
-    if control.kind == "HierarchicalController" and control.command == "vel":
-        raise MissionError("layers.control.sender is 'VelSender', but must be FPQRSender or FRPYSender there")
     for drone in mission.fleet:
+        control, planning = mission.layers.control_of(drone.id), mission.layers.planning_of(drone.id)
+        path = mission.layers.path_of(drone.id, "control")
+        if control is None and planning is not None:
+            raise MissionError(f"{path} is missing: what is planned here must be controlled here")
+        if control is None:
+            continue
+        if control.kind == "VelocityController" and control.command != "vel":
+            raise MissionError(f"{path}.sender is '{control.sender}', but a VelocityController sends by VelSender")
+        if control.kind == "HierarchicalController" and control.command == "vel":
+            raise MissionError(f"{path}.sender is 'VelSender', but must be FPQRSender or FRPYSender there")
         if drone.motor_ctrl is not None:
             raise MissionError(f"{drone.id} has a motor_ctrl, but layers fly it already")
 
@@ -130,15 +196,16 @@ def _check_buttons(mission: LayeredMission, names: list[str]) -> None:
             _known(f"{path}.drones", wanted, names)
         if phase.name == "go_to" and len(wanted or names) > 1:
             raise MissionError(f"{path} sends {len(wanted or names)} drones to one point; name one with drones: [id]")
-        if phase.name == "trajectory" and mission.layers.planning is None:
+        if phase.name == "trajectory" and any(mission.layers.planning_of(name) is None for name in wanted or names):
             raise MissionError(f"{path} needs layers.planning, which makes references out of its points")
 
 
 def _check_criteria(mission: LayeredMission) -> None:
     criteria = mission.criteria
     for key in ("bearing_error_deg", "bearing_error_max_deg"):
-        if getattr(criteria, key) is not None and mission.layers.guidance.formation is None:
-            raise MissionError(f"criteria.{key} needs layers.guidance.formation, whose bearings count")
+        layers = mission.layers
+        if getattr(criteria, key) is not None and (len(layers.guidances) > 1 or layers.guidance.formation is None):
+            raise MissionError(f"criteria.{key} needs layers.guidance.formation of all drones, whose bearings count")
     if mission.layers.rate % mission.log_rate:
         raise MissionError(f"log_rate is {mission.log_rate}, but must be a divisor of {mission.layers.rate} Hz")
 
@@ -151,6 +218,11 @@ def _check_backend(mission: LayeredMission) -> None:
             raise MissionError(f"{key} are for the backend sim, but backend is {mission.backend}")
     if mission.backend != "hardware":
         return
+    if len(mission.layers.commands) > 1:
+        raise MissionError(
+            f"layers.control: drones are commanded by {', '.join(mission.layers.commands)}, but the radio sends one "
+            "kind of command to all"
+        )
     for i, drone in enumerate(mission.fleet):
         if drone.uri is None:
             raise MissionError(

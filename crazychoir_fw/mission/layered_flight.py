@@ -17,6 +17,7 @@ from crazychoir_fw.errors import CrazychoirError, MissionError
 from crazychoir_fw.experiment.agents import (
     formation_of,
     graph_of,
+    guidance_of,
     leads,
     make_agents,
     make_groups,
@@ -226,8 +227,7 @@ def _hardware(mission: LayeredMission, threads: int | None, visuals: bool) -> Ba
 
         box = settings.safety_area
         options["safety_area"] = SafetyArea(box.low, box.high, breach=box.breach)
-    control = mission.layers.control
-    kind = "xyz" if control is None else control.command
+    (kind,) = mission.layers.commands
     if kind in ("fpqr", "frpy"):
         options.setdefault("thrust", {drone.id: drone.platform for drone in mission.fleet})
     backend = HardwareBackend(
@@ -323,7 +323,7 @@ class _Flight:
             "platform": ", ".join(sorted({drone.platform for drone in mission.fleet})),
         }
         log = experiment.log(about)
-        places = formation_of(mission)
+        places = formation_of(mission) if len(mission.layers.guidances) == 1 else None
         formation = None
         if places is not None:
             leaders = tuple(i for i in range(len(names)) if leads(mission, i))
@@ -417,7 +417,7 @@ class _Flight:
 
 
 def _role(mission: LayeredMission, i: int) -> str:
-    if mission.layers.guidance.formation is None:
+    if guidance_of(mission, i).formation is None:
         return "-"
     return "leader" if leads(mission, i) else "follower"
 

@@ -25,7 +25,16 @@ from crazychoir_fw.mission.values import (
     word,
 )
 
-GUIDANCE = ("BearingFormation", "SimpleGuidance", "GoToGuidance")
+GUIDANCE = (
+    "BearingFormation",
+    "SimpleGuidance",
+    "GoToGuidance",
+    "AggregativeGuidance",
+    "AggregativeGuidanceCrazyflie",
+    "AggregativeGuidanceCrazyflieMovingIntruder",
+)
+"""Classes of `crazychoir_fw.guidance` and `crazychoir_fw.schemes`."""
+
 PLANNING = ("Spline", "SplinePosition", "Polynomial7th", "MinimumSnap")
 CONTROL = ("HierarchicalController", "VelocityController")
 POSITION = ("FlatnessPositionCtrl",)
@@ -206,38 +215,6 @@ class Places(Section):
 Place = Annotated[tuple[float, ...], point("x", "y", "[z]")]
 
 
-class GuidanceLayer(Section):
-    """What decides where the drones go."""
-
-    kind: Annotated[str, class_word(*GUIDANCE)] = Field(alias="class")
-    """`BearingFormation`, `SimpleGuidance`, `GoToGuidance`, or a class of yours."""
-
-    leaders: list[Name] = Field(default_factory=list)
-    """Drones that do not follow the formation, but their own trajectory, or stay."""
-
-    formation: (
-        Annotated[
-            Annotated[list[Place], Tag("#list")] | Annotated[Places, Tag("#places")],
-            Discriminator(lambda value: "#places" if isinstance(value, Mapping | Places) else "#list"),
-        ]
-        | None
-    ) = None
-    """Where the drones are in the formation (m), in the order of `drones`, or how they are laid out: what counts is the
-    bearing between two of them, or their distance."""
-
-    gains: Gains | None = None
-    """Set of gains; None is that of the class."""
-
-    height: Annotated[float, number(0.05, 100.0, "m")] = 1.0
-    """Height of the take-off (m)."""
-
-    goals: Mapping[str, list[Annotated[tuple[float, ...], point("duration", "x", "y", "z")]]] | None = None
-    """Of `GoToGuidance`: rows [duration (s), x, y, z (m)] by drone."""
-
-    options: Options = Field(default_factory=dict)
-    """Further keyword arguments of the class."""
-
-
 class PlanningLayer(Section):
     """What makes references out of points."""
 
@@ -283,6 +260,61 @@ class ControlLayer(Section):
         return "vel" if self.kind == "VelocityController" else "fpqr"
 
 
+class GuidanceLayer(Section):
+    """What decides where the drones go."""
+
+    kind: Annotated[str, class_word(*GUIDANCE)] = Field(alias="class")
+    """One of `GUIDANCE`, or a class of yours."""
+
+    drones: Annotated[list[Name], Field(min_length=1)] | None = None
+    """Whom it decides for, where there are several kinds of guidance."""
+
+    leaders: list[Name] = Field(default_factory=list)
+    """Drones that do not follow the formation, but their own trajectory, or stay."""
+
+    formation: (
+        Annotated[
+            Annotated[list[Place], Tag("#list")] | Annotated[Places, Tag("#places")],
+            Discriminator(lambda value: "#places" if isinstance(value, Mapping | Places) else "#list"),
+        ]
+        | None
+    ) = None
+    """Where the drones are in the formation (m), in the order of `drones`, or how they are laid out: what counts is the
+    bearing between two of them, or their distance."""
+
+    gains: Gains | None = None
+    """Set of gains; None is that of the class."""
+
+    height: Annotated[float, number(0.05, 100.0, "m")] = 1.0
+    """Height of the take-off (m)."""
+
+    goals: Mapping[str, list[Annotated[tuple[float, ...], point("duration", "x", "y", "z")]]] | None = None
+    """Of `GoToGuidance`: rows [duration (s), x, y, z (m)] by drone."""
+
+    options: Options = Field(default_factory=dict)
+    """Further keyword arguments of the class."""
+
+    communication: Communication | None = None
+    """Who of its drones talks to whom, in a list of several kinds: beside what all have in common."""
+
+    planning: PlanningLayer | None = None
+    """What plans for its drones, instead of what plans for all."""
+
+    control: ControlLayer | None = None
+    """What controls its drones, instead of what controls all."""
+
+
+def _shape_of_guidance(value: object) -> str:
+    # tags with # are left out of messages
+    return "#several" if isinstance(value, list | tuple) else "#one"
+
+
+GuidanceEntries = Annotated[
+    Annotated[GuidanceLayer, Tag("#one")] | Annotated[list[GuidanceLayer], Field(min_length=1), Tag("#several")],
+    Discriminator(_shape_of_guidance),
+]
+
+
 def _rate(value: object) -> int:
     if isinstance(value, bool) or value not in RATES:
         raise refusal(f"one of {', '.join(map(str, RATES))} Hz")
@@ -302,14 +334,65 @@ class Layers(Section):
     communication: Communication = Communication()
     """Who talks to whom."""
 
-    guidance: GuidanceLayer
-    """What decides."""
+    decides: GuidanceEntries = Field(alias="guidance")
+    """What decides: one for all, or a list of which each entry names its `drones`."""
 
     planning: PlanningLayer | None = None
     """What plans; without it points go to the planners on board."""
 
     control: ControlLayer | None = None
     """What controls; without it points go to the planners on board."""
+
+    @property
+    def guidance(self) -> GuidanceLayer:
+        """What decides; the first, where there are several kinds."""
+        return self.guidances[0]
+
+    @property
+    def guidances(self) -> tuple[GuidanceLayer, ...]:
+        """All that decides."""
+        return tuple(self.decides) if isinstance(self.decides, list) else (self.decides,)
+
+    def entry_of(self, name: str) -> int:
+        """Return which of `guidances` decides for a drone."""
+        if isinstance(self.decides, list):
+            for number, entry in enumerate(self.decides):
+                if entry.drones is None or name in entry.drones:
+                    return number
+        return 0
+
+    def guidance_of(self, name: str) -> GuidanceLayer:
+        """Return what decides for a drone."""
+        return self.guidances[self.entry_of(name)]
+
+    def communication_of(self, name: str) -> Communication:
+        """Return how a drone talks to others."""
+        return self.guidance_of(name).communication or self.communication
+
+    def planning_of(self, name: str) -> PlanningLayer | None:
+        """Return what plans for a drone."""
+        entry = self.guidance_of(name)
+        return entry.planning if "planning" in entry.model_fields_set else self.planning
+
+    def control_of(self, name: str) -> ControlLayer | None:
+        """Return what controls a drone."""
+        entry = self.guidance_of(name)
+        return entry.control if "control" in entry.model_fields_set else self.control
+
+    @property
+    def commands(self) -> tuple[str, ...]:
+        """What drones are commanded by: fpqr, frpy, vel, or xyz where they plan on board."""
+        controls = [self.control, *(entry.control for entry in self.guidances if "control" in entry.model_fields_set)]
+        if all("control" in entry.model_fields_set for entry in self.guidances):
+            controls = controls[1:]
+        return tuple(dict.fromkeys("xyz" if one is None else one.command for one in controls))
+
+    def path_of(self, name: str, layer: str = "guidance") -> str:
+        """Return where in the file a layer of a drone stands."""
+        entry = "layers.guidance" + (f"[{self.entry_of(name)}]" if isinstance(self.decides, list) else "")
+        if layer == "guidance":
+            return entry
+        return f"{entry}.{layer}" if layer in self.guidance_of(name).model_fields_set else f"layers.{layer}"
 
 
 class Disturbance(Section):

@@ -49,18 +49,18 @@ def simulation(
     import rclpy
 
     from crazychoir_fw.mission.layered_flight import make_backend
+    from crazychoir_fw.ros.parts import one_command
     from crazychoir_fw.ros.process import make_executor
     from crazychoir_fw.ros.simulation import Pace, SimulationNode
 
     loaded = _load(mission)
-    control = loaded.layers.control
     rclpy.init(args=[])
     context = rclpy.get_default_context()
     signal.signal(signal.SIGTERM, lambda *_: context.try_shutdown())
     executor = make_executor(context)
     node = SimulationNode(
         make_backend(loaded),
-        command="xyz" if control is None else control.command,
+        command=one_command(loaded),
         rate=loaded.layers.rate,
         pace=Pace(speed or None, lockstep),
     )

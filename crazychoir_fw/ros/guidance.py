@@ -25,7 +25,7 @@ from crazychoir_fw.guidance import Outputs, TimeVaryingCommunicator
 from crazychoir_fw.messages import Pose
 from crazychoir_fw.ros.communicator import RosTransport
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory, reference_to_message
-from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, ODOM, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.stalling import StallingClock
@@ -99,6 +99,9 @@ class GuidanceNode(LayerNode):
         self._idle_publisher = self.create_publisher(Bool, "idle", LATEST)
         self._empty = Empty()
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
+        for other in getattr(self.guidance, "watched", ()):
+            topic = self.topic_of(other, ODOM.name)
+            pose_subscribe("pubsub", topic, self, lambda pose, j=other: self.guidance.see(j, pose))
         self._last_press: tuple[str, float] | None = None
         for name, topic in BUTTONS.items():
             # all drones at once, or this one alone

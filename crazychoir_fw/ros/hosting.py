@@ -25,7 +25,7 @@ from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points, message_to_reference, points_to_joint_trajectory
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
-from crazychoir_fw.ros.parts import Part
+from crazychoir_fw.ros.parts import Part, one_command
 from crazychoir_fw.ros.simulation import Pace, SimulationNode
 from crazychoir_fw.ros.wire import vector3_numbers
 
@@ -143,7 +143,7 @@ class HostedExperiment(Experiment):
         """
         layers = mission.layers
         count = len(names_of(mission))
-        kind = "xyz" if layers.control is None else layers.control.command
+        kind = one_command(mission)
         answers = {ANSWERED: range(count)} if pace.lockstep else {}
         if kind != "xyz":
             answers["cmd_vel"] = range(count)

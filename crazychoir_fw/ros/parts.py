@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from crazychoir_fw.errors import MissionError
 from crazychoir_fw.experiment import agents
 
 LAYERS = ("guidance", "planning", "control")
@@ -37,9 +38,24 @@ def parts_of(mission: Any, processes: str) -> list[Part]:
 
 def layers_of_drone(mission: Any, i: int) -> list[str]:
     """Return which layers a drone has."""
+    layers, name = mission.layers, mission.fleet[i].id
     has = {
         "guidance": True,
-        "planning": mission.layers.planning is not None and agents.follows_trajectory(mission, i),
-        "control": mission.layers.control is not None,
+        "planning": layers.planning_of(name) is not None and agents.follows_trajectory(mission, i),
+        "control": layers.control_of(name) is not None,
     }
     return [layer for layer in LAYERS if has[layer]]
+
+
+def one_command(mission: Any) -> str:
+    """Return what all drones are commanded by: fpqr, frpy, vel or xyz.
+
+    Raises:
+        MissionError: If they are commanded in different ways.
+    """
+    commands = mission.layers.commands
+    if len(commands) > 1:
+        raise MissionError(
+            f"layers.control: drones are commanded by {', '.join(commands)}, but over ROS all must be alike"
+        )
+    return str(commands[0])

@@ -57,7 +57,7 @@ def make_nodes(mission: Any, part: Part, lockstep: bool, patience: float, contex
 
 
 def _guidance(mission: Any, i: int, lockstep: bool, patience: float, context: Context | None) -> GuidanceNode:
-    graph, settings = agents.graph_of(mission), mission.layers.communication
+    graph, settings = agents.graph_of(mission), mission.layers.communication_of(mission.fleet[i].id)
 
     def build(node: GuidanceNode) -> Any:
         communicator = None

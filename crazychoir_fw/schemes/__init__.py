@@ -1,0 +1,1 @@
+"""Guidance that optimizes: each scheme combines distributed optimization with guidance, one file each."""
