@@ -55,8 +55,9 @@ def formation_of(mission: LayeredMission, i: int = 0) -> NDArray[np.float64] | N
         return None
     names = names_of(mission)
     members = names if layer.drones is None else layer.drones
+    chosen = layer.formation if isinstance(layer.formation, list) else layer.formation.of(len(members))
     places = np.zeros((len(names), 3))
-    for name, place in zip(members, layer.formation, strict=True):
+    for name, place in zip(members, chosen, strict=True):
         places[names.index(name)] = place if len(place) == 3 else (*place, layer.height)
     return places
 
@@ -78,6 +79,11 @@ def _graph(communication: Communication, names: Sequence[str]) -> Graph:
     chosen = communication.graph
     if chosen == "complete":
         return Graph.undirected(len(names), [(i, j) for i in range(len(names)) for j in range(i)], names)
+    if isinstance(chosen, str):
+        pairs = [(i, i + 1) for i in range(len(names) - 1)]
+        if chosen == "ring" and len(names) > 2:
+            pairs.append((len(names) - 1, 0))
+        return (Graph.directed if communication.directed else Graph.undirected)(len(names), pairs, names)
     if isinstance(chosen, tuple):
         make = Graph.directed if communication.directed else Graph.undirected
         return make(len(names), chosen, names)

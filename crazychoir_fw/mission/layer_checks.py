@@ -121,7 +121,7 @@ def _check_places(guidance: GuidanceLayer, path: str, names: Sequence[str]) -> N
         if guidance.kind == "BearingFormation":
             raise MissionError(f"{path}.formation is missing: BearingFormation needs a place for each drone")
         return
-    if len(guidance.formation) != len(names):
+    if isinstance(guidance.formation, list) and len(guidance.formation) != len(names):
         raise MissionError(
             f"{path}.formation has {len(guidance.formation)} places, but must have {len(names)}, one for each drone"
         )

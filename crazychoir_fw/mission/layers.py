@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo, model_validator
 
+from crazychoir_fw.mission.fleet import LAYOUTS, places_in
 from crazychoir_fw.mission.mixed import MocapSettings
 from crazychoir_fw.mission.section import Section
 from crazychoir_fw.mission.values import (
@@ -141,12 +142,19 @@ class Graph(Section):
     random: RandomGraph
 
 
+GRAPHS = ("complete", "ring", "path")
+"""Graphs by name: everybody with everybody, each with the next one in a ring, or in a row."""
+
+
 def _graph(value: object) -> object:
-    must = "complete, a list of pairs of ids such as [[agent_0, agent_1]], or {random: {probability: 0.2, seed: 1}}"
-    if value == "complete" or isinstance(value, Mapping | Graph):
+    must = (
+        f"{', '.join(GRAPHS)}, a list of pairs of ids such as [[agent_0, agent_1]], or "
+        "{random: {probability: 0.2, seed: 1}}"
+    )
+    if value in GRAPHS or isinstance(value, Mapping | Graph):
         return value
     if isinstance(value, str | bytes) or not isinstance(value, Sequence):
-        raise refusal(must + did_you_mean(value, ["complete", "random"]))
+        raise refusal(must + did_you_mean(value, [*GRAPHS, "random"]))
     for pair in value:
         is_pair = isinstance(pair, Sequence) and not isinstance(pair, str) and len(pair) == 2
         if not (is_pair and all(isinstance(name, str) for name in pair) and pair[0] != pair[1]):
@@ -158,7 +166,7 @@ class Communication(Section):
     """Who talks to whom, and how."""
 
     graph: Annotated[Any, BeforeValidator(_graph)] = ()
-    """`complete`, pairs of ids, or a random graph. Without it nobody talks."""
+    """`complete`, `ring`, `path`, pairs of ids, or a random graph. Without it nobody talks."""
 
     directed: Annotated[bool, switch()] = False
     """Whether a pair [a, b] is heard by b only; otherwise both hear each other."""
@@ -186,6 +194,26 @@ class Goal(Section):
 
     position: Annotated[tuple[float, ...], point("x", "y", "z", floor=0.0)]
     duration: Annotated[float, number(0.1, 3600.0, "s")]
+
+
+class Places(Section):
+    """A formation by rule, for as many drones as there are."""
+
+    layout: Annotated[str, choice(*LAYOUTS)]
+    """A square grid, a line along x, or a circle."""
+
+    spacing: Annotated[float, number(0.0, 100.0, "m")]
+    """Distance between neighbors (m)."""
+
+    center: Annotated[tuple[float, ...], point("x", "y")] = (0.0, 0.0)
+    """Middle of the formation (m, world)."""
+
+    def of(self, count: int) -> list[tuple[float, float]]:
+        """Return the places [x, y] (m) of so many drones."""
+        return places_in(self.layout, count, self.spacing, self.center)
+
+
+Place = Annotated[tuple[float, ...], point("x", "y", "[z]")]
 
 
 class PlanningLayer(Section):
@@ -245,8 +273,15 @@ class GuidanceLayer(Section):
     leaders: list[Name] = Field(default_factory=list)
     """Drones that do not follow the formation, but their own trajectory, or stay."""
 
-    formation: list[Annotated[tuple[float, ...], point("x", "y", "[z]")]] | None = None
-    """Where the drones are in the formation (m), in their order: only bearings between them count."""
+    formation: (
+        Annotated[
+            Annotated[list[Place], Tag("#list")] | Annotated[Places, Tag("#places")],
+            Discriminator(lambda value: "#places" if isinstance(value, Mapping | Places) else "#list"),
+        ]
+        | None
+    ) = None
+    """Where the drones are in the formation (m), in the order of `drones`, or how they are laid out: what counts is the
+    bearing between two of them, or their distance."""
 
     gains: Gains | None = None
     """Set of gains; None is that of the class."""
