@@ -51,3 +51,21 @@ class MixedSettings(Section):
 def is_real(drone: Any) -> bool:
     """Tell whether a drone of the backend `mixed` is real."""
     return drone.uri is not None or drone.mocap is not None
+
+
+def real_part(mission: Any) -> Any:
+    """Return a mission of the backend `mixed` with those of its drones only that are reached by radio.
+
+    It is what stands in for them when nobody has any: served by another process.
+    """
+    if mission.backend != "mixed":
+        return mission
+    drones = [entry for entry, drone in zip(entries_of(mission), mission.fleet, strict=True) if drone.uri is not None]
+    copy = mission.model_copy(update={"drones": drones, "faults": []})
+    copy.__dict__.pop("fleet", None)  # the copy brings along what the original had decided
+    return copy
+
+
+def entries_of(mission: Any) -> list[Any]:
+    """Return the drones of a mission as a list, also where they are a layout."""
+    return list(mission.drones.entries() if hasattr(mission.drones, "entries") else mission.drones)
