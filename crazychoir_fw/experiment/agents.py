@@ -14,13 +14,14 @@ from crazychoir_fw import control, guidance, planning
 from crazychoir_fw.errors import CrazychoirError, MissionError, RangeError, UnknownNameError
 from crazychoir_fw.experiment.agent import Agent
 from crazychoir_fw.experiment.both_laws import BothFlatnessLaws
+from crazychoir_fw.experiment.communicators import graph_of, make_communicators, schedule_of
 from crazychoir_fw.experiment.control_group import ControlGroup
 from crazychoir_fw.guidance.gains import FORMATION_GAINS, FormationGains
-from crazychoir_fw.guidance.graph import Graph
+from crazychoir_fw.guidance.graph import Schedule
 from crazychoir_fw.user_code import describe, load_module
 
 if TYPE_CHECKING:
-    from crazychoir_fw.mission.layers import Communication, ControlLayer, GuidanceLayer
+    from crazychoir_fw.mission.layers import ControlLayer, GuidanceLayer
     from crazychoir_fw.mission.schema import LayeredMission
 
 _CONTROL_GAINS = {
@@ -60,34 +61,6 @@ def formation_of(mission: LayeredMission, i: int = 0) -> NDArray[np.float64] | N
     for name, place in zip(members, chosen, strict=True):
         places[names.index(name)] = place if len(place) == 3 else (*place, layer.height)
     return places
-
-
-def graph_of(mission: LayeredMission) -> Graph:
-    """Return who hears whom, among all drones and among those of each guidance."""
-    names = names_of(mission)
-    edges = set(_graph(mission.layers.communication, names).edges)
-    for layer in mission.layers.guidances:
-        if layer.communication is not None:
-            members = names if layer.drones is None else layer.drones
-            numbers = [names.index(name) for name in members]
-            edges |= {(numbers[i], numbers[j]) for i, j in _graph(layer.communication, members).edges}
-    return Graph(len(names), tuple(sorted(edges)), tuple(names))
-
-
-def _graph(communication: Communication, names: Sequence[str]) -> Graph:
-    """Return who of some drones hears whom."""
-    chosen = communication.graph
-    if chosen == "complete":
-        return Graph.undirected(len(names), [(i, j) for i in range(len(names)) for j in range(i)], names)
-    if isinstance(chosen, str):
-        pairs = [(i, i + 1) for i in range(len(names) - 1)]
-        if chosen == "ring" and len(names) > 2:
-            pairs.append((len(names) - 1, 0))
-        return (Graph.directed if communication.directed else Graph.undirected)(len(names), pairs, names)
-    if isinstance(chosen, tuple):
-        make = Graph.directed if communication.directed else Graph.undirected
-        return make(len(names), chosen, names)
-    return Graph.binomial(len(names), chosen.random.probability, chosen.random.seed)
 
 
 def leads(mission: LayeredMission, i: int) -> bool:
@@ -191,37 +164,14 @@ def _made(cls: type, key: str, arguments: Mapping[str, Any], options: Mapping[st
 # -------------------------------------------------------------------------------- guidance
 
 
-def make_communicators(
-    mission: LayeredMission, transport: Any, clock: Callable[[], float], only: Sequence[int] | None = None
-) -> dict[int, Any]:
-    """Return the communicators of drones, by number.
+def make_guidance(mission: LayeredMission, i: int, communicator: Any, schedule: Schedule | None = None) -> Any:
+    """Return what decides for one drone.
 
     Args:
         mission: The mission.
-        transport: What they share.
-        clock: Time by which rounds end (s).
-        only: Which drones; None is all.
-    """
-    graph = graph_of(mission)
-    chosen = range(len(mission.fleet)) if only is None else only
-    settings_of = {i: mission.layers.communication_of(mission.fleet[i].id) for i in chosen}
-    return {
-        i: guidance.TimeVaryingCommunicator(
-            i,
-            len(mission.fleet),
-            graph.in_neighbors(i),
-            graph.out_neighbors(i),
-            settings.mode == "lockstep",
-            transport=transport,
-            deadline=settings.deadline_s,
-            clock=clock,
-        )
-        for i, settings in settings_of.items()
-    }
-
-
-def make_guidance(mission: LayeredMission, i: int, communicator: Any) -> Any:
-    """Return what decides for one drone.
+        i: Its number.
+        communicator: How it talks to others.
+        schedule: Its neighbors, if they change.
 
     Raises:
         CrazychoirError: If it cannot be made as the mission says.
@@ -238,6 +188,8 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any) -> Any:
         "is_leader": leads(mission, i),
         "deadline": mission.layers.communication_of(name).deadline_s,
     }
+    if schedule is not None:
+        arguments["schedule"] = schedule
     formation = formation_of(mission, i)
     if formation is not None:
         arguments["formation"] = formation
@@ -401,22 +353,26 @@ def what_it_follows(mission: LayeredMission, i: int) -> str:
 # -------------------------------------------------------------------------------- a whole swarm
 
 
-def make_agents(mission: LayeredMission, clock: Callable[[], float]) -> list[Agent]:
+def make_agents(
+    mission: LayeredMission, clock: Callable[[], float], positions: Callable[[], NDArray[np.float64]] | None = None
+) -> list[Agent]:
     """Return guidance and trajectory handler of every drone, talking to each other in this process.
 
     Args:
         mission: The mission.
         clock: Time of the backend (s).
+        positions: Returns where all drones are (m, world), shape (N, 3), for graphs that depend on it.
 
     Raises:
         CrazychoirError: If one cannot be made as the mission says; the message names key and drone.
     """
-    communicators = make_communicators(mission, guidance.InProcessTransport(), clock)
+    schedule = schedule_of(mission, clock(), positions)
+    communicators = make_communicators(mission, guidance.InProcessTransport(), clock, schedule=schedule)
     agents = []
     for i, name in enumerate(names_of(mission)):
         is_watched = is_only_watched(mission, i)
         planner = None if is_watched else make_trajectory_handler(mission, i)
-        agents.append(Agent(i, name, make_guidance(mission, i, communicators[i]), planner, is_watched))
+        agents.append(Agent(i, name, make_guidance(mission, i, communicators[i], schedule), planner, is_watched))
     return agents
 
 

@@ -116,7 +116,10 @@ class Experiment:
         self._together: GuidanceGroup | None = None
         """Guidance of ours decides for all drones at once; what a user brings speaks for itself alone."""
         if agents and all(type(agent.guidance) is BearingFormation for agent in agents):
-            self._together = GuidanceGroup([agent.guidance for agent in agents], sends=False)
+            self._together = GuidanceGroup(
+                [agent.guidance for agent in agents],
+                sends=not all(agent.guidance.communicator.is_lossless for agent in agents),
+            )
             self._followers = np.array([self._together.followers], int).ravel()
 
     # ---------------------------------------------------------------- buttons

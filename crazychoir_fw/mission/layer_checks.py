@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 
 from crazychoir_fw.errors import CrazychoirError, MissionError
+from crazychoir_fw.mission.communication import Graph
 from crazychoir_fw.mission.fleet import Layout
-from crazychoir_fw.mission.layers import Graph, GuidanceLayer
+from crazychoir_fw.mission.layers import GuidanceLayer
 from crazychoir_fw.mission.mixed import is_real
 from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.mission.values import did_you_mean

@@ -27,6 +27,7 @@ from crazychoir_fw.experiment.agents import (
     starts_of,
 )
 from crazychoir_fw.experiment.backend import Backend
+from crazychoir_fw.experiment.communicators import statistics_of
 from crazychoir_fw.experiment.criteria import Formation, Judge, Window
 from crazychoir_fw.experiment.experiment import Experiment
 from crazychoir_fw.experiment.odometry import through_mocap
@@ -147,7 +148,7 @@ def make_experiment(
         CrazychoirError: If layers or backend cannot be made as the mission says.
     """
     chosen = make_backend(mission) if backend is None else backend
-    agents = make_agents(mission, lambda: chosen.time)
+    agents = make_agents(mission, lambda: chosen.time, chosen.true_positions)
     groups = make_groups(mission, list(chosen.masses))
     return Experiment(chosen, agents, groups, mission.layers.rate, mission.log_rate, observe)
 
@@ -399,6 +400,9 @@ class _Flight:
             "expected_failures": expected,
             "faults": log.metadata.get("faults", []),
         }
+        talk = statistics_of(experiment.agents)
+        if talk is not None:
+            summary["communication"] = talk
         mirror = getattr(self._backend, "mirror", None)
         if mirror is not None:
             summary["mirrored"] = mirror.report()

@@ -9,8 +9,9 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo
 
+from crazychoir_fw.mission.communication import Communication
 from crazychoir_fw.mission.fleet import LAYOUTS, places_in
 from crazychoir_fw.mission.mixed import MocapSettings
 from crazychoir_fw.mission.section import Section
@@ -22,7 +23,6 @@ from crazychoir_fw.mission.values import (
     point,
     refusal,
     switch,
-    whole,
     word,
 )
 
@@ -124,69 +124,6 @@ def plain_options() -> BeforeValidator:
 Name = Annotated[str, word(r"[A-Za-z]\w{0,30}", "the id of a drone")]
 Options = Annotated[Mapping[str, Any], plain_options()]
 Gains = Annotated[str | Mapping[str, Any], gain_set()]
-
-
-class RandomGraph(Section):
-    """A connected random graph, the same for the same seed."""
-
-    probability: Annotated[float, number(0.0, 1.0)] = 0.2
-    """That two drones talk to each other."""
-
-    seed: Annotated[int, whole(0, 2**32 - 1)] = 0
-    """Seed of the draw."""
-
-
-class Graph(Section):
-    """A graph by rule."""
-
-    random: RandomGraph
-
-
-GRAPHS = ("complete", "ring", "path")
-"""Graphs by name: everybody with everybody, each with the next one in a ring, or in a row."""
-
-
-def _graph(value: object) -> object:
-    must = (
-        f"{', '.join(GRAPHS)}, a list of pairs of ids such as [[agent_0, agent_1]], or "
-        "{random: {probability: 0.2, seed: 1}}"
-    )
-    if value in GRAPHS or isinstance(value, Mapping | Graph):
-        return value
-    if isinstance(value, str | bytes) or not isinstance(value, Sequence):
-        raise refusal(must + did_you_mean(value, [*GRAPHS, "random"]))
-    for pair in value:
-        is_pair = isinstance(pair, Sequence) and not isinstance(pair, str) and len(pair) == 2
-        if not (is_pair and all(isinstance(name, str) for name in pair) and pair[0] != pair[1]):
-            raise refusal(must)
-    return tuple((pair[0], pair[1]) for pair in value)
-
-
-class Communication(Section):
-    """Who talks to whom, and how."""
-
-    graph: Annotated[Any, BeforeValidator(_graph)] = ()
-    """`complete`, `ring`, `path`, pairs of ids, or a random graph. Without it nobody talks."""
-
-    directed: Annotated[bool, switch()] = False
-    """Whether a pair [a, b] is heard by b only; otherwise both hear each other."""
-
-    mode: Annotated[str, choice("lockstep", "asynchronous")] = "lockstep"
-    """`lockstep` waits in each round until all neighbors were heard, or the deadline is over; `asynchronous` takes what
-    has come."""
-
-    deadline_s: Annotated[float, number(0.001, 10.0, "s")] = 0.05
-    """Longest wait for a neighbor in a round; who is not heard of then is left out until he is heard again."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_graph(cls, data: Any) -> Any:
-        if isinstance(data, Mapping) and isinstance(data.get("graph"), Mapping):
-            try:
-                return {**data, "graph": Graph(**data["graph"])}
-            except TypeError:
-                raise refusal("a graph such as {random: {probability: 0.2, seed: 1}}", ".graph") from None
-        return data
 
 
 class Goal(Section):
