@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from crazychoir_fw.cli.console import console
 from crazychoir_fw.cli.fly import Request, attempt
 from crazychoir_fw.cli.watch import repeat_on_save, seconds_since_save
+from crazychoir_fw.mission.extending import files_of
 
 if TYPE_CHECKING:
     from crazychoir_fw.mission.schema import Mission
@@ -59,9 +60,11 @@ class Inputs:
 
     def files(self) -> set[Path]:
         """Return all files, with headers and other sources beside the apps, and what lies beside the mission."""
-        files = {self._mission, *self._apps}
-        for suffix in (".csv", ".xml"):
-            files.update(self._mission.parent.glob(f"*{suffix}"))
+        missions = files_of(self._mission)
+        files = {*missions, *self._apps}
+        for folder in {mission.parent for mission in missions}:
+            for suffix in (".csv", ".xml"):
+                files.update(folder.glob(f"*{suffix}"))
         for folder in {path.parent for path in self._apps}:
             files.update(folder.glob("*.[ch]"))
         if self._checkout is not None:

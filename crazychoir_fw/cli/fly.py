@@ -36,7 +36,7 @@ class Request:
     out: Path | None
     threads: int | None
     overrides: dict[str, Any]
-    """`seed`, `provider` and `app`, stronger than the mission file."""
+    """`seed`, `provider`, `app`, `backend` and `changes`, stronger than the mission file."""
     mcap: bool = False
     uri_base: str | None = None
     """URI of the first drone, if the others follow it."""
@@ -59,6 +59,10 @@ def fly(
     ] = None,
     out: Annotated[Path | None, typer.Option(help="Output folder; otherwise out/ and the mission's name.")] = None,
     seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
+    changes: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="A value of the mission, such as layers.rate=50; repeatable.", metavar="KEY=VALUE"),
+    ] = None,
     provider: Annotated[str | None, typer.Option(help="Provider of the onboard software.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,
     app: Annotated[
@@ -106,7 +110,7 @@ def fly(
     ] = False,
 ) -> None:
     """Fly a mission and report on every drone."""
-    overrides = {"seed": seed, "provider": provider, "app": app or None, "backend": backend}
+    overrides = {"seed": seed, "provider": provider, "app": app or None, "backend": backend, "changes": changes}
     require_way(view)
     wants_video = not watch if video is None else video
     request = Request(mission, wants_video, camera, view, out, threads, overrides, mcap, uri_base)
@@ -288,4 +292,5 @@ def _write(result: "FlightResult", folder: Path, no_video_because: str | None, c
             links=result.film.links,
             markers=result.film.markers,
             marks=() if story is None else story.marks,
+            drones=result.film.drones,
         )

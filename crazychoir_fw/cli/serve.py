@@ -133,9 +133,10 @@ def serve(
 
 def _mission(path: Path | None, drones: int | None, overrides: dict[str, Any]) -> "Mission":
     from crazychoir_fw.mission import load_mission, parse_mission
+    from crazychoir_fw.mission.mixed import real_part
 
     if path is not None:
-        return load_mission(path, **overrides)
+        return real_part(load_mission(path, **overrides))
     # a mission needs a phase, which is not flown here
     grid = {"name": "served", "drones": {"count": drones, "spacing": 1.0}, "flight": [{"hover": {"duration": 1.0}}]}
     return parse_mission(grid, source="--drones", **overrides)

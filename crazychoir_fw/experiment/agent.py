@@ -60,6 +60,8 @@ class Agent:
     """What decides; see `crazychoir_fw.guidance`."""
     planner: Planner | None = None
     """What plans, for drones that follow trajectories."""
+    is_watched: bool = False
+    """Whether it is known only: it decides and speaks, but nobody commands it."""
     phase: Phase = Phase.GROUND
     reference: Reference | None = None
     """What it follows at present."""

@@ -14,15 +14,16 @@ from crazychoir_fw import control, guidance, planning, safety
 from crazychoir_fw.errors import CrazychoirError, MissionError, RangeError, UnknownNameError
 from crazychoir_fw.experiment.agent import Agent
 from crazychoir_fw.experiment.both_laws import BothFlatnessLaws
+from crazychoir_fw.experiment.communicators import graph_of, make_communicators, schedule_of
 from crazychoir_fw.experiment.control_group import ControlGroup
 from crazychoir_fw.experiment.safe_group import FilteredController, SafeBothFlatnessLaws, SafeControlGroup
 from crazychoir_fw.experiment.sensing import Sensing
 from crazychoir_fw.guidance.gains import FORMATION_GAINS, FormationGains
-from crazychoir_fw.guidance.graph import Graph
+from crazychoir_fw.guidance.graph import Schedule
 from crazychoir_fw.user_code import describe, load_module
 
 if TYPE_CHECKING:
-    from crazychoir_fw.mission.layers import Communication, ControlLayer, GuidanceLayer
+    from crazychoir_fw.mission.layers import ControlLayer, GuidanceLayer
     from crazychoir_fw.mission.schema import LayeredMission
 
 _CONTROL_GAINS = {
@@ -57,33 +58,11 @@ def formation_of(mission: LayeredMission, i: int = 0) -> NDArray[np.float64] | N
         return None
     names = names_of(mission)
     members = names if layer.drones is None else layer.drones
+    chosen = layer.formation if isinstance(layer.formation, list) else layer.formation.of(len(members))
     places = np.zeros((len(names), 3))
-    for name, place in zip(members, layer.formation, strict=True):
+    for name, place in zip(members, chosen, strict=True):
         places[names.index(name)] = place if len(place) == 3 else (*place, layer.height)
     return places
-
-
-def graph_of(mission: LayeredMission) -> Graph:
-    """Return who hears whom, among all drones and among those of each guidance."""
-    names = names_of(mission)
-    edges = set(_graph(mission.layers.communication, names).edges)
-    for layer in mission.layers.guidances:
-        if layer.communication is not None:
-            members = names if layer.drones is None else layer.drones
-            numbers = [names.index(name) for name in members]
-            edges |= {(numbers[i], numbers[j]) for i, j in _graph(layer.communication, members).edges}
-    return Graph(len(names), tuple(sorted(edges)), tuple(names))
-
-
-def _graph(communication: Communication, names: Sequence[str]) -> Graph:
-    """Return who of some drones hears whom."""
-    chosen = communication.graph
-    if chosen == "complete":
-        return Graph.undirected(len(names), [(i, j) for i in range(len(names)) for j in range(i)], names)
-    if isinstance(chosen, tuple):
-        make = Graph.directed if communication.directed else Graph.undirected
-        return make(len(names), chosen, names)
-    return Graph.binomial(len(names), chosen.random.probability, chosen.random.seed)
 
 
 def leads(mission: LayeredMission, i: int) -> bool:
@@ -99,6 +78,12 @@ def follows_trajectory(mission: LayeredMission, i: int) -> bool:
     if issubclass(guidance_class(mission, i), guidance.CFDistributedFeedback):
         return leads(mission, i)
     return True
+
+
+def is_only_watched(mission: LayeredMission, i: int) -> bool:
+    """Tell whether nobody here commands a drone, because only motion capture knows it."""
+    drone = mission.fleet[i]
+    return mission.backend == "mixed" and drone.uri is None and drone.mocap is not None
 
 
 def takeoff_time_of(mission: LayeredMission) -> float:
@@ -181,37 +166,14 @@ def _made(cls: type, key: str, arguments: Mapping[str, Any], options: Mapping[st
 # -------------------------------------------------------------------------------- guidance
 
 
-def make_communicators(
-    mission: LayeredMission, transport: Any, clock: Callable[[], float], only: Sequence[int] | None = None
-) -> dict[int, Any]:
-    """Return the communicators of drones, by number.
+def make_guidance(mission: LayeredMission, i: int, communicator: Any, schedule: Schedule | None = None) -> Any:
+    """Return what decides for one drone.
 
     Args:
         mission: The mission.
-        transport: What they share.
-        clock: Time by which rounds end (s).
-        only: Which drones; None is all.
-    """
-    graph = graph_of(mission)
-    chosen = range(len(mission.fleet)) if only is None else only
-    settings_of = {i: mission.layers.communication_of(mission.fleet[i].id) for i in chosen}
-    return {
-        i: guidance.TimeVaryingCommunicator(
-            i,
-            len(mission.fleet),
-            graph.in_neighbors(i),
-            graph.out_neighbors(i),
-            settings.mode == "lockstep",
-            transport=transport,
-            deadline=settings.deadline_s,
-            clock=clock,
-        )
-        for i, settings in settings_of.items()
-    }
-
-
-def make_guidance(mission: LayeredMission, i: int, communicator: Any) -> Any:
-    """Return what decides for one drone.
+        i: Its number.
+        communicator: How it talks to others.
+        schedule: Its neighbors, if they change.
 
     Raises:
         CrazychoirError: If it cannot be made as the mission says.
@@ -228,6 +190,8 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any) -> Any:
         "is_leader": leads(mission, i),
         "deadline": mission.layers.communication_of(name).deadline_s,
     }
+    if schedule is not None:
+        arguments["schedule"] = schedule
     formation = formation_of(mission, i)
     if formation is not None:
         arguments["formation"] = formation
@@ -446,21 +410,27 @@ def make_sensing(mission: LayeredMission, truth: Callable[[], Any] | None = None
 # -------------------------------------------------------------------------------- a whole swarm
 
 
-def make_agents(mission: LayeredMission, clock: Callable[[], float]) -> list[Agent]:
+def make_agents(
+    mission: LayeredMission, clock: Callable[[], float], positions: Callable[[], NDArray[np.float64]] | None = None
+) -> list[Agent]:
     """Return guidance and trajectory handler of every drone, talking to each other in this process.
 
     Args:
         mission: The mission.
         clock: Time of the backend (s).
+        positions: Returns where all drones are (m, world), shape (N, 3), for graphs that depend on it.
 
     Raises:
         CrazychoirError: If one cannot be made as the mission says; the message names key and drone.
     """
-    communicators = make_communicators(mission, guidance.InProcessTransport(), clock)
-    return [
-        Agent(i, name, make_guidance(mission, i, communicators[i]), make_trajectory_handler(mission, i))
-        for i, name in enumerate(names_of(mission))
-    ]
+    schedule = schedule_of(mission, clock(), positions)
+    communicators = make_communicators(mission, guidance.InProcessTransport(), clock, schedule=schedule)
+    agents = []
+    for i, name in enumerate(names_of(mission)):
+        is_watched = is_only_watched(mission, i)
+        planner = None if is_watched else make_trajectory_handler(mission, i)
+        agents.append(Agent(i, name, make_guidance(mission, i, communicators[i], schedule), planner, is_watched))
+    return agents
 
 
 def make_groups(

@@ -127,7 +127,10 @@ class Experiment:
         self._together: GuidanceGroup | None = None
         """Guidance of ours decides for all drones at once; what a user brings speaks for itself alone."""
         if agents and all(type(agent.guidance) is BearingFormation for agent in agents):
-            self._together = GuidanceGroup([agent.guidance for agent in agents], sends=False)
+            self._together = GuidanceGroup(
+                [agent.guidance for agent in agents],
+                sends=not all(agent.guidance.communicator.is_lossless for agent in agents),
+            )
             self._followers = np.array([self._together.followers], int).ravel()
 
     # ---------------------------------------------------------------- buttons
@@ -198,6 +201,8 @@ class Experiment:
         reasons = self.backend.failures()
         poses = self._poses()
         for agent in agents:
+            if agent.is_watched:
+                continue
             if agent.index in refused:
                 self._fail(agent, reasons.get(agent.index, f"{agent.name}: the motors may not run"))
                 continue

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from crazychoir_fw.errors import CrazychoirError, RangeError
 from crazychoir_fw.experiment.backend import Indices, one_of
 from crazychoir_fw.experiment.plain_recorder import PlainRecorder
+from crazychoir_fw.experiment.wall_pace import WallPace
 from crazychoir_fw.messages import Pose, TrajectoryPoint, Twist
 
 if TYPE_CHECKING:
@@ -34,7 +35,6 @@ _HANDLERS = {
     "vel": "RadioHandlerVel",
     "xyz": "RadioHandlerXYZ",
 }
-_BEHIND_S = 0.1  # a loop that is later than this does not try to catch up
 
 
 class HardwareBackend:
@@ -80,12 +80,17 @@ class HardwareBackend:
         self._drones = list(self.handler)
         self._clock = self.handler.options.clock
         self._sleep = sleep
-        self._start = self._due = self._clock()
+        self._start = self._clock()
+        self.pace = WallPace(self._clock, sleep)
+        """What rounds wait for."""
         self._recorder = PlainRecorder(self.names)
         self._refusals: dict[int, str] = {}
+        self.when_closed: list[Callable[[], object]] = []
+        """Called when the drones are let go."""
         if connects:
             self.handler.connect()
-            self._start = self._due = self._clock()
+            self._start = self._clock()
+            self.pace.begin_anew()
 
     @property
     def time(self) -> float:
@@ -116,7 +121,7 @@ class HardwareBackend:
         while True:
             silent = np.flatnonzero(np.isnan(self.poses().position[:, 0]))
             if not len(silent):
-                self._due = self._clock()
+                self.pace.begin_anew()
                 return
             if self._clock() >= deadline:
                 names = ", ".join(self.names[i] for i in silent)
@@ -148,7 +153,7 @@ class HardwareBackend:
             if not isinstance(error, CrazychoirError):
                 raise error
             self._refusals[chosen[drone.agent_id]] = str(error)
-        self._due = self._clock()
+        self.pace.begin_anew()
         return [chosen[drone.agent_id] for drone, _ in refused]
 
     def send(self, indices: Indices, twist: Twist, kind: str) -> None:
@@ -168,12 +173,7 @@ class HardwareBackend:
 
     def advance(self, seconds: float) -> None:
         """See `Backend`."""
-        self._due += seconds
-        wait = self._due - self._clock()
-        if wait > 0.0:
-            self._sleep(wait)
-        elif wait < -_BEHIND_S:
-            self._due = self._clock()
+        self.pace.wait(seconds)
 
     def stop(self, indices: Indices) -> None:
         """See `Backend`."""
@@ -205,3 +205,5 @@ class HardwareBackend:
     def close(self) -> None:
         """See `Backend`: those that fly land or stop, as the option `on_close` says."""
         self.handler.close()
+        for call in self.when_closed:
+            call()

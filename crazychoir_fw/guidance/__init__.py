@@ -14,8 +14,9 @@ from crazychoir_fw.guidance.communicator import (
     TopicCommunicator,
 )
 from crazychoir_fw.guidance.distributed_feedback import CFDistributedFeedback
+from crazychoir_fw.guidance.disturbance import DisturbedTransport
 from crazychoir_fw.guidance.gains import FORMATION_GAINS, FormationGains
-from crazychoir_fw.guidance.graph import Graph, RandomEdges, Schedule, TimedGraphs, WithinDistance
+from crazychoir_fw.guidance.graph import Graph, RandomEdges, Schedule, SeveralSchedules, TimedGraphs, WithinDistance
 from crazychoir_fw.guidance.group import GuidanceGroup
 from crazychoir_fw.guidance.outputs import Outputs
 from crazychoir_fw.guidance.simple import GoToGuidance, SimpleGuidance
@@ -28,6 +29,7 @@ __all__ = [
     "CFDistributedFeedback",
     "CFGuidance",
     "Communicator",
+    "DisturbedTransport",
     "FormationGains",
     "GoToGuidance",
     "Graph",
@@ -37,6 +39,7 @@ __all__ = [
     "Phase",
     "RandomEdges",
     "Schedule",
+    "SeveralSchedules",
     "SimpleGuidance",
     "StaticCommunicator",
     "Statistics",

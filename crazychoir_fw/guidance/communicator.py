@@ -7,8 +7,8 @@ deadline: a neighbor that is gone holds nobody up. Who finds that others went on
 
 from __future__ import annotations
 
+import math
 import threading
-import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -16,6 +16,7 @@ from typing import Any
 
 from crazychoir_fw.errors import MessageError, RangeError, StateError
 from crazychoir_fw.guidance.frozen import SharedPose, frozen, handed_out
+from crazychoir_fw.guidance.graph import Schedule
 from crazychoir_fw.guidance.mailbox import LARGEST_LABEL, NOTHING, Mailbox
 from crazychoir_fw.guidance.serialization import LARGEST_BYTES, dumps, loads
 from crazychoir_fw.guidance.transport import Transport
@@ -40,6 +41,8 @@ class Statistics:
     """Messages that came."""
     lost: int = 0
     """Messages that were not there when their round ended."""
+    cut: int = 0
+    """Messages that came over an edge which the graph of the moment does not have."""
     late: int = 0
     """Messages that came when their round was over, or were skipped."""
     refused: int = 0
@@ -116,7 +119,8 @@ class TopicCommunicator(Communicator):
         *,
         transport: Transport,
         deadline: float = 1.0,
-        clock: Callable[[], float] = time.monotonic,
+        clock: Callable[[], float] | None = None,
+        schedule: Schedule | None = None,
         topic: str = TOPIC,
         largest_bytes: int = LARGEST_BYTES,
     ) -> None:
@@ -131,12 +135,14 @@ class TopicCommunicator(Communicator):
             differentiated_topics: One topic per receiver, so that each may get something else.
             transport: How messages travel.
             deadline: How long a blocking receive waits for a round, unless told otherwise (s of `clock`).
-            clock: Returns the time (s).
+            clock: Returns the time (s), for receives that wait and for graphs that change; None: there are none.
+            schedule: Neighbors as they change; those above are the largest graph then. What comes over an edge that is
+                not there is dropped, and nobody waits for it.
             topic: Where an agent publishes, with ``{agent}`` for its number.
             largest_bytes: Largest message, sent or received.
 
         Raises:
-            RangeError: If an agent does not exist or is its own neighbor.
+            RangeError: If an agent does not exist or is its own neighbor, or a schedule has no clock.
         """
         if not (isinstance(size, int) and size >= 1):
             raise RangeError(f"size is {size}, allowed: 1 or more")
@@ -144,6 +150,8 @@ class TopicCommunicator(Communicator):
             raise RangeError(f"agent_id is {agent_id}, allowed: [0, {size - 1}]")
         if not deadline > 0.0:
             raise RangeError(f"agent {agent_id}: deadline is {deadline}, allowed: above 0 s")
+        if schedule is not None and clock is None:
+            raise RangeError(f"agent {agent_id}: there is no clock, allowed: one, for a graph that changes")
         self.rank = agent_id
         self.size = size
         self.in_neighbors = self._ids("in_neighbors", in_neighbors)
@@ -154,6 +162,8 @@ class TopicCommunicator(Communicator):
         self.current_label = 0
         self._transport = transport
         self._clock = clock
+        self._schedule = schedule
+        self._present: tuple[int, tuple[int, ...]] = (-1, ())  # whom the graph of a round lets it hear
         self._largest_bytes = largest_bytes
         self._objects = transport.carries_objects
         self._boxes = {neighbor: Mailbox() for neighbor in self.in_neighbors}
@@ -175,13 +185,18 @@ class TopicCommunicator(Communicator):
             self._transport.advertise(name, reliable=self.reliable)
         for neighbor, box in self._boxes.items():
             name = topic.format(agent=neighbor) + (f"_{self.rank}" if self.differentiated_topics else "")
-            callback = self._receiver(box)
+            callback = self._receiver(box, neighbor)
             self._transport.subscribe(name, callback)
             self._subscriptions.append((name, callback))
 
-    def _receiver(self, box: Mailbox) -> Callable[[int, Any], None]:
+    def _receiver(self, box: Mailbox, neighbor: int) -> Callable[[int, Any], None]:
+        changes = self._schedule is not None
+
         # No lock on this way: putting into a mailbox is one step, and whoever waits announces it before it looks.
         def receive(label: int, data: Any) -> None:
+            if changes and neighbor not in self._heard_in(label):
+                self._statistics.cut += 1
+                return
             if box.put(label, data, self.current_label) and self._waiting_threads:
                 with self._arrival:
                     self._arrival.notify_all()
@@ -196,6 +211,20 @@ class TopicCommunicator(Communicator):
                 receive(label, message)
 
         return receive if self._objects else receive_bytes
+
+    def _heard_in(self, label: int) -> tuple[int, ...]:
+        """Return whom the graph of a round lets it hear; that of the open round is asked for once."""
+        if label == self._present[0] and self.synchronous_mode:
+            return self._present[1]
+        into, _ = self._schedule.neighbors_at(self.rank, self._clock(), label)  # type: ignore[union-attr, misc]
+        if label == self.current_label:
+            self._present = (label, into)
+        return into
+
+    @property
+    def is_lossless(self) -> bool:
+        """Whether all that neighbors of this process send arrives at once."""
+        return self._transport.is_lossless and self._schedule is None
 
     def _ids(self, what: str, neighbors: Ids) -> tuple[int, ...]:
         ids = tuple(sorted({int(neighbor) for neighbor in neighbors}))
@@ -253,20 +282,25 @@ class TopicCommunicator(Communicator):
     def has_round(self, neighbors: Ids | None = None) -> bool:
         """Return whether the messages of the open round are all there."""
         label, boxes = self.current_label, self._boxes
+        if self._transport.has_waiting:
+            self._transport.deliver()
         for neighbor in self.in_neighbors if neighbors is None else neighbors:
-            if label not in boxes[neighbor].waiting:
+            if label not in boxes[neighbor].waiting and (self._schedule is None or neighbor in self._heard_in(label)):
                 return False
         return True
 
     def collect(self, neighbors: Ids | None = None) -> dict[int, Any]:
         """End the open round: return what is there of it, by neighbor, and open the next one."""
         label, boxes = self.current_label, self._boxes
+        if self._transport.has_waiting:
+            self._transport.deliver()
+        present = None if self._schedule is None else self._heard_in(label)
         self.current_label = label + 1  # first, so that what comes meanwhile is late
         data, lost = {}, 0
         for neighbor in self.in_neighbors if neighbors is None else neighbors:
             message = boxes[neighbor].waiting.pop(label, NOTHING)
             if message is NOTHING:
-                lost += 1
+                lost += present is None or neighbor in present
             else:
                 data[neighbor] = message if type(message) is SharedPose else handed_out(message)
         self._statistics.lost += lost
@@ -327,7 +361,7 @@ class TopicCommunicator(Communicator):
             Messages by neighbor; who is missing did not send in time.
 
         Raises:
-            StateError: In asynchronous mode.
+            StateError: In asynchronous mode, or if it had to wait without a clock.
             RangeError: If one is no in-neighbor.
         """
         if not self.synchronous_mode:
@@ -341,14 +375,17 @@ class TopicCommunicator(Communicator):
         return data
 
     def _wait(self, ids: tuple[int, ...], stop_event: threading.Event | None, timeout: float) -> bool:
-        end = self._clock() + timeout
+        clock = self._clock
+        if clock is None and timeout < math.inf:
+            raise StateError(f"agent {self.rank}: to wait it needs a clock, such as clock=time.monotonic")
+        end = math.inf if clock is None else clock() + timeout
         with self._arrival:
             self._waiting_threads += 1
             try:
                 while not self.has_round(ids):
                     if self._statistics.rounds == 0 and self._joined(ids):
                         continue
-                    if (stop_event is not None and stop_event.is_set()) or self._clock() >= end:
+                    if (stop_event is not None and stop_event.is_set()) or (clock is not None and clock() >= end):
                         return False
                     self._arrival.wait(_LOOK_EVERY)
                 return True
@@ -376,6 +413,8 @@ class TopicCommunicator(Communicator):
         if self.synchronous_mode:
             raise StateError(f"agent {self.rank}: neighbors_receive_asynchronous needs synchronous_mode=False")
         data = {}
+        if self._transport.has_waiting:
+            self._transport.deliver()
         for neighbor in self._named(neighbors, self.in_neighbors, "in-neighbors"):
             box = self._boxes[neighbor]
             box.waiting.clear()
@@ -443,6 +482,7 @@ class TopicCommunicator(Communicator):
             sent=counts.sent,
             received=sum(box.heard for box in boxes),
             lost=counts.lost,
+            cut=counts.cut,
             late=sum(box.late for box in boxes),
             refused=sum(box.refused for box in boxes),
             jumps=counts.jumps,

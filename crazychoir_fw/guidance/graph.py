@@ -324,13 +324,42 @@ class WithinDistance:
         """
         if not distance > 0.0:
             raise RangeError(f"graph: distance is {distance}, allowed: above 0 m")
+        self._edges = np.array(graph.edges, int).reshape(-1, 2)
         self._graph = graph
         self._distance = distance
         self._positions = positions
+        self._at = np.zeros((0, 3))
+        self._near = graph
+
+    def graph_now(self) -> Graph:
+        """Return who is near whom now; where all stand still it is made once."""
+        at = np.asarray(self._positions(), float)
+        if not np.array_equal(at, self._at):
+            apart = at[self._edges[:, 0]] - at[self._edges[:, 1]]
+            near = np.linalg.norm(apart, axis=-1) <= self._distance  # false for who is nowhere
+            edges = tuple((int(i), int(j)) for i, j in self._edges[near])
+            self._at, self._near = at.copy(), Graph(self._graph.size, edges, self._graph.names)
+        return self._near
 
     def neighbors_at(self, agent: int, now: float, label: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
         """Return in- and out-neighbors of an agent now."""
-        into, out = self._graph.neighbors_at(agent, now, label)
-        positions = np.asarray(self._positions())
-        near = np.linalg.norm(positions - positions[agent], axis=-1) <= self._distance
-        return tuple(one for one in into if near[one]), tuple(one for one in out if near[one])
+        return self.graph_now().neighbors_at(agent, now, label)
+
+
+class SeveralSchedules:
+    """Neighbors by several schedules, each for some of the agents."""
+
+    def __init__(self, parts: Sequence[tuple[Sequence[int], Schedule]]) -> None:
+        """Put them together: who takes part in which order, and the schedule that counts these from 0."""
+        self._parts = [(tuple(members), schedule) for members, schedule in parts]
+
+    def neighbors_at(self, agent: int, now: float, label: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        """Return in- and out-neighbors of an agent, by any of the schedules."""
+        into: set[int] = set()
+        out: set[int] = set()
+        for members, schedule in self._parts:
+            if agent in members:
+                heard, hearing = schedule.neighbors_at(members.index(agent), now, label)
+                into.update(members[one] for one in heard)
+                out.update(members[one] for one in hearing)
+        return tuple(sorted(into)), tuple(sorted(out))

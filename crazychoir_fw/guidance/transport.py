@@ -19,6 +19,10 @@ class Transport(ABC):
 
     carries_objects: bool = False
     """Data are the objects themselves, frozen, and not bytes."""
+    is_lossless: bool = False
+    """Whether each message arrives, once, before `publish` returns."""
+    has_waiting: bool = False
+    """Whether messages wait for `deliver`."""
 
     @abstractmethod
     def publish(self, topic: str, label: int, data: Any) -> None:
@@ -30,6 +34,9 @@ class Transport(ABC):
 
     def advertise(self, topic: str, *, reliable: bool = True) -> None:  # noqa: B027
         """Say that the topic will be published to, and whether messages may get lost. Not every transport cares."""
+
+    def deliver(self) -> None:  # noqa: B027
+        """Hand on messages that are due. Most transports do so by themselves."""
 
     @abstractmethod
     def unsubscribe(self, topic: str, callback: Receiver) -> None:
@@ -56,6 +63,7 @@ class InProcessTransport(Transport):
         if not 0.0 <= loss <= 1.0:
             raise RangeError(f"loss is {loss}, allowed: [0, 1]")
         self.carries_objects = not serialize
+        self.is_lossless = not loss
         self._loss = loss
         self._dice = np.random.default_rng(seed)
         self._receivers: dict[str, tuple[Receiver, ...]] = {}

@@ -11,7 +11,7 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from crazychoir_fw.errors import MissionError
 from crazychoir_fw.mission.section import OneOf, Section
-from crazychoir_fw.mission.values import number, point, refusal
+from crazychoir_fw.mission.values import beside, number, point, refusal
 
 Duration = Annotated[float, number(0.0, 36000.0, "s")]
 LARGEST_FILE = 1_000_000  # bytes
@@ -88,7 +88,7 @@ class TrajectoryButton(Button):
         if self.points is not None:
             where, rows = "points", list(self.points)
         else:
-            where = str((info.context or {}).get("folder", Path()) / self.file)
+            where = str(beside(self.file, info))
             rows = read_points(Path(where))
         check_times(where, rows)
         self._rows = rows

@@ -1,7 +1,7 @@
 """The drones of a mission: who starts where, with which vehicle and onboard software."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from types import MappingProxyType
 from typing import Annotated, Any
@@ -121,7 +121,28 @@ class DroneEntry(Settings):
     """Heading at start."""
 
     uri: Annotated[str, word(r"\w+://[^\s]{1,120}", "a URI such as radio://0/80/2M/E7E7E7E701")] | None = None
-    """Where the backend `hardware` reaches it."""
+    """Where the backend `hardware` reaches it. With the backend `mixed`, drones that have one are real."""
+
+    mocap: Annotated[str, word(r"[^\s]{1,120}", "the name of a body in motion capture, such as cf1")] | None = None
+    """What motion capture calls it. With the backend `mixed`, a drone with this and without `uri` is only watched."""
+
+
+LAYOUTS = ("grid", "line", "circle")
+
+
+def places_in(layout: str, count: int, spacing: float, center: Sequence[float]) -> list[tuple[float, float]]:
+    """Return the places [x, y] (m) of a square grid, a line along x, or a circle around a center."""
+    x0, y0 = center
+    if layout == "circle":
+        radius = spacing / (2.0 * math.sin(math.pi / count)) if count > 1 else 0.0
+        angles = [2.0 * math.pi * i / count for i in range(count)]
+        return [(x0 + radius * math.cos(a), y0 + radius * math.sin(a)) for a in angles]
+    columns = count if layout == "line" else math.ceil(math.sqrt(count))
+    rows = math.ceil(count / columns)
+    return [
+        (x0 + (i % columns - (columns - 1) / 2) * spacing, y0 + (i // columns - (rows - 1) / 2) * spacing)
+        for i in range(count)
+    ]
 
 
 class Layout(Settings):
@@ -130,7 +151,7 @@ class Layout(Settings):
     count: Annotated[int, whole(1, 10000)]
     """Number of drones; their ids are cf1, cf2, …"""
 
-    layout: Annotated[str, choice("grid", "line", "circle")] = "grid"
+    layout: Annotated[str, choice(*LAYOUTS)] = "grid"
     """A square grid, a line along x, or a circle."""
 
     spacing: Annotated[float, number(START_DISTANCE, 100.0, "m")] = 0.5
@@ -141,21 +162,7 @@ class Layout(Settings):
 
     def starts(self) -> list[tuple[float, float]]:
         """Return the start positions [x, y] (m, world frame)."""
-        x0, y0 = self.center
-        n = self.count
-        if self.layout == "circle":
-            radius = self.spacing / (2.0 * math.sin(math.pi / n)) if n > 1 else 0.0
-            angles = [2.0 * math.pi * i / n for i in range(n)]
-            return [(x0 + radius * math.cos(a), y0 + radius * math.sin(a)) for a in angles]
-        columns = n if self.layout == "line" else math.ceil(math.sqrt(n))
-        rows = math.ceil(n / columns)
-        return [
-            (
-                x0 + (i % columns - (columns - 1) / 2) * self.spacing,
-                y0 + (i // columns - (rows - 1) / 2) * self.spacing,
-            )
-            for i in range(n)
-        ]
+        return places_in(self.layout, self.count, self.spacing, self.center)
 
     def entries(self) -> list[DroneEntry]:
         """Return the same drones as a list."""
@@ -199,12 +206,13 @@ class Drone:
     motor_ctrl: str | None = None
     motor_ctrl_properties: Mapping[str, str | float] = field(default_factory=dict)
     uri: str | None = None
+    mocap: str | None = None
 
 
 def drone_settings(drone: Drone) -> dict[str, Any]:
     """Return a drone as the keywords of `crazychoir_fw.simulation.DroneConfig`."""
     settings = asdict(drone)
-    del settings["uri"]  # a simulated drone has none of its own
+    del settings["uri"], settings["mocap"]  # a simulated drone has none of its own
     return settings
 
 

@@ -5,8 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 
 from crazychoir_fw.errors import CrazychoirError, MissionError
+from crazychoir_fw.mission.communication import Graph
 from crazychoir_fw.mission.fleet import Layout
-from crazychoir_fw.mission.layers import Graph, GuidanceLayer
+from crazychoir_fw.mission.layers import GuidanceLayer
+from crazychoir_fw.mission.mixed import is_real
 from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.mission.values import did_you_mean
 
@@ -124,7 +126,7 @@ def _check_places(guidance: GuidanceLayer, path: str, names: Sequence[str]) -> N
         if guidance.kind == "BearingFormation":
             raise MissionError(f"{path}.formation is missing: BearingFormation needs a place for each drone")
         return
-    if len(guidance.formation) != len(names):
+    if isinstance(guidance.formation, list) and len(guidance.formation) != len(names):
         raise MissionError(
             f"{path}.formation has {len(guidance.formation)} places, but must have {len(names)}, one for each drone"
         )
@@ -300,23 +302,39 @@ def _check_criteria(mission: LayeredMission) -> None:
 def _check_backend(mission: LayeredMission) -> None:
     if mission.backend == "sim":
         return
-    for key in ("faults", "radios"):
+    for key in ("radios",) if mission.backend == "mixed" else ("faults", "radios"):
         if getattr(mission, key):
             raise MissionError(f"{key} are for the backend sim, but backend is {mission.backend}")
-    if mission.backend != "hardware":
+    if mission.backend not in ("hardware", "mixed"):
         return
-    if len(mission.layers.commands) > 1:
+    if mission.backend == "hardware" and len(mission.layers.commands) > 1:
         raise MissionError(
             f"layers.control: drones are commanded by {', '.join(mission.layers.commands)}, but the radio sends one "
             "kind of command to all"
         )
     for i, drone in enumerate(mission.fleet):
-        if drone.uri is None:
+        if drone.mocap is not None and mission.hardware.mocap is None:
+            raise MissionError(
+                f"hardware.mocap is missing: drones[{i}].mocap needs motion capture, such as hardware: {{mocap: "
+                f"{{system: udp}}}}"
+            )
+    if mission.backend == "mixed":
+        real = sum(is_real(drone) for drone in mission.fleet)
+        if real == 0:
+            raise MissionError("backend mixed needs a drone that is real: one with uri or mocap")
+        if real == len(mission.fleet):
+            raise MissionError("backend mixed needs a simulated drone, but all have uri or mocap: take hardware")
+    _check_uris(mission)
+
+
+def _check_uris(mission: LayeredMission) -> None:
+    for i, drone in enumerate(mission.fleet):
+        if drone.uri is None and mission.backend == "hardware":
             raise MissionError(
                 f"drones[{i}].uri is missing: the backend hardware must know where {drone.id} is, such as "
                 f"radio://0/80/2M/E7E7E7E7{i + 1:02X}; or number ports with --uri-base udp://127.0.0.1:19850"
             )
     uris = [drone.uri for drone in mission.fleet]
     for i, uri in enumerate(uris):
-        if uri in uris[:i]:
+        if uri is not None and uri in uris[:i]:
             raise MissionError(f"drones[{i}].uri is {uri}, but drones[{uris.index(uri)}] has it already")

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import dataclass
 from dataclasses import replace as replaced
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import mujoco
@@ -26,6 +27,7 @@ from crazychoir_fw.experiment.agents import (
     starts_of,
 )
 from crazychoir_fw.experiment.backend import Backend
+from crazychoir_fw.experiment.communicators import statistics_of
 from crazychoir_fw.experiment.criteria import Formation, Judge, Window
 from crazychoir_fw.experiment.experiment import Experiment
 from crazychoir_fw.experiment.odometry import through_mocap
@@ -45,6 +47,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.experiment.sim_backend import SimBackend
     from crazychoir_fw.report.flight_log import FlightLog
     from crazychoir_fw.simulation import World
+    from crazychoir_fw.simulation.mirrored import MirroredConfig
 
 READY_TIMEOUT = 10.0
 """Longest time until all drones are ready to fly (s, simulated)."""
@@ -122,7 +125,10 @@ class LayeredResult(FlightResult):
             for i, drone in enumerate(self.mission.fleet):
                 _paint(model, drone.id, _FOLLOWER if i in surveillance.defenders else _LEADER)
         if formation is not None:
+            mirrored = self.world.mirrored if self.world is not None else {}
             for i, drone in enumerate(self.mission.fleet):
+                if drone.id in mirrored:
+                    continue  # it keeps the color of real drones
                 _paint(model, drone.id, _LEADER if i in formation.leaders else _FOLLOWER)
         elif self.story is not None:
             from matplotlib.colors import to_rgb
@@ -180,7 +186,7 @@ def make_experiment(
         CrazychoirError: If layers or backend cannot be made as the mission says.
     """
     chosen = make_backend(mission) if backend is None else backend
-    agents = make_agents(mission, lambda: chosen.time)
+    agents = make_agents(mission, lambda: chosen.time, chosen.true_positions)
     groups = make_groups(mission, list(chosen.masses), getattr(chosen, "true_poses", None))
     services = make_services(mission, agents)
     return Experiment(chosen, agents, groups, mission.layers.rate, mission.log_rate, observe, services)
@@ -206,13 +212,24 @@ def make_backend(mission: LayeredMission, threads: int | None = None, visuals: b
     Raises:
         CrazychoirError: If it cannot be made as the mission says.
     """
-    return {"sim": _sim, "integrator": _integrator, "hardware": _hardware}[mission.backend](mission, threads, visuals)
+    if mission.backend == "hardware":
+        from crazychoir_fw.mission.real_drones import over_the_radio
+
+        return over_the_radio(mission)
+    if mission.backend == "mixed":
+        from crazychoir_fw.mission.real_drones import mixed_reality
+
+        return mixed_reality(mission, partial(_sim, mission, threads, visuals))
+    return {"sim": _sim, "integrator": _integrator}[mission.backend](mission, threads, visuals)
 
 
-def _sim(mission: LayeredMission, threads: int | None, visuals: bool) -> SimBackend:
+def _sim(
+    mission: LayeredMission, threads: int | None, visuals: bool, mirrored: Sequence[MirroredConfig] = ()
+) -> SimBackend:
+    """Return the simulated drones of a mission: those that are not mirrored."""
     from crazychoir_fw.experiment.sim_backend import SimBackend, truth
 
-    world = build_world(mission, threads, visuals)
+    world = build_world(mission, threads, visuals, mirrored)
     radio = turn_on_radios(mission, world)
     world.wait_until_ready(timeout_s=READY_TIMEOUT)
     for number, entry in enumerate(mission.faults):
@@ -253,34 +270,6 @@ def _integrator(mission: LayeredMission, threads: int | None, visuals: bool) -> 
     )
     if mission.layers.odometry == "mocap":
         backend.read_poses = through_mocap(backend.read_poses, mission.seed)
-    return backend
-
-
-def _hardware(mission: LayeredMission, threads: int | None, visuals: bool) -> Backend:
-    from crazychoir_fw.experiment.hardware_backend import HardwareBackend
-
-    settings = mission.hardware
-    options: dict[str, Any] = dict(settings.radio)
-    if settings.safety_area is not None:
-        from crazychoir_fw.radio import SafetyArea
-
-        box = settings.safety_area
-        options["safety_area"] = SafetyArea(box.low, box.high, breach=box.breach)
-    (kind,) = mission.layers.commands
-    if kind in ("fpqr", "frpy"):
-        options.setdefault("thrust", {drone.id: drone.platform for drone in mission.fleet})
-    backend = HardwareBackend(
-        {drone.id: drone.uri for drone in mission.fleet},  # type: ignore[misc]
-        kind,
-        masses=masses_of(mission),
-        odometry_hz=settings.odometry_hz,
-        **options,
-    )
-    try:
-        backend.wait_for_poses()
-    except BaseException:
-        backend.close()
-        raise
     return backend
 
 
@@ -394,6 +383,7 @@ class _Flight:
             if judge.surveillance is not None:
                 film.markers = [marker for marker in judge.surveillance.markers(None) if not marker.moves]
                 film.links = list(graph_of(mission).pairs)
+            film.drones = names if hasattr(self._backend, "mirror") else None
             if formation is not None:
                 film.links = list(formation.graph.pairs)
         return LayeredResult(mission, self._world, log, film, summary, judge, no_film)  # type: ignore[arg-type]
@@ -454,6 +444,13 @@ class _Flight:
             "expected_failures": expected,
             "faults": log.metadata.get("faults", []),
         }
+        talk = statistics_of(experiment.agents)
+        if talk is not None:
+            summary["communication"] = talk
+        mirror = getattr(self._backend, "mirror", None)
+        if mirror is not None:
+            summary["mirrored"] = mirror.report()
+            summary["behind_s"] = _rounded(self._backend.behind_s)  # type: ignore[attr-defined]
         radio = getattr(self._backend, "radio", None)
         if radio is not None:
             summary["link"] = radio.link.statistics()

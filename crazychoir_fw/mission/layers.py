@@ -9,8 +9,11 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo, model_validator
+from pydantic import BeforeValidator, Discriminator, Field, Tag, ValidationInfo
 
+from crazychoir_fw.mission.communication import Communication
+from crazychoir_fw.mission.fleet import LAYOUTS, places_in
+from crazychoir_fw.mission.mixed import MocapSettings
 from crazychoir_fw.mission.section import Section
 from crazychoir_fw.mission.values import (
     choice,
@@ -127,67 +130,31 @@ Options = Annotated[Mapping[str, Any], plain_options()]
 Gains = Annotated[str | Mapping[str, Any], gain_set()]
 
 
-class RandomGraph(Section):
-    """A connected random graph, the same for the same seed."""
-
-    probability: Annotated[float, number(0.0, 1.0)] = 0.2
-    """That two drones talk to each other."""
-
-    seed: Annotated[int, whole(0, 2**32 - 1)] = 0
-    """Seed of the draw."""
-
-
-class Graph(Section):
-    """A graph by rule."""
-
-    random: RandomGraph
-
-
-def _graph(value: object) -> object:
-    must = "complete, a list of pairs of ids such as [[agent_0, agent_1]], or {random: {probability: 0.2, seed: 1}}"
-    if value == "complete" or isinstance(value, Mapping | Graph):
-        return value
-    if isinstance(value, str | bytes) or not isinstance(value, Sequence):
-        raise refusal(must + did_you_mean(value, ["complete", "random"]))
-    for pair in value:
-        is_pair = isinstance(pair, Sequence) and not isinstance(pair, str) and len(pair) == 2
-        if not (is_pair and all(isinstance(name, str) for name in pair) and pair[0] != pair[1]):
-            raise refusal(must)
-    return tuple((pair[0], pair[1]) for pair in value)
-
-
-class Communication(Section):
-    """Who talks to whom, and how."""
-
-    graph: Annotated[Any, BeforeValidator(_graph)] = ()
-    """`complete`, pairs of ids, or a random graph. Without it nobody talks."""
-
-    directed: Annotated[bool, switch()] = False
-    """Whether a pair [a, b] is heard by b only; otherwise both hear each other."""
-
-    mode: Annotated[str, choice("lockstep", "asynchronous")] = "lockstep"
-    """`lockstep` waits in each round until all neighbors were heard, or the deadline is over; `asynchronous` takes what
-    has come."""
-
-    deadline_s: Annotated[float, number(0.001, 10.0, "s")] = 0.05
-    """Longest wait for a neighbor in a round; who is not heard of then is left out until he is heard again."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_graph(cls, data: Any) -> Any:
-        if isinstance(data, Mapping) and isinstance(data.get("graph"), Mapping):
-            try:
-                return {**data, "graph": Graph(**data["graph"])}
-            except TypeError:
-                raise refusal("a graph such as {random: {probability: 0.2, seed: 1}}", ".graph") from None
-        return data
-
-
 class Goal(Section):
     """One point of a list of go-tos."""
 
     position: Annotated[tuple[float, ...], point("x", "y", "z", floor=0.0)]
     duration: Annotated[float, number(0.1, 3600.0, "s")]
+
+
+class Places(Section):
+    """A formation by rule, for as many drones as there are."""
+
+    layout: Annotated[str, choice(*LAYOUTS)]
+    """A square grid, a line along x, or a circle."""
+
+    spacing: Annotated[float, number(0.0, 100.0, "m")]
+    """Distance between neighbors (m)."""
+
+    center: Annotated[tuple[float, ...], point("x", "y")] = (0.0, 0.0)
+    """Middle of the formation (m, world)."""
+
+    def of(self, count: int) -> list[tuple[float, float]]:
+        """Return the places [x, y] (m) of so many drones."""
+        return places_in(self.layout, count, self.spacing, self.center)
+
+
+Place = Annotated[tuple[float, ...], point("x", "y", "[z]")]
 
 
 class PlanningLayer(Section):
@@ -250,8 +217,15 @@ class GuidanceLayer(Section):
     leaders: list[Name] = Field(default_factory=list)
     """Drones that do not follow the formation, but their own trajectory, or stay."""
 
-    formation: list[Annotated[tuple[float, ...], point("x", "y", "[z]")]] | None = None
-    """Where the drones are in the formation (m), in their order: only bearings between them count."""
+    formation: (
+        Annotated[
+            Annotated[list[Place], Tag("#list")] | Annotated[Places, Tag("#places")],
+            Discriminator(lambda value: "#places" if isinstance(value, Mapping | Places) else "#list"),
+        ]
+        | None
+    ) = None
+    """Where the drones are in the formation (m), in the order of `drones`, or how they are laid out: what counts is the
+    bearing between two of them, or their distance."""
 
     gains: Gains | None = None
     """Set of gains; None is that of the class."""
@@ -533,6 +507,9 @@ class HardwareSettings(Section):
 
     radio: Options = Field(default_factory=dict)
     """Further options of the radio handler, see `crazychoir_fw.radio.Options`."""
+
+    mocap: MocapSettings | None = None
+    """Motion capture; drones with `mocap` are told their poses by it."""
 
 
 class Criteria(Section):

@@ -1,22 +1,22 @@
 """From a file to a `Mission`, or to one sentence that says what is wrong with it."""
 
-import reprlib
-from collections.abc import Collection, Hashable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
 from pydantic import ValidationError
 
 from crazychoir_fw.errors import MissionError
+from crazychoir_fw.mission.changes import Change, apply, change_at, read_change
+from crazychoir_fw.mission.extending import Document, chain_of, origin, path_in, together
 from crazychoir_fw.mission.fleet import BUILTIN, START_DISTANCE, Layout, Settings, close_pair
 from crazychoir_fw.mission.layer_checks import check_layers, with_uris
 from crazychoir_fw.mission.plan import plan_flight
 from crazychoir_fw.mission.radios import check_radios
+from crazychoir_fw.mission.reading import read_file
 from crazychoir_fw.mission.schema import LayeredMission, Mission
 from crazychoir_fw.mission.values import did_you_mean
-
-LARGEST_FILE = 4_000_000  # bytes
+from crazychoir_fw.mission.wording import one_line, show
 
 
 def load_mission(path: str | Path, **overrides: Any) -> Mission:
@@ -24,15 +24,15 @@ def load_mission(path: str | Path, **overrides: Any) -> Mission:
 
     Args:
         path: The mission file (YAML).
-        overrides: `seed`, `provider`, `app`, `faults`, `backend` or `uris`, stronger than the file; None leaves the
-            file alone.
+        overrides: `seed`, `provider`, `app`, `faults`, `backend`, `uris` or `changes`, stronger than the file; None
+            leaves the file alone.
 
     Raises:
         MissionError: If the file cannot be read or flown; the text is one sentence that names the file, the key, its
             value and what is allowed.
     """
     path = Path(path)
-    return parse_mission(_read(path), source=str(path), folder=path.parent, name=path.stem, **overrides)
+    return parse_mission(read_file(path), source=str(path), folder=path.parent, name=path.stem, **overrides)
 
 
 def parse_mission(
@@ -46,6 +46,7 @@ def parse_mission(
     faults: Sequence[Any] | None = None,
     backend: str | None = None,
     uris: Sequence[str] | None = None,
+    changes: Sequence[str] | None = None,
 ) -> Mission:
     """Make a mission from what a mission file holds.
 
@@ -61,13 +62,16 @@ def parse_mission(
             since the first phase.
         backend: Backend instead of that of *data*.
         uris: URIs of the drones, in their order, instead of those of *data*.
+        changes: Single values such as "layers.rate=50", as `--set` takes them; the other arguments are stronger.
 
     Raises:
         MissionError: As `load_mission`.
     """
     if not isinstance(data, Mapping):
-        raise MissionError(f"{source} is {_show(data)}, but must be a mapping such as name:, drones: and flight:")
-    data = dict(data)
+        raise MissionError(f"{source} is {show(data)}, but must be a mapping such as name:, drones: and flight:")
+    documents = chain_of(data, source, Path(folder))
+    before = together(documents)
+    data, made = apply(before, [read_change(text) for text in changes or ()])
     if name is not None:
         data.setdefault("name", name)
     if seed is not None:
@@ -79,7 +83,8 @@ def parse_mission(
 
     overrides = {"provider": provider, "app": None if app is None else list(map(str, app))}
     try:
-        context = {"folder": Path(folder), "has_own_software": _has_own_software(data, provider, app)}
+        folders = tuple(dict.fromkeys(document.folder for document in documents))
+        context = {"folders": folders, "has_own_software": _has_own_software(data, provider, app)}
         kind = LayeredMission if "layers" in data else Mission
         mission = kind.model_validate(data, context=context)
         mission = _with(mission, {key: value for key, value in overrides.items() if value is not None})
@@ -92,71 +97,21 @@ def parse_mission(
         else:
             plan_flight(mission)
     except ValidationError as error:
-        raise MissionError(f"{source}: {_sentence(error)}") from None
+        raise MissionError(_told(_sentence(error), documents, made, before)) from None
     except MissionError as error:
-        raise MissionError(f"{source}: {error}") from None
+        raise MissionError(_told(str(error), documents, made, before)) from None
     return mission
 
 
-class _Loader(yaml.SafeLoader):
-    """YAML without a mapping that names one key twice, where the last would win in silence."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
-        seen = set()
-        for key_node, _ in node.value:
-            if isinstance(key_node, yaml.ScalarNode) and key_node.tag != "tag:yaml.org,2002:merge":
-                if key_node.value in seen:
-                    raise yaml.constructor.ConstructorError(
-                        None, None, f"the key {_show(key_node.value)} stands here a second time", key_node.start_mark
-                    )
-                seen.add(key_node.value)
-        return super().construct_mapping(node, deep)
-
-
-def _read(path: Path) -> Any:
-    """Return the content of a YAML file."""
-    text = _text(path)
-    try:
-        # a subclass of the safe loader: it builds plain data only
-        data = yaml.load(text, Loader=_Loader)
-    except yaml.YAMLError as error:
-        raise MissionError(f"{path}{_complaint(error, text)}") from None
-    except RecursionError:
-        raise MissionError(f"{path} is nested too deeply for a mission file") from None
-    except (ValueError, OverflowError, TypeError, KeyError, IndexError, AttributeError) as error:
-        # PyYAML meets some malformed scalars (dates, overlong or sexagesimal numbers, odd tags) with bare exceptions
-        raise MissionError(f"{path} holds a value that YAML cannot read: {_one_line(str(error))}") from None
-    if data is None:
-        raise MissionError(f"{path} is empty, but must be a mapping such as name:, drones: and flight:")
-    return data
-
-
-def _text(path: Path) -> str:
-    """Return the text of a file of reasonable size."""
-    try:
-        with path.open("rb") as file:
-            content = file.read(LARGEST_FILE + 1)
-    except OSError as error:
-        raise MissionError(f"{path} cannot be read: {error.strerror}") from None
-    except ValueError:
-        raise MissionError(f"{_show(str(path))} is no file name") from None
-    if len(content) > LARGEST_FILE:
-        raise MissionError(f"{path} is larger than {LARGEST_FILE} bytes, which no mission needs")
-    try:
-        return content.decode("utf-8")
-    except UnicodeDecodeError:
-        raise MissionError(f"{path} is not a text file, but must be YAML in UTF-8") from None
-
-
-def _complaint(error: yaml.YAMLError, text: str) -> str:
-    """Return where and why a text is not YAML."""
-    if isinstance(error, yaml.reader.ReaderError):
-        line = text.count("\n", 0, error.position) + 1
-        return f", line {line}: the character {error.character!r} cannot stand in YAML"
-    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
-    reason = getattr(error, "problem", None) or getattr(error, "reason", None) or str(error)
-    where = f", line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-    return f"{where}: {_one_line(str(reason))}"
+def _told(sentence: str, documents: Sequence[Document], changes: Sequence[Change], before: Any) -> str:
+    """Return a complaint with the file, or the change, that it is about."""
+    path = path_in(sentence)
+    change = change_at(changes, path, before)
+    if change is not None:
+        return f"{change.source}: {sentence}"
+    source = origin(documents, path).source
+    extended = "" if source == documents[0].source else f" (extended by {documents[0].source})"
+    return f"{source}{extended}: {sentence}"
 
 
 def _has_own_software(data: Mapping[str, Any], provider: str | None, app: Sequence[str | Path] | None) -> bool:
@@ -253,7 +208,7 @@ def _sentence(error: ValidationError) -> str:
 
     if kind == "unknown_key":
         known = ", ".join(context["known"])
-        return f"{path or 'a mission'} has no key {_show(context['key'])}{context['hint']}, but only {known}"
+        return f"{path or 'a mission'} has no key {show(context['key'])}{context['hint']}, but only {known}"
     if kind == "missing":
         return f"{path} is missing"
     if kind == "objection":
@@ -265,8 +220,8 @@ def _sentence(error: ValidationError) -> str:
     elif kind == "too_long":
         must = f"a list of at most {context['max_length']}"
     else:
-        must = context.get("must") or _MUST.get(kind) or _one_line(worst["msg"])
-    return f"{path} is {_show(context.get('value', worst['input']))}, but must be {must}"
+        must = context.get("must") or _MUST.get(kind) or one_line(worst["msg"])
+    return f"{path} is {show(context.get('value', worst['input']))}, but must be {must}"
 
 
 def _key_path(loc: tuple[int | str, ...]) -> str:
@@ -278,23 +233,3 @@ def _key_path(loc: tuple[int | str, ...]) -> str:
         elif not step.startswith("#"):
             path += f".{step}" if path else step
     return path
-
-
-_short = reprlib.Repr()
-_short.maxstring = 40
-_short.maxother = 40
-_short.maxlevel = 3
-
-
-def _show(value: Any) -> str:
-    """Return a value from a file as it may stand in a message: short, on one line, whatever it is."""
-    if isinstance(value, int) and abs(value) >= 10**30:
-        return "a huge number"
-    try:
-        return _one_line(_short.repr(value))
-    except Exception:  # a repr of nested data may fail in ways of its own, and a message must not
-        return f"a {type(value).__name__}"
-
-
-def _one_line(text: str) -> str:
-    return " ".join(text.split())[:160]

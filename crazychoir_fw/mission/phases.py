@@ -1,6 +1,5 @@
 """The phases of a flight, as the list `flight` of a mission file names them."""
 
-from pathlib import Path
 from typing import Annotated
 
 import numpy as np
@@ -8,7 +7,7 @@ from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr, StrictBool, ValidationInfo, model_validator
 
 from crazychoir_fw.mission.section import OneOf, Section
-from crazychoir_fw.mission.values import number, point, refusal, whole
+from crazychoir_fw.mission.values import beside, number, point, refusal, whole
 from crazychoir_fw.trajectory_files import MEMORY_PIECES, read_pieces
 
 Height = Annotated[float, number(0.05, 100.0, "m")]
@@ -140,8 +139,7 @@ class Trajectory(Maneuver):
         if self.pieces is not None:
             self._rows = np.array([piece.row() for piece in self.pieces], dtype=np.float32)
         else:
-            folder = (info.context or {}).get("folder", Path())
-            self._rows = read_pieces(folder / self.file)
+            self._rows = read_pieces(beside(self.file, info))
         return self
 
     @property

@@ -1,7 +1,7 @@
 """Fly a mission: build its world, send its commands at their ticks, record, and judge the result."""
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.report.flight_log import FlightLog
     from crazychoir_fw.report.markers import Marker
     from crazychoir_fw.simulation import FlightRecorder, World
+    from crazychoir_fw.simulation.mirrored import MirroredConfig
 
 LOG_RATE = 100
 """Rate of the log (Hz)."""
@@ -59,6 +60,9 @@ class Film:
     """Drones that talk to each other."""
     markers: "list[Marker]" = field(default_factory=list)
     """Places that are shown."""
+
+    drones: list[str] | None = None
+    """Which bodies are drones, where not all of them are simulated."""
 
 
 @dataclass(frozen=True)
@@ -127,12 +131,18 @@ def fly(
     return result
 
 
-def build_world(mission: Mission, threads: int | None = None, visuals: bool = True) -> "World":
-    """Return the world of a mission with its drones on the floor."""
+def build_world(
+    mission: Mission,
+    threads: int | None = None,
+    visuals: bool = True,
+    mirrored: "Sequence[MirroredConfig]" = (),
+) -> "World":
+    """Return the world of a mission with its drones on the floor, but for those that are mirrored."""
     from crazychoir_fw.simulation import DroneConfig, World
 
-    drones = [DroneConfig(**drone_settings(drone)) for drone in mission.fleet]
-    return World(drones, scene=mission.scene, seed=mission.seed, threads=threads, visuals=visuals)
+    elsewhere = {body.id for body in mirrored}
+    drones = [DroneConfig(**drone_settings(drone)) for drone in mission.fleet if drone.id not in elsewhere]
+    return World(drones, scene=mission.scene, seed=mission.seed, threads=threads, visuals=visuals, mirrored=mirrored)
 
 
 def turn_on_radios(mission: Mission, world: "World") -> "FlightRadio | None":

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from functools import cached_property
-from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
@@ -11,15 +10,16 @@ from crazychoir_fw.mission.buttons import ButtonPhase
 from crazychoir_fw.mission.faults import Faults
 from crazychoir_fw.mission.fleet import Drone, Drones, Settings, decide
 from crazychoir_fw.mission.layers import Criteria, HardwareSettings, IntegratorSettings, Layers
+from crazychoir_fw.mission.mixed import MixedSettings
 from crazychoir_fw.mission.phases import Phase
 from crazychoir_fw.mission.radios import Radios
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import did_you_mean, number, refusal, whole, wind_parameters, word
+from crazychoir_fw.mission.values import beside, did_you_mean, number, refusal, whole, wind_parameters, word
 
 SCENES = ("arena", "flight_lab", "gates", "pillars", "room")
 
 
-BACKENDS = ("sim", "integrator", "hardware")
+BACKENDS = ("sim", "integrator", "hardware", "mixed")
 
 
 def backend_word(*known: str) -> BeforeValidator:
@@ -52,6 +52,9 @@ class Mission(Section):
 
     name: Annotated[str, word(r"\w[\w.-]{0,63}", "a name of at most 64 letters, digits, _, - and .")]
     """Name of the mission and of its output folder."""
+
+    extends: str | None = None
+    """Mission file, seen from this one, that this one changes: mappings are merged, everything else is replaced."""
 
     description: str = ""
     """One line for people."""
@@ -95,7 +98,7 @@ class Mission(Section):
     def _find_scene(cls, scene: str, info: ValidationInfo) -> str:
         if scene in SCENES:
             return scene
-        path = (info.context or {}).get("folder", Path()) / scene
+        path = beside(scene, info)
         try:
             is_model = path.suffix == ".xml" and path.is_file()
         except (OSError, ValueError):  # a name that no file can have
@@ -114,7 +117,8 @@ class LayeredMission(Mission):
     """A flight of guidance, planning and control: on any backend, by buttons."""
 
     backend: Annotated[str, backend_word(*BACKENDS)] = "sim"
-    """Where the drones live: `sim` (MuJoCo and the onboard software), `integrator`, `hardware` (over the radio)."""
+    """Where the drones live: `sim` (MuJoCo and the onboard software), `integrator`, `hardware` (over the radio), or
+    `mixed`: drones with `uri` or `mocap` are real, the others simulated."""
 
     layers: Layers
     """What decides, plans and controls."""
@@ -132,4 +136,7 @@ class LayeredMission(Mission):
     """What the backend `integrator` is like."""
 
     hardware: HardwareSettings = HardwareSettings()
-    """How the backend `hardware` flies."""
+    """How the backends `hardware` and `mixed` fly real drones."""
+
+    mixed: MixedSettings = MixedSettings()
+    """How the backend `mixed` shows real drones in the simulated world."""

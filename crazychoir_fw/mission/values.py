@@ -139,32 +139,47 @@ def source_files() -> BeforeValidator:
         names = [value] if isinstance(value, str | Path) else value
         if not isinstance(names, Sequence) or not all(isinstance(name, str | Path) for name in names):
             raise refusal(must)
-        folder = (info.context or {}).get("folder", Path())
         paths = []
         for name in names:
-            path = folder / name
+            path = beside(name, info)
             try:
                 is_source = path.suffix == ".c" and path.is_file()
             except (OSError, ValueError):  # a name that no file can have
                 is_source = False
             if not is_source:
-                raise refusal(f"{must}; {str(name)[:80]!r} is no existing .c file in {folder}")
+                raise refusal(f"{must}; {str(name)[:80]!r} is no existing .c file in {folders_of(info)[0]}")
             paths.append(str(path))
         return tuple(paths)
 
     return BeforeValidator(check)
 
 
+def folders_of(info: ValidationInfo) -> tuple[Path, ...]:
+    """Return the folders that files are seen from: that of the mission file, then those of the missions it extends."""
+    return (info.context or {}).get("folders", (Path(),))
+
+
+def beside(name: str | Path, info: ValidationInfo) -> Path:
+    """Return the path of a file that a mission names: in the first of its folders where it is, or in its own."""
+    paths = [folder / name for folder in folders_of(info)]
+    for path in paths:
+        try:
+            if path.exists():
+                return path
+        except (OSError, ValueError):  # a name that no file can have
+            break
+    return paths[0]
+
+
 def existing_file(file: str, info: ValidationInfo, must: str) -> Path:
     """Return a file seen from the folder of the mission file; without it, the value must be what `must` says."""
-    folder = (info.context or {}).get("folder", Path())
-    path = folder / file
+    path = beside(file, info)
     try:
         is_file = path.is_file()
     except (OSError, ValueError):  # a name that no file can have
         is_file = False
     if not is_file:
-        raise refusal(f"{must}; {file[:80]!r} is no existing file in {folder}")
+        raise refusal(f"{must}; {file[:80]!r} is no existing file in {folders_of(info)[0]}")
     return path.resolve()
 
 
@@ -231,7 +246,7 @@ def vehicle_parameters() -> BeforeValidator:
 
     def check(value: object, info: ValidationInfo) -> dict[str, Any]:
         try:
-            return overrides(value, (info.context or {}).get("folder", Path()))  # type: ignore[arg-type]
+            return overrides(value, folders_of(info))  # type: ignore[arg-type]
         except CrazychoirError as error:
             raise objection(str(error).removeprefix("vehicle: ")) from error
 

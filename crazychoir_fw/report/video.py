@@ -111,6 +111,7 @@ def film_flight(
     links: Sequence[tuple[int, int]] = (),
     markers: Sequence[Marker] = (),
     marks: Sequence[Mark] = (),
+    drones: Sequence[str] | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> None:
     """Film recorded states of a world.
@@ -133,6 +134,7 @@ def film_flight(
         links: Pairs of drones, by number, between which a thin rod is shown.
         markers: Places that are shown as balls.
         marks: Points beside the drones, each shown while it is there.
+        drones: Names of the bodies that count as drones, in their order, where some of them have no engine plugin.
         progress: Called after each picture with how many are drawn and how many there will be.
 
     Raises:
@@ -150,7 +152,7 @@ def film_flight(
     if told is not None:
         told = told[np.clip(np.searchsorted(instants, wanted + 1e-9, side="right") - 1, 0, None)]
     length = 0 if camera.startswith("fpv:") else round(trail_s * fps / speed)
-    scenes = _Scenes(model, states, fps, camera, width / height, length, names or (), told, links, markers)
+    scenes = _Scenes(model, states, fps, camera, width / height, length, names or (), told, links, markers, drones)
     scenes.marks, scenes.instants = marks, wanted
 
     with Renderer(model, width, height) as renderer, VideoWriter(path, fps=fps) as film:
@@ -176,8 +178,9 @@ class _Scenes:
         targets: NDArray[np.float64] | None,
         links: Sequence[tuple[int, int]] = (),
         markers: Sequence[Marker] = (),
+        named: Sequence[str] | None = None,
     ) -> None:
-        drones = _joints_of_drones(model)
+        drones = _joints_of_drones(model, named)
         self.marks: Sequence[Mark] = ()
         self.instants = np.zeros(len(states))
         self._bodies, self._links = model.jnt_bodyid[drones], links
@@ -302,8 +305,10 @@ def _free_joints(model: mujoco.MjModel) -> NDArray[np.int32]:
     return np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
 
 
-def _joints_of_drones(model: mujoco.MjModel) -> NDArray[np.int32]:
+def _joints_of_drones(model: mujoco.MjModel, named: Sequence[str] | None) -> NDArray[np.int32]:
     """Return the free joints of drones: payloads and loose things are none; without engine plugins all are."""
+    if named is not None:
+        return np.array([model.body_jntadr[model.body(name).id] for name in named], np.int32)
     joints = _free_joints(model)
     flown = joints[model.body_plugin[model.jnt_bodyid[joints]] >= 0]
     return flown if len(flown) else joints

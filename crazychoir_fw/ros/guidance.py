@@ -10,6 +10,7 @@ Who is silent is told on ``lost_neighbors`` (`std_msgs/String`, "lost agent_3", 
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -299,12 +300,20 @@ class GuidanceNode(LayerNode):
         return self.make_communicator(size, heard or [], hearers or [], kind, **options)
 
     def make_communicator(
-        self, size: int, heard: list[int], hearers: list[int], kind: type = TimeVaryingCommunicator, **options: Any
+        self,
+        size: int,
+        heard: list[int],
+        hearers: list[int],
+        kind: type = TimeVaryingCommunicator,
+        disturb: Callable[[Any], Any] | None = None,
+        **options: Any,
     ) -> Any:
-        """Return a communicator over topics of this node."""
+        """Return a communicator over topics of this node; `disturb` makes of its transport what is to be used."""
         self.make_transport(kind.reliable)
+        transport = self.transport if disturb is None else disturb(self.transport)
         topic = self.namespace_pattern.replace("{i}", "{agent}") + "/communicator"
-        return kind(self.agent_id, size, heard, hearers, transport=self.transport, topic=topic, **options)
+        options.setdefault("clock", time.monotonic)
+        return kind(self.agent_id, size, heard, hearers, transport=transport, topic=topic, **options)
 
     def make_transport(self, reliable: bool = True) -> RosTransport:
         """Return topics of this node as a transport."""

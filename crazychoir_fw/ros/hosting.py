@@ -20,7 +20,7 @@ from std_msgs.msg import Empty, String
 
 from crazychoir_fw.errors import CrazychoirError
 from crazychoir_fw.experiment.agent import Agent
-from crazychoir_fw.experiment.agents import names_of, what_it_follows
+from crazychoir_fw.experiment.agents import is_only_watched, names_of, what_it_follows
 from crazychoir_fw.experiment.experiment import Experiment, Names
 from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
@@ -164,7 +164,10 @@ class HostedExperiment(Experiment):
         self._executor = executor
         executor.add_node(self.node)
         remote = [RemoteGuidance() for _ in range(count)]
-        agents = [Agent(i, name, remote[i]) for i, name in enumerate(names_of(mission))]
+        agents = [
+            Agent(i, name, remote[i], is_watched=is_only_watched(mission, i))
+            for i, name in enumerate(names_of(mission))
+        ]
         self._remote = None if kind == "xyz" else RemoteGroup(self.node, kind)
         groups = [] if self._remote is None else [self._remote]
         super().__init__(backend, agents, groups, layers.rate, mission.log_rate, observe)  # type: ignore[arg-type]

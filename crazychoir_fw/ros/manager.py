@@ -104,7 +104,7 @@ def fly_as_processes(
     os.environ["ROS_DOMAIN_ID"] = str(domain)
     parts = parts_of(mission, options.processes)
     options = replace(options, domain=domain, parts=tuple(parts))
-    lockstep = options.lockstep and mission.backend != "hardware"
+    lockstep = options.lockstep and mission.backend not in ("hardware", "mixed")
     options = replace(options, lockstep=lockstep)
     register = None if options.folder is None else options.folder / "processes.json"
     supervisor = Supervisor(quiet, register=register)

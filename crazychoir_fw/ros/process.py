@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import time
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import rclpy
@@ -15,6 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
 from crazychoir_fw.experiment import agents
+from crazychoir_fw.experiment.communicators import disturbed
 from crazychoir_fw.experiment.services import make_table
 from crazychoir_fw.guidance import TimeVaryingCommunicator
 from crazychoir_fw.ros.communicator import RosTransport
@@ -88,6 +90,8 @@ def make_nodes(
 def _guidance(mission: Any, i: int, lockstep: bool, patience: float, common: dict[str, Any]) -> GuidanceNode:
     graph, settings = agents.graph_of(mission), mission.layers.communication_of(mission.fleet[i].id)
 
+    schedule = agents.schedule_of(mission)
+
     def build(node: GuidanceNode) -> Any:
         communicator = None
         if graph.in_neighbors(i) or graph.out_neighbors(i):
@@ -97,12 +101,16 @@ def _guidance(mission: Any, i: int, lockstep: bool, patience: float, common: dic
                 graph.out_neighbors(i),
                 TimeVaryingCommunicator,
                 synchronous_mode=settings.mode == "lockstep",
+                differentiated_topics=settings.differentiated_topics,
                 deadline=settings.deadline_s,
+                clock=node.now,
+                schedule=schedule,
+                disturb=partial(disturbed, mission, i, clock=node.now),
             )
         else:
             # nobody will ever be at the other end: not the transport whose partners the node waits for
             communicator = TimeVaryingCommunicator(i, graph.size, [], [], transport=RosTransport(node))
-        made = agents.make_guidance(mission, i, communicator)
+        made = agents.make_guidance(mission, i, communicator, schedule)
         if has_table(mission) and hasattr(made, "connect"):
             made.connect(TableDesk(node))
         return made

@@ -16,6 +16,7 @@ from crazychoir_fw.mujoco_models import SCENES, VEHICLES, model_path
 from crazychoir_fw.mujoco_models.stamp import VehicleStamp
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.loading import add_payload, check_payload, set_inertia
+from crazychoir_fw.simulation.mirrored import MirroredConfig, add_mirrored
 from crazychoir_fw.simulation.model_drones import is_crazyflie
 from crazychoir_fw.simulation.provider_words import BUILTIN, load_providers
 
@@ -25,7 +26,13 @@ MOST_FOR_NEWTON = 100
 _GOLDEN_RATIO = 0.618034
 
 
-def build_model(drones: Sequence[DroneConfig], scene: str | Path, seed: int, visuals: bool = True) -> mujoco.MjModel:
+def build_model(
+    drones: Sequence[DroneConfig],
+    scene: str | Path,
+    seed: int,
+    visuals: bool = True,
+    mirrored: Sequence[MirroredConfig] = (),
+) -> mujoco.MjModel:
     """Compile a world.
 
     Args:
@@ -33,13 +40,14 @@ def build_model(drones: Sequence[DroneConfig], scene: str | Path, seed: int, vis
         scene: A name of `SCENES` or the path of an MJCF file.
         seed: Seed of all noise.
         visuals: Whether drones can be seen. What cannot be seen is faster; the flight is the same to the last bit.
+        mirrored: Bodies that are moved from outside.
 
     Raises:
         RangeError: If a drone's configuration is impossible; the message names the drone and what is allowed.
         UnknownNameError: If there is no such scene or platform.
     """
     spec = _scene(scene)
-    _check(drones, seed)
+    _check(drones, seed, [body.id for body in mirrored])
     in_scene = _prepare_drones_of(spec, scene, seed)
     if not drones and not in_scene:
         raise RangeError(f"drones: the list is empty and scene '{scene}' has none, a world has at least 1 drone")
@@ -51,6 +59,8 @@ def build_model(drones: Sequence[DroneConfig], scene: str | Path, seed: int, vis
                 stamps[drone.platform] = _stamp(spec, drone, visuals)
             # drones of the scene count first, as the engine plugin does
             _add_drone(spec, stamps[drone.platform], drone, in_scene + index, seed)
+        for body in mirrored:
+            add_mirrored(spec, body, stamps, visuals)
     except CrazychoirError:
         raise
     except ValueError as error:
@@ -123,10 +133,10 @@ def _prepare_drones_of(spec: mujoco.MjSpec, scene: str | Path, seed: int) -> int
     return len(drones)
 
 
-def _check(drones: Sequence[DroneConfig], seed: int) -> None:
+def _check(drones: Sequence[DroneConfig], seed: int, taken: Sequence[str]) -> None:
     if not (isinstance(seed, int) and 0 <= seed < 2**32):
         raise RangeError(f"seed is {seed!r}, allowed: a whole number from 0 to 4294967295")
-    seen: set[str] = set()
+    seen: set[str] = set(taken)
     for drone in drones:
         if not isinstance(drone.id, str):
             raise RangeError(f"drones: id is {drone.id!r}, allowed: text")

@@ -27,7 +27,8 @@ def _fork(world: World) -> World:
     other = type(world).__new__(type(world))
     # a copy of mjData holds more than its state: whatever was computed last is there as well
     chosen = (world.configs, world.scene, world.seed, world.visuals, world.is_replay)
-    other._set_up(*chosen, world.model, copy.copy(world.data), world.fingerprint)
+    mirrored = [body.config for body in world.mirrored.values()]
+    other._set_up(*chosen, world.model, copy.copy(world.data), world.fingerprint, mirrored)
     other.events = list(world.events)
     other.journal = world.journal.copy()
     other.agenda.seek(world.tick)

@@ -28,6 +28,7 @@ from crazychoir_fw.simulation.faults import Fault, FaultSchedule
 from crazychoir_fw.simulation.fingerprint import Fingerprint, fingerprint
 from crazychoir_fw.simulation.fork import fork
 from crazychoir_fw.simulation.heap import WORTH_IT, give_back_memory
+from crazychoir_fw.simulation.mirrored import MirroredConfig, mirrored_bodies
 from crazychoir_fw.simulation.model_drones import drones_in
 from crazychoir_fw.simulation.motor_ctrl.pilots import Pilots
 from crazychoir_fw.simulation.provider_words import load_apps, load_providers
@@ -55,6 +56,7 @@ class World:
         visuals: bool = True,
         faults: Iterable[Fault] = (),
         is_replay: bool = False,
+        mirrored: Sequence[MirroredConfig] = (),
     ) -> None:
         """Build the world.
 
@@ -68,6 +70,7 @@ class World:
             faults: What is to go wrong, see `add_fault`.
             is_replay: The world is to be flown from a journal. Whoever would send requests of its own accord looks at
                 `World.is_replay` and stays away.
+            mirrored: Bodies that are moved from outside, such as real drones, see `World.mirrored`.
 
         Raises:
             RangeError: If a value is outside its range; the message names drone, value and range.
@@ -79,11 +82,11 @@ class World:
             set_threads(threads)
         with_apps = load_apps(drones)
         load_providers((drone.provider, drone.platform) for drone in with_apps)
-        model = build_model(with_apps, scene, seed, visuals)
+        model = build_model(with_apps, scene, seed, visuals, mirrored)
         in_scene = drones_in(model, {drone.id for drone in with_apps}, Path(scene).parent)
         data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
-        self._set_up([*with_apps, *in_scene], str(scene), seed, visuals, is_replay, model, data)
+        self._set_up([*with_apps, *in_scene], str(scene), seed, visuals, is_replay, model, data, None, mirrored)
         self._set_parameters()
         # what was set until here comes with the configurations
         self.journal = Journal(write_recipe(drones, scene, seed, self.fingerprint))
@@ -103,6 +106,7 @@ class World:
         model: mujoco.MjModel,
         data: mujoco.MjData,
         known: Fingerprint | None = None,
+        mirrored: Sequence[MirroredConfig] = (),
     ) -> None:
         """Take possession of a model and its data; a fork does the same with those of another world."""
         self.configs = tuple(configs)
@@ -114,6 +118,8 @@ class World:
         self._watched: dict[str, Param] = {}  # parameters that somebody listens to
         self.drones = tuple(Drone(model, data, config, self._watched) for config in configs)
         self._by_id = {drone.id: drone for drone in self.drones}
+        self.mirrored = mirrored_bodies(model, data, mirrored)
+        """Bodies that are moved from outside, by name."""
         self.fingerprint = known or fingerprint(model, dict.fromkeys(drone.provider_number for drone in self.drones))
         """What the world is; worlds with equal ones understand each other's snapshots."""
         self.is_replay = is_replay

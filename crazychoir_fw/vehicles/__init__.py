@@ -197,36 +197,37 @@ def _flat(content: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
     return flat
 
 
-def _content(source: str | Path | Mapping[str, Any], folder: Path) -> Mapping[str, Any]:
+def _content(source: str | Path | Mapping[str, Any], folders: Sequence[Path]) -> Mapping[str, Any]:
     if isinstance(source, Mapping):
         return source
     if not isinstance(source, str | Path):
         raise RangeError(f"vehicle is {str(source)[:60]!r}, allowed: parameters, a YAML file, {', '.join(NAMED)}")
     if str(source) in (*NAMED, *_PLATFORMS):
         return _read(_FOLDER / f"{source}.yaml")
-    path = folder / source
-    if not path.is_file():
+    path = next((folder / source for folder in folders if (folder / source).is_file()), None)
+    if path is None:
         raise UnknownNameError(f"vehicle '{source}' is neither a file nor one of: {', '.join(NAMED)}")
     return _read(path)
 
 
-def overrides(source: Overrides, folder: Path = Path()) -> dict[str, Value]:
+def overrides(source: Overrides, folder: Path | Sequence[Path] = Path()) -> dict[str, Value]:
     """Return parameters that differ from the platform's, checked, by dotted name.
 
     Args:
         source: A mapping from dotted names (or nested groups) to values; a YAML file with one; ``kit``, ``legacy`` or
             ``nanobench``; or a list of these, of which the later ones win.
-        folder: Where relative names of files are seen from.
+        folder: Where relative names of files are seen from; or several folders, of which the first that has it counts.
 
     Raises:
         UnknownNameError: If there is no such parameter or file; the message suggests the nearest name.
         RangeError: If a value is outside its range; the message names parameter, value and range.
     """
     is_list = isinstance(source, Sequence) and not isinstance(source, str)
+    folders = [folder] if isinstance(folder, Path) else folder
     known = parameters()
     found: dict[str, Value] = {}
     for part in source if is_list else [source]:
-        for name, value in _flat(_content(part, folder)).items():
+        for name, value in _flat(_content(part, folders)).items():
             names = (f"{_BOTH}_up", f"{_BOTH}_down") if name == _BOTH else (name,)
             if names[0] not in known:
                 near = get_close_matches(str(name)[:40], [*known, _BOTH], n=1)

@@ -1,60 +1,17 @@
 """Layers over the radio: a served world, whose time goes on only when the layers ask for it."""
 
-import time
-
 import numpy as np
 import pytest
 from flown_layers import formation, hover, mission
-from lockstep import SILENCE_S, GoingOn, wait_for_odometry
 
 pytest.importorskip("cflib")
+
+from served_drones import Served
 
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.experiment.hardware_backend import HardwareBackend
 from crazychoir_fw.messages import Twist
 from crazychoir_fw.mission.layered_flight import fly_layers, make_experiment
-from crazychoir_fw.mission.runner import build_world
-
-
-class Served(HardwareBackend):
-    """A backend in lockstep with a world of this process."""
-
-    def __init__(self, mission, tmp_path, kind="fpqr"):
-        self.world_there = build_world(mission, visuals=False)
-        self.server = self.world_there.serve(port=0, silence=SILENCE_S)
-        self.server.start()
-        uris = dict(zip([drone.id for drone in mission.fleet], self.server.uris.values(), strict=True))
-        super().__init__(
-            uris,
-            kind,
-            sleep=self.let_go_on,
-            connects=False,
-            clock=lambda: self.world_there.time,
-            threaded=False,
-            cache=tmp_path / "tables",
-        )
-        with self.going_on():
-            self.handler.connect()
-            while np.isnan(self.poses().position).any():
-                time.sleep(0.001)
-        self._start = self._due = self.world_there.time
-
-    def let_go_on(self, seconds):
-        self.handler.tick()
-        self.world_there.run(seconds)
-        wait_for_odometry(self.handler, self.world_there)
-
-    def unlock(self, indices):
-        with self.going_on():
-            return super().unlock(indices)
-
-    def close(self):
-        with self.going_on():
-            super().close()
-        self.server.close()
-
-    def going_on(self):
-        return GoingOn(self.world_there)
 
 
 def test_formation_over_the_radio(tmp_path):

@@ -2,6 +2,7 @@
 
 import math
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -33,6 +34,7 @@ class Clock:
 
 def of_graph(graph, kind=TimeVaryingCommunicator, transport=None, **options):
     transport = InProcessTransport() if transport is None else transport
+    options.setdefault("clock", time.monotonic)
     return [
         kind(i, graph.size, graph.in_neighbors(i), graph.out_neighbors(i), transport=transport, **options)
         for i in range(graph.size)

@@ -1,3 +1,4 @@
+import time
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -42,6 +43,7 @@ def make_team(
             np.flatnonzero(adjacency[:, i]).tolist(),
             synchronous_mode=loss is None,
             transport=transport,
+            clock=time.monotonic,
         )
         row = None if weights is None else weights[i].tolist()
         team.append(Agent(communicator=communicator, in_weights=row, schedule=schedule))

@@ -1,4 +1,5 @@
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from crazychoir_fw.optimization import Agent, Consensus, GradientTracking, graph
 
 
 def communicator(agent=1, size=3, neighbors=(0, 2), **options):
-    return StaticCommunicator(agent, size, neighbors, transport=InProcessTransport(), **options)
+    return StaticCommunicator(agent, size, neighbors, transport=InProcessTransport(), clock=time.monotonic, **options)
 
 
 def test_own_weight_is_what_the_others_leave():

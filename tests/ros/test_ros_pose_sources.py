@@ -14,6 +14,7 @@ from crazychoir_fw.mocap import Estimator
 from crazychoir_fw.ros.conversions import pose_to_odometry, pose_to_pose_stamped
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
+from crazychoir_fw.ros.topic_poses import TopicPoses
 
 LEVEL = np.array([0.0, 0.0, 0.0, 1.0])
 
@@ -101,3 +102,17 @@ def test_the_legacy_message_is_taken_where_its_package_is(bench, monkeypatch):
     publisher.publish(message)
     bench.until(lambda: seen)
     assert seen[0].position[0] == 1.5 and seen[0].time == 2.0
+
+
+def test_experiments_that_are_no_nodes_get_poses_too(bench):
+    source = TopicPoses(["/vicon/cf1/cf1"], clock=lambda: 7.0, context=bench.context)
+    try:
+        publisher = bench.speaker(PoseStamped, "/vicon/cf1/cf1")
+        publisher.publish(lost())  # occluded: left out
+        publisher.publish(pose_to_pose_stamped(pose_at(3)))
+        bench.until(source.latest)
+        pose = source.latest()["/vicon/cf1/cf1"]
+        np.testing.assert_allclose(pose.position, [0.03, 0.0, 1.0])
+        assert pose.time == 7.0  # when it came, and not its stamp
+    finally:
+        source.close()

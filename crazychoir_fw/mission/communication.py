@@ -1,0 +1,171 @@
+"""The key `layers.communication` of a mission file: who talks to whom, and how well."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, model_validator
+
+from crazychoir_fw.mission.section import Section
+from crazychoir_fw.mission.values import choice, did_you_mean, number, refusal, switch, whole
+
+
+class RandomGraph(Section):
+    """A connected random graph, the same for the same seed."""
+
+    probability: Annotated[float, number(0.0, 1.0)] = 0.2
+    """That two drones talk to each other."""
+
+    seed: Annotated[int, whole(0, 2**32 - 1)] = 0
+    """Seed of the draw."""
+
+
+class RandomEdges(Section):
+    """Edges that are there or not, drawn anew every few rounds."""
+
+    probability: Annotated[float, number(0.0, 1.0)] = 0.8
+    """That an edge is there."""
+
+    seed: Annotated[int, whole(0, 2**32 - 1)] = 0
+    """Seed of the draws."""
+
+    rounds: Annotated[int, whole(1, 1_000_000)] = 1
+    """How many rounds a draw holds."""
+
+
+class From(Section):
+    """A graph that holds from a time on."""
+
+    at: Annotated[float, number(0.0, 1e6, "s")]
+    """Begin, since the first button (s)."""
+
+    graph: Annotated[Any, BeforeValidator(lambda value: _graph(value))] = ()
+    """A graph that does not change."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_graph(cls, data: Any) -> Any:
+        return _with_graph(data, "graph")
+
+
+class Graph(Section):
+    """A graph by rule. All but `random` change with time, and are parts of the graph `of`."""
+
+    random: RandomGraph | None = None
+    """A connected random graph."""
+
+    within_distance: Annotated[float, number(0.01, 1000.0, "m")] | None = None
+    """Who is near whom hears whom (m)."""
+
+    random_edges: RandomEdges | None = None
+    """Edges at random."""
+
+    schedule: Annotated[list[From], Field(min_length=1)] | None = None
+    """Graphs one after the other."""
+
+    period: Annotated[float, number(0.001, 1e6, "s")] | None = None
+    """After which a schedule begins anew (s)."""
+
+    of: Annotated[Any, BeforeValidator(lambda value: _graph(value))] = "complete"
+    """The largest graph, for `within_distance` and `random_edges`."""
+
+    @property
+    def changes(self) -> bool:
+        """Whether it is another one at other times."""
+        return self.random is None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_of(cls, data: Any) -> Any:
+        return _with_graph(data, "of")
+
+    @model_validator(mode="after")
+    def _one_rule(self) -> Graph:
+        rules = [name for name in RULES if getattr(self, name) is not None]
+        if len(rules) != 1:
+            raise refusal(f"a graph by one rule of {', '.join(RULES)}")
+        if self.period is not None and (self.schedule is None or self.period <= self.schedule[-1].at):
+            raise refusal("a period beyond the last graph of a schedule", ".period")
+        begins = [one.at for one in self.schedule or ()]
+        if begins != sorted(begins):
+            raise refusal("a schedule in order of at", ".schedule")
+        return self
+
+
+RULES = ("random", "within_distance", "random_edges", "schedule")
+"""Graphs by rule."""
+
+
+def _with_graph(data: Any, key: str) -> Any:
+    """Return the data of a section with its graph read."""
+    if isinstance(data, Mapping) and isinstance(data.get(key), Mapping):
+        try:
+            return {**data, key: Graph(**data[key])}
+        except TypeError:
+            raise refusal("a graph such as {random: {probability: 0.2, seed: 1}}", f".{key}") from None
+    return data
+
+
+GRAPHS = ("complete", "ring", "path")
+"""Graphs by name: everybody with everybody, each with the next one in a ring, or in a row."""
+
+
+def _graph(value: object) -> object:
+    must = (
+        f"{', '.join(GRAPHS)}, a list of pairs of ids such as [[agent_0, agent_1]], or "
+        "{random: {probability: 0.2, seed: 1}}, {within_distance: 1.5}, {random_edges: {probability: 0.8}}, "
+        "{schedule: [{at: 0, graph: ring}]}"
+    )
+    if value in GRAPHS or isinstance(value, Mapping | Graph):
+        return value
+    if isinstance(value, str | bytes) or not isinstance(value, Sequence):
+        raise refusal(must + did_you_mean(value, [*GRAPHS, *RULES]))
+    for pair in value:
+        is_pair = isinstance(pair, Sequence) and not isinstance(pair, str) and len(pair) == 2
+        if not (is_pair and all(isinstance(name, str) for name in pair) and pair[0] != pair[1]):
+            raise refusal(must)
+    return tuple((pair[0], pair[1]) for pair in value)
+
+
+class Communication(Section):
+    """Who talks to whom, and how."""
+
+    graph: Annotated[Any, BeforeValidator(_graph)] = ()
+    """`complete`, `ring`, `path`, pairs of ids, or a graph by rule: `random`, or one that changes. Without it nobody
+    talks."""
+
+    directed: Annotated[bool, switch()] = False
+    """Whether a pair [a, b] is heard by b only; otherwise both hear each other."""
+
+    mode: Annotated[str, choice("lockstep", "asynchronous")] = "lockstep"
+    """`lockstep` waits in each round until all neighbors were heard, or the deadline is over; `asynchronous` takes what
+    has come."""
+
+    deadline_s: Annotated[float, number(0.001, 10.0, "s")] = 0.05
+    """Longest wait for a neighbor in a round; who is not heard of then is left out until he is heard again."""
+
+    differentiated_topics: Annotated[bool, switch()] = False
+    """One topic per receiver, so that guidance may send each neighbor something else."""
+
+    loss: Annotated[float, number(0.0, 1.0)] = 0.0
+    """Share of messages that get lost on purpose, each for each receiver, by the seed of the mission."""
+
+    delay_s: Annotated[float, number(0.0, 10.0, "s")] = 0.0
+    """Least time that a message takes (s)."""
+
+    jitter_s: Annotated[float, number(0.0, 10.0, "s")] = 0.0
+    """Most time that it takes beyond that (s)."""
+
+    duplication: Annotated[float, number(0.0, 1.0)] = 0.0
+    """Share of messages that come twice."""
+
+    @property
+    def is_disturbed(self) -> bool:
+        """Whether messages get lost, late or doubled on purpose."""
+        return any((self.loss, self.delay_s, self.jitter_s, self.duplication))
+
+    @model_validator(mode="before")
+    @classmethod
+    def _read_graph(cls, data: Any) -> Any:
+        return _with_graph(data, "graph")
