@@ -105,6 +105,7 @@ class LayeredResult(FlightResult):
             label, mean, largest, criteria.surveillance_error_m, places, markers=judge.surveillance.markers(end)
         )
 
+    @property
     def story(self) -> Story | None:
         """Tasks or deliveries, for the picture and the film."""
         return story_of(self.log.events, self.log.drone_ids, float(self.log.time[-1]))
