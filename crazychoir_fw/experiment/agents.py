@@ -232,6 +232,8 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any) -> Any:
         "is_leader": leads(mission, i),
         "deadline": mission.layers.communication_of(name).deadline_s,
     }
+    if "graph" in inspect.signature(cls).parameters:
+        arguments["graph"] = graph_of(mission)
     formation = formation_of(mission, i)
     if formation is not None:
         arguments["formation"] = formation

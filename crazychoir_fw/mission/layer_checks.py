@@ -6,12 +6,18 @@ from collections.abc import Collection, Iterable, Sequence
 
 from crazychoir_fw.errors import CrazychoirError, MissionError
 from crazychoir_fw.mission.fleet import Layout
-from crazychoir_fw.mission.layers import Graph, GuidanceLayer
+from crazychoir_fw.mission.layers import GUIDANCE, Graph, GuidanceLayer
 from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.mission.values import did_you_mean
 
+FORMATION_CONTROL = ("FormationControl", "FormationControlGuidance")
+CONTAINMENT = ("Containment", "ContainmentGuidance", "TimeVaryingContainment", "TimeVaryingContainmentGuidance")
+TAKE_GOALS = ("GoToGuidance", "TargetListGuidance", "SimpleDIControl")
+
 NEED_GRAPH = (
     "BearingFormation",
+    *FORMATION_CONTROL,
+    *CONTAINMENT,
     "AggregativeGuidance",
     "AggregativeGuidanceCrazyflie",
     "AggregativeGuidanceCrazyflieMovingIntruder",
@@ -29,6 +35,7 @@ def check_layers(mission: LayeredMission) -> None:
     _check_guidance(mission, names)
     _check_graph(mission, names)
     _check_formation(mission)
+    _check_distances_and_leaders(mission)
     _check_control(mission)
     _check_buttons(mission, names)
     _check_criteria(mission)
@@ -101,8 +108,10 @@ def _check_cover(mission: LayeredMission, names: list[str]) -> None:
 
 def _check_goals(guidance: GuidanceLayer, path: str, names: Sequence[str]) -> None:
     if guidance.goals is not None:
-        if guidance.kind != "GoToGuidance":
-            raise MissionError(f"{path}.goals are for the class GoToGuidance, but class is {guidance.kind}")
+        if guidance.kind in GUIDANCE and guidance.kind not in TAKE_GOALS:
+            raise MissionError(
+                f"{path}.goals are for the class {' or '.join(TAKE_GOALS)}, but class is {guidance.kind}"
+            )
         _known(f"{path}.goals", guidance.goals, names)
         for name, rows in guidance.goals.items():
             for i, (duration, *_rest, z) in enumerate(rows):
@@ -172,6 +181,32 @@ def _check_formation(mission: LayeredMission) -> None:
             raise MissionError(f"{path}: {error}") from None
 
 
+def _check_distances_and_leaders(mission: LayeredMission) -> None:
+    """Refuse distances that nobody knows, followers without leaders, and leaders that nobody can tell where to fly."""
+    from crazychoir_fw.experiment.agents import graph_of, leads
+
+    for number, guidance in enumerate(mission.layers.guidances):
+        path = _path(mission, number)
+        if guidance.kind in FORMATION_CONTROL and guidance.formation is None and "weights" not in guidance.options:
+            raise MissionError(f"{path}.formation is missing: {guidance.kind} needs a place for each drone")
+        if guidance.kind in CONTAINMENT:
+            if guidance.formation is not None:
+                raise MissionError(
+                    f"{path}.formation: {guidance.kind} has none, its followers gather among the leaders"
+                )
+            if not guidance.leaders:
+                raise MissionError(f"{path}.leaders is missing: followers need somebody to gather among")
+            members = guidance.drones or [drone.id for drone in mission.fleet]
+            inside = [i for i, drone in enumerate(mission.fleet) if drone.id in members]
+            reached = graph_of(mission).reachable(i for i in inside if leads(mission, i))
+            if lonely := [mission.fleet[i].id for i in inside if i not in reached]:
+                raise MissionError(f"layers.communication.graph: no way leads from a leader to {', '.join(lonely[:5])}")
+        if guidance.kind in (*FORMATION_CONTROL, *CONTAINMENT):
+            for name in guidance.leaders:
+                if mission.layers.planning_of(name) is None:
+                    raise MissionError(f"layers.planning is missing: leaders such as {name} fly trajectories")
+
+
 def _check_control(mission: LayeredMission) -> None:
     for drone in mission.fleet:
         control, planning = mission.layers.control_of(drone.id), mission.layers.planning_of(drone.id)
@@ -206,6 +241,14 @@ def _check_criteria(mission: LayeredMission) -> None:
         layers = mission.layers
         if getattr(criteria, key) is not None and (len(layers.guidances) > 1 or layers.guidance.formation is None):
             raise MissionError(f"criteria.{key} needs layers.guidance.formation of all drones, whose bearings count")
+    layers = mission.layers
+    is_one = len(layers.guidances) == 1
+    if criteria.distance_error_m is not None and not (is_one and layers.guidance.formation is not None):
+        raise MissionError(
+            "criteria.distance_error_m needs layers.guidance.formation of all drones, whose distances count"
+        )
+    if criteria.containment and not (is_one and layers.guidance.leaders):
+        raise MissionError("criteria.containment needs layers.guidance.leaders, whose hull counts")
     if mission.layers.rate % mission.log_rate:
         raise MissionError(f"log_rate is {mission.log_rate}, but must be a divisor of {mission.layers.rate} Hz")
 

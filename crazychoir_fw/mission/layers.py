@@ -29,6 +29,15 @@ GUIDANCE = (
     "BearingFormation",
     "SimpleGuidance",
     "GoToGuidance",
+    "TargetListGuidance",
+    "SimpleDIControl",
+    "FormationControl",
+    "FormationControlGuidance",
+    "Containment",
+    "ContainmentGuidance",
+    "TimeVaryingContainment",
+    "TimeVaryingContainmentGuidance",
+    "MPCGuidance",
     "AggregativeGuidance",
     "AggregativeGuidanceCrazyflie",
     "AggregativeGuidanceCrazyflieMovingIntruder",
@@ -458,6 +467,12 @@ class Criteria(Section):
 
     bearing_error_max_deg: Annotated[float, number(0.0, 180.0, "deg")] | None = None
     """Largest error of a single bearing then."""
+
+    distance_error_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
+    """Largest error of a distance between neighbors of a formation then."""
+
+    containment: Annotated[bool, switch()] = False
+    """Whether followers must then be within the convex hull of the leaders."""
 
     position_error_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
     """Largest distance of a drone from its place then."""
