@@ -14,7 +14,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.experiment.agent import Phase
-from crazychoir_fw.experiment.shapes import Formation, errors_over_time, hull_distances, places_of, shape_errors
+from crazychoir_fw.experiment.shapes import (
+    Formation,
+    coupling_errors,
+    errors_over_time,
+    hull_distances,
+    places_of,
+    shape_errors,
+)
 from crazychoir_fw.guidance.bearing import bearing_errors_deg
 
 if TYPE_CHECKING:
@@ -259,6 +266,9 @@ class Judge:
             found.append(
                 _at_most("distance_error_m", criteria.distance_error_m, value, "the largest distance error", "m")
             )
+        if criteria.coupling_error_m is not None:
+            limit, what = criteria.coupling_error_m, "the largest excess of a difference between neighbors"
+            found.append(_at_most("coupling_error_m", limit, self.coupling_error(), what, "m"))
         if criteria.containment:
             found.append(self._containment(counted, names))
         if criteria.position_error_m is not None:
@@ -283,6 +293,15 @@ class Judge:
             sentence = f"{', '.join(late)}: did not land" if late else "all landed"
             found.append(Verdict("landed", True, float(self.landed().sum()), not late, sentence))
         return found
+
+    def coupling_error(self) -> float:
+        """Return by how much neighbors were ever farther apart than allowed in flight (m); NaN if nobody minds."""
+        shape = self.formation
+        if shape is None or shape.kind != "together" or not shape.graph.pairs:
+            return math.nan
+        errors = coupling_errors(shape, self._at)
+        flies = self._up[:, np.array(shape.graph.pairs)].all(axis=2)
+        return max(0.0, float(np.max(errors[flies]))) if flies.any() else math.nan
 
     def _containment(self, counted: NDArray[np.bool_], names: Sequence[str]) -> Verdict:
         outside = self.hull_distances()

@@ -18,13 +18,14 @@ from crazychoir_fw.guidance.bearing import bearing_laplacian
 from crazychoir_fw.guidance.containment import Containment, distance_from_hull, equilibrium
 from crazychoir_fw.guidance.distance_formation import FormationControl, distance_errors, fitted
 from crazychoir_fw.guidance.graph import Graph
+from crazychoir_fw.schemes.mpc import MPCGuidance
 
 if TYPE_CHECKING:
     from crazychoir_fw.mission.schema import LayeredMission
 
 Array = NDArray[np.float64]
 
-KINDS = ("bearing", "distance", "containment")
+KINDS = ("bearing", "distance", "containment", "together")
 
 
 @dataclass(frozen=True)
@@ -35,9 +36,14 @@ class Formation:
     graph: Graph
     leaders: tuple[int, ...]
     kind: str = "bearing"
-    """What counts: bearings or distances between the places, or, without places, to be among the leaders."""
+    """What counts: bearings or distances between the places; to be among the leaders; or to come to the places without
+    ever being too far from neighbors."""
     plane: bool = False
     """Whether only distances in the plane count."""
+    coupling: float = np.inf
+    """Largest difference of a coordinate between neighbors (m)."""
+    axes: tuple[int, ...] = ()
+    """Along which that counts, and along which there are places."""
 
     @property
     def followers(self) -> list[int]:
@@ -53,12 +59,22 @@ def shape_of(mission: LayeredMission) -> Formation | None:
     leaders = tuple(i for i in range(graph.size) if leads(mission, i))
     if issubclass(cls, Containment):
         return Formation(np.zeros((graph.size, 3)), graph, leaders, "containment")
+    if issubclass(cls, MPCGuidance):
+        return _together(mission, graph)
     if places is None:
         return None
     if issubclass(cls, FormationControl):
         in_plane = bool(mission.layers.guidance.options.get("keeps_height", False))
         return Formation(places, graph, leaders, "distance", in_plane)
     return Formation(places, graph, leaders)
+
+
+def _together(mission: LayeredMission, graph: Graph) -> Formation:
+    options = mission.layers.guidance.options
+    axes = tuple("xyz".index(axis) for axis in options.get("axes", "x"))
+    places = np.full((graph.size, 3), np.nan)
+    places[:, axes] = options.get("goal", 0.0)
+    return Formation(places, graph, (), "together", coupling=float(options.get("coupling", 2.0)), axes=axes)
 
 
 def places_of(formation: Formation, at: Array, wanted: Array) -> Array:
@@ -71,6 +87,8 @@ def places_of(formation: Formation, at: Array, wanted: Array) -> Array:
     """
     if formation.kind == "distance":
         return fitted(formation.places, at)
+    if formation.kind == "together":
+        return np.where(np.isnan(formation.places), at, formation.places)
     leaders = list(formation.leaders)
     places = np.full(at.shape, np.nan)
     places[leaders] = np.where(np.isfinite(wanted[leaders]), wanted[leaders], at[leaders])
@@ -98,6 +116,9 @@ def errors_over_time(formation: Formation, at: Array, up: NDArray[np.bool_]) -> 
         pairs = np.array(formation.graph.pairs, int).reshape(-1, 2)
         errors = np.abs(shape_errors(formation, at))
         return np.where(up[:, pairs].all(axis=2), errors, np.nan)
+    if formation.kind == "together":
+        away = np.linalg.norm((at - formation.places)[:, :, formation.axes], axis=2)
+        return np.where(up, away, np.nan)
     # the places of followers are linear in those of leaders: one matrix serves all times
     leaders, followers, n = list(formation.leaders), formation.followers, formation.graph.size
     unit = np.zeros((n, n))
@@ -117,6 +138,13 @@ def shape_errors(formation: Formation, at: Array) -> Array:
         return distance_errors(at, formation.places, pairs)
     flat = np.array([1.0, 1.0, 0.0])
     return distance_errors(at * flat, formation.places * flat, pairs)
+
+
+def coupling_errors(formation: Formation, at: Array) -> Array:
+    """Return by how much neighbors were farther apart than allowed (m), negative for nearer, shape (T, edges)."""
+    i, j = np.array(formation.graph.pairs, int).reshape(-1, 2).T
+    apart = np.abs((at[:, i] - at[:, j])[:, :, formation.axes]).max(axis=2)
+    return apart - formation.coupling
 
 
 def hull_distances(formation: Formation, at: Array) -> Array:

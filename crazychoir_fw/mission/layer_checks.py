@@ -18,6 +18,7 @@ NEED_GRAPH = (
     "BearingFormation",
     *FORMATION_CONTROL,
     *CONTAINMENT,
+    "MPCGuidance",
     "AggregativeGuidance",
     "AggregativeGuidanceCrazyflie",
     "AggregativeGuidanceCrazyflieMovingIntruder",
@@ -247,6 +248,8 @@ def _check_criteria(mission: LayeredMission) -> None:
         raise MissionError(
             "criteria.distance_error_m needs layers.guidance.formation of all drones, whose distances count"
         )
+    if criteria.coupling_error_m is not None and not (is_one and layers.guidance.kind == "MPCGuidance"):
+        raise MissionError("criteria.coupling_error_m is for the class MPCGuidance, which keeps drones together")
     if criteria.containment and not (is_one and layers.guidance.leaders):
         raise MissionError("criteria.containment needs layers.guidance.leaders, whose hull counts")
     if mission.layers.rate % mission.log_rate:

@@ -471,6 +471,9 @@ class Criteria(Section):
     distance_error_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
     """Largest error of a distance between neighbors of a formation then."""
 
+    coupling_error_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
+    """By how much neighbors may ever be farther apart than `MPCGuidance` allows."""
+
     containment: Annotated[bool, switch()] = False
     """Whether followers must then be within the convex hull of the leaders."""
 
