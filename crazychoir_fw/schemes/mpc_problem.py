@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 
 _SLACK_COST = 1e4  # per unit and per unit squared: no constraint is given up to save cost
 _SLACK_CURVATURE = 1e2
+_ENDLESS = 1e12  # a cost that has grown so far has no limit
 
 
 @dataclass(frozen=True)
@@ -188,7 +189,7 @@ def lqr(A: Array, B: Array, Q: Array, R: Array) -> tuple[Array, Array]:
         K = -np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A)
         following = Q + A.T @ P @ (A + B @ K)
         following = (following + following.T) / 2.0
-        if not np.isfinite(following).all():
+        if not np.abs(following).max() < _ENDLESS:
             break
         if np.abs(following - P).max() <= 1e-12 * max(1.0, float(np.abs(P).max())):
             return following, K
