@@ -31,7 +31,7 @@ SCENARIOS = (
 BESIDES = ("distance_formation", "containment", "containment_time_varying", "mpc")
 
 WIDTH = 900  # pixels of a figure
-COLORS = 64  # of its palette: lines and letters need no more
+COLORS = 256
 LARGEST = 150_000  # bytes of a figure, so that all together stay below 3 MB
 
 HEAD = """# Gallery
@@ -76,7 +76,7 @@ def fly(name: str) -> dict:
 
 
 def shrink(source: Path, target: Path) -> None:
-    """Write a picture with fewer pixels and colors."""
+    """Write a picture with fewer pixels and colors, such that lines of different colors stay different."""
     from PIL import Image
 
     from crazychoir_fw.replacing import replacing
@@ -86,7 +86,7 @@ def shrink(source: Path, target: Path) -> None:
     while True:
         small = picture.resize((width, round(picture.height * width / picture.width)), Image.Resampling.LANCZOS)
         content = io.BytesIO()
-        small.quantize(COLORS).save(content, "PNG", optimize=True)
+        small.quantize(COLORS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(content, "PNG", optimize=True)
         if content.tell() <= LARGEST or width < 400:
             break
         width = int(width * 0.85)
