@@ -192,6 +192,8 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any, schedule: 
     }
     if schedule is not None:
         arguments["schedule"] = schedule
+    if "graph" in inspect.signature(cls).parameters:
+        arguments["graph"] = graph_of(mission)
     formation = formation_of(mission, i)
     if formation is not None:
         arguments["formation"] = formation

@@ -5,7 +5,6 @@ Plain data in (the log, who shall be where), figures and sentences out.
 
 from __future__ import annotations
 
-import contextlib
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,8 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.experiment.agent import Phase
-from crazychoir_fw.guidance.bearing import bearing_errors_deg, bearing_laplacian
-from crazychoir_fw.guidance.graph import Graph
+from crazychoir_fw.experiment.shapes import (
+    Formation,
+    coupling_errors,
+    errors_over_time,
+    hull_distances,
+    places_of,
+    shape_errors,
+)
+from crazychoir_fw.guidance.bearing import bearing_errors_deg
 from crazychoir_fw.schemes.tasks.judging import agreements, completed, largest_gap
 
 if TYPE_CHECKING:
@@ -28,6 +34,9 @@ Array = NDArray[np.float64]
 FINAL_S = 1.0
 """Time before the end of a phase over which its final figures are averaged (s): noise is no error of a formation."""
 
+HULL_M = 0.05
+"""Distance from the hull of the leaders at which a follower counts as inside (m): leaders move a little, too."""
+
 
 @dataclass(frozen=True)
 class Window:
@@ -36,15 +45,6 @@ class Window:
     name: str
     begin: float  # [s]
     end: float  # [s]
-
-
-@dataclass(frozen=True)
-class Formation:
-    """Who shall stand how to whom."""
-
-    places: Array  # (N, 3) [m]
-    graph: Graph
-    leaders: tuple[int, ...]
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class Judge:
 
     def bearing_errors(self) -> Array | None:
         """Return the errors of all bearings over time (deg), shape (T, edges); NaN while an end does not fly."""
-        if self.formation is None:
+        if self.formation is None or self.formation.kind != "bearing":
             return None
         pairs = np.array(self.formation.graph.pairs, int).reshape(-1, 2)
         errors = np.full((len(self._at), len(pairs)), np.nan)
@@ -127,10 +127,31 @@ class Judge:
 
     def final_bearing_errors(self) -> Array | None:
         """Return the errors of all bearings at the end of the last start (deg), shape (edges,)."""
-        if self.formation is None or self._final is None:
+        if self.formation is None or self.formation.kind != "bearing" or self._final is None:
             return None
         mean = np.nanmean(self._at[self._final], axis=0)
         return bearing_errors_deg(mean, self.formation.places, self._flying_pairs())
+
+    def formation_errors(self) -> Array | None:
+        """Return what is wrong with a formation without bearings over time (m), see `errors_over_time`."""
+        if self.formation is None or self.formation.kind == "bearing":
+            return None
+        return errors_over_time(self.formation, self._at, self._up)
+
+    def final_distance_errors(self) -> Array | None:
+        """Return the errors of all distances at the end of the last start (m), shape (edges,)."""
+        if self.formation is None or self.formation.kind != "distance" or self._final is None:
+            return None
+        pairs, flying = self.formation.graph.pairs, self._flying_pairs()
+        errors = np.abs(shape_errors(self.formation, np.nanmean(self._at[self._final], axis=0)))
+        return errors[[pair in flying for pair in pairs]]
+
+    def hull_distances(self) -> Array | None:
+        """Return how far each follower is from the hull of its leaders then (m), shape (N,); NaN for who flies not."""
+        if self.formation is None or not self.formation.leaders or self._final is None:
+            return None
+        distances = hull_distances(self.formation, np.nanmean(self._at[self._final], axis=0))
+        return np.where(self._up[self._final].all(axis=0), distances, np.nan)
 
     def _flying_pairs(self) -> list[tuple[int, int]]:
         assert self.formation is not None and self._final is not None
@@ -157,8 +178,8 @@ class Judge:
     def places(self) -> Array:
         """Return where all drones shall be at the end (m), shape (N, 3).
 
-        In a formation, leaders where they were told to be, and followers where the bearings want them then. Otherwise
-        where each was told to be. NaN where nobody knows.
+        In a formation, leaders where they were told to be, and followers where bearings or leaders want them then; in
+        a formation by distances, where it fits best. Otherwise where each was told to be. NaN where nobody knows.
         """
         count = self._at.shape[1]
         if self._final is None:
@@ -166,18 +187,7 @@ class Judge:
         wanted = self._wanted[self._final][-1]
         if self.formation is None:
             return wanted
-        leaders = list(self.formation.leaders)
-        mean = np.nanmean(self._at[self._final], axis=0)
-        places = np.full((count, 3), np.nan)
-        places[leaders] = np.where(np.isfinite(wanted[leaders]), wanted[leaders], mean[leaders])
-        followers = [i for i in range(count) if i not in leaders]
-        laplacian = bearing_laplacian(self.formation.places, self.formation.graph)
-        rows = [3 * i + k for i in followers for k in range(3)]
-        columns = [3 * i + k for i in leaders for k in range(3)]
-        right = -laplacian[np.ix_(rows, columns)] @ places[leaders].ravel()
-        with contextlib.suppress(np.linalg.LinAlgError):  # the bearings leave them a choice
-            places[followers] = np.linalg.solve(laplacian[np.ix_(rows, rows)], right).reshape(-1, 3)
-        return places
+        return places_of(self.formation, np.nanmean(self._at[self._final], axis=0), wanted)
 
     def position_errors(self) -> Array:
         """Return how far each drone is from its place at the end (m), shape (N,); NaN where it has none."""
@@ -278,6 +288,17 @@ class Judge:
                     "bearing_error_max_deg", criteria.bearing_error_max_deg, value, "the largest bearing error", "deg"
                 )
             )
+        if criteria.distance_error_m is not None:
+            wrong = self.final_distance_errors()
+            value = float(np.max(wrong)) if wrong is not None and len(wrong) else math.nan
+            found.append(
+                _at_most("distance_error_m", criteria.distance_error_m, value, "the largest distance error", "m")
+            )
+        if criteria.coupling_error_m is not None:
+            limit, what = criteria.coupling_error_m, "the largest excess of a difference between neighbors"
+            found.append(_at_most("coupling_error_m", limit, self.coupling_error(), what, "m"))
+        if criteria.containment:
+            found.append(self._containment(counted, names))
         if criteria.position_error_m is not None:
             found.append(
                 _worst(
@@ -335,6 +356,22 @@ class Judge:
             return Verdict("routes_gap", limit, None, False, "drones agreed on no routes")
         sentence = f"routes are {100 * gap:.1f} % longer than their lower bound, allowed: {100 * limit:g} %"
         return Verdict("routes_gap", limit, round(gap, 4), gap <= limit, sentence)
+
+    def coupling_error(self) -> float:
+        """Return by how much neighbors were ever farther apart than allowed in flight (m); NaN if nobody minds."""
+        shape = self.formation
+        if shape is None or shape.kind != "together" or not shape.graph.pairs:
+            return math.nan
+        errors = coupling_errors(shape, self._at)
+        flies = self._up[:, np.array(shape.graph.pairs)].all(axis=2)
+        return max(0.0, float(np.max(errors[flies]))) if flies.any() else math.nan
+
+    def _containment(self, counted: NDArray[np.bool_], names: Sequence[str]) -> Verdict:
+        outside = self.hull_distances()
+        if outside is None:
+            outside = np.full(len(names), np.nan)
+        verdict = _worst("containment", HULL_M, outside, counted, names, "the hull of the leaders")
+        return Verdict("containment", True, verdict.value, verdict.passed, verdict.sentence)
 
     def _distance(self, limit: float, counted: NDArray[np.bool_], names: Sequence[str]) -> Verdict:
         least = np.where(counted, self.least_distances(), np.nan)

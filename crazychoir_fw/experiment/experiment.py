@@ -123,6 +123,12 @@ class Experiment:
         self.accelerations = np.zeros((len(agents), 3))
         """What guidance asks for (m/s^2, world), of drones that follow no trajectory, shape (N, 3)."""
         self._planned = [agent for agent in agents if agent.planner is not None]
+        # who follows places: those of a trajectory handler, or of guidance itself
+        self._placed = [
+            agent
+            for agent in agents
+            if agent.planner is not None or getattr(agent.guidance, "kind", "acceleration") != "acceleration"
+        ]
         self._watching = [(agent, agent.guidance.watched) for agent in agents if getattr(agent.guidance, "watched", ())]
         self._together: GuidanceGroup | None = None
         """Guidance of ours decides for all drones at once; what a user brings speaks for itself alone."""
@@ -504,7 +510,7 @@ class Experiment:
         turning = self._turning()
         wanted = np.full((len(self.agents), 6), np.nan)
         np.copyto(wanted[:, 3:], self.accelerations, where=turning[:, None])
-        for agent in self._planned or self.agents:
+        for agent in self._placed or self.agents:
             reference = agent.reference
             if reference is None or not turning[agent.index]:
                 continue

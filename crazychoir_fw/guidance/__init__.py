@@ -13,14 +13,22 @@ from crazychoir_fw.guidance.communicator import (
     TimeVaryingCommunicator,
     TopicCommunicator,
 )
+from crazychoir_fw.guidance.containment import (
+    Containment,
+    ContainmentGuidance,
+    TimeVaryingContainment,
+    TimeVaryingContainmentGuidance,
+)
+from crazychoir_fw.guidance.distance_formation import FormationControl, FormationControlGuidance
 from crazychoir_fw.guidance.distributed_feedback import CFDistributedFeedback
 from crazychoir_fw.guidance.disturbance import DisturbedTransport
 from crazychoir_fw.guidance.gains import FORMATION_GAINS, FormationGains
 from crazychoir_fw.guidance.graph import Graph, RandomEdges, Schedule, SeveralSchedules, TimedGraphs, WithinDistance
 from crazychoir_fw.guidance.group import GuidanceGroup
 from crazychoir_fw.guidance.outputs import Outputs
-from crazychoir_fw.guidance.simple import GoToGuidance, SimpleGuidance
+from crazychoir_fw.guidance.simple import GoToGuidance, SimpleDIControl, SimpleGuidance, TargetListGuidance
 from crazychoir_fw.guidance.transport import InProcessTransport, Transport
+from crazychoir_fw.guidance.velocity_feedback import DistributedControlGuidance, VelocityFeedback
 
 __all__ = [
     "FORMATION_GAINS",
@@ -29,7 +37,12 @@ __all__ = [
     "CFDistributedFeedback",
     "CFGuidance",
     "Communicator",
+    "Containment",
+    "ContainmentGuidance",
+    "DistributedControlGuidance",
     "DisturbedTransport",
+    "FormationControl",
+    "FormationControlGuidance",
     "FormationGains",
     "GoToGuidance",
     "Graph",
@@ -40,12 +53,17 @@ __all__ = [
     "RandomEdges",
     "Schedule",
     "SeveralSchedules",
+    "SimpleDIControl",
     "SimpleGuidance",
     "StaticCommunicator",
     "Statistics",
+    "TargetListGuidance",
     "TimeVaryingCommunicator",
+    "TimeVaryingContainment",
+    "TimeVaryingContainmentGuidance",
     "TimedGraphs",
     "TopicCommunicator",
     "Transport",
+    "VelocityFeedback",
     "WithinDistance",
 ]

@@ -106,6 +106,10 @@ class CFDistributedFeedback(CFGuidance):
     def evaluate_input(self, neigh_data: dict[int, Pose]) -> Array:
         """Return the input (m/s^2, world), shape (3,), of what the neighbors sent in this round."""
 
+    def message(self) -> object:
+        """Return what neighbors are told in a round: the own pose."""
+        return self.current_pose
+
     # ---------------------------------------------------------------- a round
 
     def begin_round(self, now: float) -> bool:
@@ -116,7 +120,7 @@ class CFDistributedFeedback(CFGuidance):
         communicator = self.communicator
         communicator.catch_up()
         if self.schedule is None:
-            communicator.neighbors_send(self.current_pose)
+            communicator.neighbors_send(self.message())
         else:
             into, out = self.schedule.neighbors_at(self.agent_id, now, communicator.current_label)
             for neighbor in self._neighbors:
@@ -124,7 +128,7 @@ class CFDistributedFeedback(CFGuidance):
                     self._last_heard.pop(neighbor, None)  # nobody waits for it now
             self._neighbors = into
             self._choose_awaited()
-            communicator.neighbors_send(self.current_pose, out)
+            communicator.neighbors_send(self.message(), out)
         self.round_begin = now
         self.round_open = True
         return True

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.errors import RangeError
-from crazychoir_fw.guidance.cf_guidance import CFGuidance, Phase
+from crazychoir_fw.guidance.cf_guidance import TOUCHDOWN_HEIGHT, CFGuidance, Phase
+from crazychoir_fw.guidance.moving_reference import MovingReference
 from crazychoir_fw.guidance.outputs import Outputs
+from crazychoir_fw.messages import Reference
 
 
 class SimpleGuidance(CFGuidance):
@@ -88,3 +91,186 @@ class GoToGuidance(CFGuidance):
     def is_done(self) -> bool:
         """Whether the last goal was sent."""
         return self._next == len(self.goals)
+
+
+class TargetListGuidance(CFGuidance):
+    """Flies to a list of targets, each as soon as the one before is reached: `SimpleGuidance` of ChoiRbot.
+
+    It needs no trajectory handler: a reference moves to the target with a constant speed.
+    """
+
+    kind = "fullstate"
+
+    def __init__(
+        self,
+        takeoff_time: float = 5.0,
+        goals: Sequence[ArrayLike] | ArrayLike = (),
+        *,
+        tolerance: float = 0.05,
+        speed: float = 0.5,
+        height: float = 1.0,
+        agent_id: int = 0,
+        init_pos: ArrayLike | None = None,
+        update_frequency: float = 20.0,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            takeoff_time: Of take-off and landing (s).
+            goals: Position of each (m, world), shape (N, 3); or with a duration before it, which is left out, (N, 4).
+            tolerance: Distance in the plane at which a target is reached (m).
+            speed: Of the reference (m/s).
+            height: Of the take-off (m).
+            agent_id: Number of this drone.
+            init_pos: Start (m, world), shape (2,) or (3,).
+            update_frequency: How often `step` is called (Hz).
+
+        Raises:
+            RangeError: If a number is outside its range.
+        """
+        super().__init__(
+            agent_id, init_pos=init_pos, height=height, takeoff_time=takeoff_time, update_frequency=update_frequency
+        )
+        for name, value in (("tolerance", tolerance), ("speed", speed)):
+            if not (math.isfinite(value) and value > 0.0):
+                raise RangeError(f"agent {agent_id}: {name} is {value}, allowed: above 0")
+        numbers = np.asarray(goals, dtype=np.float64)
+        if numbers.size and (numbers.ndim != 2 or numbers.shape[1] not in (3, 4) or not np.isfinite(numbers).all()):
+            raise RangeError(f"agent {agent_id}: goals have shape {numbers.shape}, allowed: (N, 3), finite")
+        self.goals = numbers[:, -3:] if numbers.size else np.zeros((0, 3))
+        self.tolerance = tolerance
+        self._climb = self.height / self.takeoff_time
+        self.moving = MovingReference(speed, 0.5, 0.0)
+        self._next = 0
+        self._before: float | None = None
+
+    def begin_takeoff(self, now: float) -> None:
+        """Ask for the climb."""
+        self.moving.begin(np.array([*self._above_start()[:2], self._position()[2]]))
+
+    def begin_flight(self, now: float) -> None:
+        """Begin with the first target."""
+        self._next = 0
+
+    def begin_landing(self, now: float) -> None:
+        """Ask for the descent."""
+
+    def step(self, now: float) -> Outputs:
+        """Return what to ask for at a time (s)."""
+        period, self._before = 0.0 if self._before is None else max(now - self._before, 0.0), now
+        if self._phase is Phase.IDLE or self._phase is Phase.STOPPED:
+            self.moving.position = None
+            return self.outputs(now, None)
+        if self.moving.position is None:
+            self.moving.begin(self._position())
+        if self._phase is Phase.FLIGHT:
+            return self.outputs(now, self._toward_target(period))
+        end = self.height if self._phase is Phase.TAKEOFF else TOUCHDOWN_HEIGHT
+        return self.outputs(now, self.moving.rise(end, self._climb, period))
+
+    def _toward_target(self, period: float) -> Reference:
+        drone = self._position()
+        while not self.is_done and np.linalg.norm((self.goals[self._next] - drone)[:2]) < self.tolerance:
+            self._next += 1
+        if not len(self.goals):
+            return self.moving.move(np.zeros(3), drone, period)
+        way = self.goals[min(self._next, len(self.goals) - 1)] - self.moving.position
+        left = float(np.linalg.norm(way))
+        speed = min(self.moving.max_speed, left / max(period, 1e-3))
+        return self.moving.move(way * (speed / left) if left > 0.0 else way, drone, period)
+
+    def has_landed(self, now: float) -> bool:
+        """Return whether the landing is over."""
+        is_down = self.moving.position is not None and self.moving.position[2] <= TOUCHDOWN_HEIGHT
+        return is_down and super().has_landed(now)
+
+    @property
+    def is_done(self) -> bool:
+        """Whether the last target was reached."""
+        return self._next == len(self.goals)
+
+
+class SimpleDIControl(CFGuidance):
+    """Flies to one goal as a double integrator: u = k_p (goal - p) - k_d v (features dossier section 17.4)."""
+
+    kind = "acceleration"
+
+    def __init__(
+        self,
+        takeoff_time: float = 5.0,
+        goals: Sequence[ArrayLike] | ArrayLike = (),
+        *,
+        goal: ArrayLike | None = None,
+        k_p: float = 1.0,
+        k_d: float = 5.0,
+        height: float = 1.0,
+        agent_id: int = 0,
+        init_pos: ArrayLike | None = None,
+        update_frequency: float = 100.0,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            takeoff_time: Of take-off and landing (s).
+            goals: As a mission has them: of rows [duration, x, y, z] the last one counts.
+            goal: Where to fly from START on (m, world), shape (3,); None with no goals: above the start.
+            k_p: Per metre (1/s^2).
+            k_d: Per metre per second (1/s).
+            height: Of the take-off (m).
+            agent_id: Number of this drone.
+            init_pos: Start (m, world), shape (2,) or (3,).
+            update_frequency: How often `step` is called (Hz).
+
+        Raises:
+            RangeError: If a number is outside its range.
+        """
+        super().__init__(
+            agent_id, init_pos=init_pos, height=height, takeoff_time=takeoff_time, update_frequency=update_frequency
+        )
+        for name, value in (("k_p", k_p), ("k_d", k_d)):
+            if not (math.isfinite(value) and value > 0.0):
+                raise RangeError(f"agent {agent_id}: {name} is {value}, allowed: above 0")
+        rows = np.asarray(goals, dtype=np.float64)
+        if goal is None and rows.size:
+            goal = rows.reshape(len(rows), -1)[-1, -3:]
+        self.goal = None if goal is None else self._checked("goal", goal)
+        self.k_p, self.k_d = float(k_p), float(k_d)
+        self._from: NDArray[np.float64] | None = None
+
+    def begin_takeoff(self, now: float) -> None:
+        """Ask for the climb."""
+        self._from = np.array([*self._above_start()[:2], self._position()[2]])
+
+    def begin_landing(self, now: float) -> None:
+        """Ask for the descent."""
+        self._from = self._position().copy()
+
+    def step(self, now: float) -> Outputs:
+        """Return what to ask for at a time (s)."""
+        if self._phase is Phase.IDLE or self._phase is Phase.STOPPED or self.current_pose is None:
+            return self.outputs(now, None)
+        return self.outputs(now, Reference(acceleration=self._toward(*self._wanted(now))))
+
+    def _wanted(self, now: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return where to be (m) and how fast (m/s)."""
+        if self._phase is Phase.FLIGHT:
+            return (self._above_start() if self.goal is None else self.goal), np.zeros(3)
+        place = np.array(self._position() if self._from is None else self._from)
+        end = self.height if self._phase is Phase.TAKEOFF else TOUCHDOWN_HEIGHT
+        climb = self.height / self.takeoff_time
+        way = min(climb * (now - self._begin), abs(end - place[2]))
+        moves = way < abs(end - place[2])
+        sign = math.copysign(1.0, end - place[2])
+        place[2] += sign * way
+        return place, np.array([0.0, 0.0, sign * climb if moves else 0.0])
+
+    def _toward(self, place: NDArray[np.float64], velocity: NDArray[np.float64]) -> NDArray[np.float64]:
+        pose = self.current_pose
+        own = np.zeros(3) if pose.velocity is None else pose.velocity  # type: ignore[union-attr]
+        return self.k_p * (place - self._position()) + self.k_d * (velocity - own)
+
+    def has_landed(self, now: float) -> bool:
+        """Return whether the landing is over: it falls with the speed of the take-off."""
+        top = self._position()[2] if self._from is None else self._from[2]
+        at_bottom = top * self.takeoff_time / self.height
+        return now - self._begin >= at_bottom + self.takeoff_time

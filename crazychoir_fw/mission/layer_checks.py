@@ -7,15 +7,22 @@ from collections.abc import Collection, Iterable, Sequence
 from crazychoir_fw.errors import CrazychoirError, MissionError
 from crazychoir_fw.mission.communication import Graph
 from crazychoir_fw.mission.fleet import Layout
-from crazychoir_fw.mission.layers import GuidanceLayer
+from crazychoir_fw.mission.layers import GUIDANCE, GuidanceLayer
 from crazychoir_fw.mission.mixed import is_real
 from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.mission.values import did_you_mean
+
+FORMATION_CONTROL = ("FormationControl", "FormationControlGuidance")
+CONTAINMENT = ("Containment", "ContainmentGuidance", "TimeVaryingContainment", "TimeVaryingContainmentGuidance")
+TAKE_GOALS = ("GoToGuidance", "TargetListGuidance", "SimpleDIControl")
 
 NEED_GRAPH = (
     "TaskGuidance",
     "DeliveryGuidance",
     "BearingFormation",
+    *FORMATION_CONTROL,
+    *CONTAINMENT,
+    "MPCGuidance",
     "AggregativeGuidance",
     "AggregativeGuidanceCrazyflie",
     "AggregativeGuidanceCrazyflieMovingIntruder",
@@ -33,6 +40,7 @@ def check_layers(mission: LayeredMission) -> None:
     _check_guidance(mission, names)
     _check_graph(mission, names)
     _check_formation(mission)
+    _check_distances_and_leaders(mission)
     _check_control(mission)
     _check_safety(mission)
     _check_tables(mission)
@@ -108,8 +116,10 @@ def _check_cover(mission: LayeredMission, names: list[str]) -> None:
 
 def _check_goals(guidance: GuidanceLayer, path: str, names: Sequence[str]) -> None:
     if guidance.goals is not None:
-        if guidance.kind != "GoToGuidance":
-            raise MissionError(f"{path}.goals are for the class GoToGuidance, but class is {guidance.kind}")
+        if guidance.kind in GUIDANCE and guidance.kind not in TAKE_GOALS:
+            raise MissionError(
+                f"{path}.goals are for the class {' or '.join(TAKE_GOALS)}, but class is {guidance.kind}"
+            )
         _known(f"{path}.goals", guidance.goals, names)
         for name, rows in guidance.goals.items():
             for i, (duration, *_rest, z) in enumerate(rows):
@@ -213,6 +223,32 @@ def _check_tables(mission: LayeredMission) -> None:
             raise MissionError(f"criteria.{key} needs {missing}")
 
 
+def _check_distances_and_leaders(mission: LayeredMission) -> None:
+    """Refuse distances that nobody knows, followers without leaders, and leaders that nobody can tell where to fly."""
+    from crazychoir_fw.experiment.agents import graph_of, leads
+
+    for number, guidance in enumerate(mission.layers.guidances):
+        path = _path(mission, number)
+        if guidance.kind in FORMATION_CONTROL and guidance.formation is None and "weights" not in guidance.options:
+            raise MissionError(f"{path}.formation is missing: {guidance.kind} needs a place for each drone")
+        if guidance.kind in CONTAINMENT:
+            if guidance.formation is not None:
+                raise MissionError(
+                    f"{path}.formation: {guidance.kind} has none, its followers gather among the leaders"
+                )
+            if not guidance.leaders:
+                raise MissionError(f"{path}.leaders is missing: followers need somebody to gather among")
+            members = guidance.drones or [drone.id for drone in mission.fleet]
+            inside = [i for i, drone in enumerate(mission.fleet) if drone.id in members]
+            reached = graph_of(mission).reachable(i for i in inside if leads(mission, i))
+            if lonely := [mission.fleet[i].id for i in inside if i not in reached]:
+                raise MissionError(f"layers.communication.graph: no way leads from a leader to {', '.join(lonely[:5])}")
+        if guidance.kind in (*FORMATION_CONTROL, *CONTAINMENT):
+            for name in guidance.leaders:
+                if mission.layers.planning_of(name) is None:
+                    raise MissionError(f"layers.planning is missing: leaders such as {name} fly trajectories")
+
+
 def _check_control(mission: LayeredMission) -> None:
     for drone in mission.fleet:
         control, planning = mission.layers.control_of(drone.id), mission.layers.planning_of(drone.id)
@@ -295,6 +331,16 @@ def _check_criteria(mission: LayeredMission) -> None:
                 "criteria.surveillance_error_m and surveillance_rms_m need layers.guidance of class "
                 "AggregativeGuidance, with an intruder for each defender"
             )
+    layers = mission.layers
+    is_one = len(layers.guidances) == 1
+    if criteria.distance_error_m is not None and not (is_one and layers.guidance.formation is not None):
+        raise MissionError(
+            "criteria.distance_error_m needs layers.guidance.formation of all drones, whose distances count"
+        )
+    if criteria.coupling_error_m is not None and not (is_one and layers.guidance.kind == "MPCGuidance"):
+        raise MissionError("criteria.coupling_error_m is for the class MPCGuidance, which keeps drones together")
+    if criteria.containment and not (is_one and layers.guidance.leaders):
+        raise MissionError("criteria.containment needs layers.guidance.leaders, whose hull counts")
     if mission.layers.rate % mission.log_rate:
         raise MissionError(f"log_rate is {mission.log_rate}, but must be a divisor of {mission.layers.rate} Hz")
 

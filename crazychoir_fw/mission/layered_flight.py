@@ -16,7 +16,6 @@ import numpy as np
 from crazychoir_fw.core import identity
 from crazychoir_fw.errors import CrazychoirError, MissionError
 from crazychoir_fw.experiment.agents import (
-    formation_of,
     graph_of,
     guidance_of,
     leads,
@@ -28,10 +27,11 @@ from crazychoir_fw.experiment.agents import (
 )
 from crazychoir_fw.experiment.backend import Backend
 from crazychoir_fw.experiment.communicators import statistics_of
-from crazychoir_fw.experiment.criteria import Formation, Judge, Window
+from crazychoir_fw.experiment.criteria import Judge, Window
 from crazychoir_fw.experiment.experiment import Experiment
 from crazychoir_fw.experiment.odometry import through_mocap
 from crazychoir_fw.experiment.services import make_services
+from crazychoir_fw.experiment.shapes import shape_of
 from crazychoir_fw.experiment.surveillance import surveillance_of
 from crazychoir_fw.messages import TrajectoryPoint
 from crazychoir_fw.mission.fleet import drone_settings
@@ -73,19 +73,25 @@ class LayeredResult(FlightResult):
 
     @property
     def curve(self) -> ErrorCurve | None:
-        """Errors of bearings or defenders over time, for the picture."""
+        """Errors of formation or defenders over time, for the picture."""
         if self.judge.surveillance is not None:
             return self._surveillance_curve
+        label, limit = "bearing error (deg)", self.mission.criteria.bearing_error_deg  # type: ignore[attr-defined]
         errors = self.judge.bearing_errors()
+        if errors is None:
+            errors = self.judge.formation_errors()
+            is_distance = errors is not None and self.judge.formation.kind == "distance"  # type: ignore[union-attr]
+            label = "error of distances (m)" if is_distance else "distance from its place (m)"
+            criteria = self.mission.criteria  # type: ignore[attr-defined]
+            limit = criteria.distance_error_m if is_distance else criteria.position_error_m
         if errors is None or np.isnan(errors).all():
             return None
         flies = ~np.isnan(errors).all(axis=1)
         mean, largest = np.full(len(errors), np.nan), np.full(len(errors), np.nan)
         mean[flies], largest[flies] = np.nanmean(errors[flies], axis=1), np.nanmax(errors[flies], axis=1)
-        limit = self.mission.criteria.bearing_error_deg  # type: ignore[attr-defined]
         pairs = list(self.judge.formation.graph.pairs)  # type: ignore[union-attr]
         end = self.judge.final_positions
-        return ErrorCurve("bearing error (deg)", mean, largest, limit, self.judge.places(), end, pairs)
+        return ErrorCurve(label, mean, largest, limit, self.judge.places(), end, pairs)
 
     @property
     def _surveillance_curve(self) -> ErrorCurve | None:
@@ -352,11 +358,7 @@ class _Flight:
             "platform": ", ".join(sorted({drone.platform for drone in mission.fleet})),
         }
         log = experiment.log(about)
-        places = formation_of(mission) if len(mission.layers.guidances) == 1 else None
-        formation = None
-        if places is not None:
-            leaders = tuple(i for i in range(len(names)) if leads(mission, i))
-            formation = Formation(places, graph_of(mission), leaders)
+        formation = shape_of(mission)
         judge = Judge(log, self._windows, formation)
         judge.surveillance = surveillance_of(mission)
         verdicts = judge.verdicts(mission.criteria, names, mission.may_fail)
@@ -459,7 +461,8 @@ class _Flight:
 
 
 def _role(mission: LayeredMission, i: int) -> str:
-    if guidance_of(mission, i).formation is None:
+    layer = guidance_of(mission, i)
+    if layer.formation is None and not layer.leaders:
         return "-"
     return "leader" if leads(mission, i) else "follower"
 

@@ -33,6 +33,15 @@ GUIDANCE = (
     "GoToGuidance",
     "TaskGuidance",
     "DeliveryGuidance",
+    "TargetListGuidance",
+    "SimpleDIControl",
+    "FormationControl",
+    "FormationControlGuidance",
+    "Containment",
+    "ContainmentGuidance",
+    "TimeVaryingContainment",
+    "TimeVaryingContainmentGuidance",
+    "MPCGuidance",
     "AggregativeGuidance",
     "AggregativeGuidanceCrazyflie",
     "AggregativeGuidanceCrazyflieMovingIntruder",
@@ -520,6 +529,15 @@ class Criteria(Section):
 
     bearing_error_max_deg: Annotated[float, number(0.0, 180.0, "deg")] | None = None
     """Largest error of a single bearing then."""
+
+    distance_error_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
+    """Largest error of a distance between neighbors of a formation then."""
+
+    coupling_error_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
+    """By how much neighbors may ever be farther apart than `MPCGuidance` allows."""
+
+    containment: Annotated[bool, switch()] = False
+    """Whether followers must then be within the convex hull of the leaders."""
 
     position_error_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
     """Largest distance of a drone from its place then."""

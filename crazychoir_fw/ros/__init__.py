@@ -35,6 +35,10 @@ _NAMES_IN = {
     ),
     "crazychoir_fw.ros.buttons": "Buttons",
     "crazychoir_fw.ros.controller": "CrazyflieController HierarchicalController VelocityController",
+    "crazychoir_fw.ros.formations": (
+        "ContainmentGuidance DistributedControlGuidance FormationControlGuidance MPCGuidance SimpleDIControl "
+        "TargetListGuidance TimeVaryingContainmentGuidance"
+    ),
     "crazychoir_fw.ros.guidance": "BearingFormation CFDistributedFeedback CFGuidance GoToGuidance SimpleGuidance",
     "crazychoir_fw.ros.integrator": "CrazyflieIntegrator",
     "crazychoir_fw.ros.mocap": "MocapOdometry MocapSimulator",

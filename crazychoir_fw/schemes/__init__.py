@@ -6,6 +6,8 @@ from crazychoir_fw.schemes.aggregative import (
     AggregativeGuidanceCrazyflieMovingIntruder,
 )
 from crazychoir_fw.schemes.delivery import DeliveryGuidance, DeliveryTable
+from crazychoir_fw.schemes.mpc import MPCGuidance
+from crazychoir_fw.schemes.mpc_problem import MPCProblem
 from crazychoir_fw.schemes.tasks import PositionTaskTable, TaskGuidance
 
 __all__ = [
@@ -14,6 +16,8 @@ __all__ = [
     "AggregativeGuidanceCrazyflieMovingIntruder",
     "DeliveryGuidance",
     "DeliveryTable",
+    "MPCGuidance",
+    "MPCProblem",
     "PositionTaskTable",
     "TaskGuidance",
 ]

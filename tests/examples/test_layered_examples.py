@@ -11,6 +11,7 @@ import yaml
 from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
+from crazychoir_fw.mission.extending import chain_of, together
 from crazychoir_fw.simulation.replay import replay
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -21,6 +22,10 @@ SHORTER = {
     "aggregative": (8.0, {"surveillance_error_m": 0.15, "position_error_m": 0.1}),
     "aggregative_lighthouse": (8.0, {"surveillance_error_m": 0.2, "position_error_m": 0.2}),
     "aggregative_moving_intruders": (18.0, {"surveillance_rms_m": 0.3}),
+    "containment": (14.0, {"position_error_m": 0.3}),
+    "containment_time_varying": (14.0, {"position_error_m": 0.3}),
+    "distance_formation": (10.0, {}),
+    "mpc": (8.0, {"position_error_m": 3.0}),
     "bearing_formation": (25.0, {}),
     "formation_rviz": (40.0, {}),
     "grid_30": (8.0, {"bearing_error_deg": 6.0}),
@@ -31,8 +36,15 @@ SWAPS = {"collision": (3.0, 12.0, 30.0), "collision_vel": (3.0, 12.0, 34.0), "sw
 """Seconds of take-off, swap and all of `start`."""
 
 
-def shortened(path, folder):
+def whole(path):
+    """Return what a mission and those that it extends say."""
     data = yaml.safe_load(path.read_text())
+    name = data.get("name", path.stem)
+    return {**together(chain_of(data, str(path), path.parent)), "name": name}
+
+
+def shortened(path, folder):
+    data = whole(path)
     seconds, criteria = SHORTER.get(path.stem, (None, {}))
     for phase in data["flight"]:
         if "start" in phase and seconds is not None:

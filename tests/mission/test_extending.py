@@ -216,7 +216,7 @@ def test_a_phase_that_is_a_word_gets_keys():
         ("seed=-1", "--set seed=-1: seed is -1, but must be a whole number"),
         ("sed=1", "--set sed=1: a mission has no key 'sed' (did you mean 'seed'?)"),
         ("defaults.nose=1", "--set defaults.nose=1: defaults has no key 'nose' (did you mean 'noise'?)"),
-        ("defalts.noise=1", "--set defalts.noise=1: a mission has no key 'defalts' (did you mean 'defaults'?)"),
+        ("defaultz.noise=1", "--set defaultz.noise=1: a mission has no key 'defaultz' (did you mean 'defaults'?)"),
         ("drones.aa.position=[0, 0]", "drones has no entry 'aa' (did you mean 'a'?)"),
         ("drones[7].position=[0, 0]", "drones has no entry 7, but 2, from 0 on"),
         ("flight.hover.height=1", "--set flight.hover.height=1: flight[1].hover has no key 'height'"),

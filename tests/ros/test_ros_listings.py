@@ -36,6 +36,24 @@ rclpy.init()
 node = BearingFormation(update_frequency=100.0, pose_handler='pubsub', pose_topic='odom')
 """
 
+DISTANCES = """
+from crazychoir_fw.ros import FormationControlGuidance
+rclpy.init()
+node = FormationControlGuidance(update_frequency=50.0, law={'k': 0.3})
+"""
+
+TIME_VARYING = """
+from crazychoir_fw.ros import TimeVaryingContainmentGuidance
+rclpy.init()
+node = TimeVaryingContainmentGuidance(update_frequency=50.0)
+"""
+
+PREDICTIVE = """
+from crazychoir_fw.ros import MPCGuidance
+rclpy.init()
+node = MPCGuidance(1.0, 50.0, law={'coupling': 2.0})
+"""
+
 INTEGRATOR = """
 from crazychoir_fw.ros import CrazyflieIntegrator
 rclpy.init()
@@ -44,7 +62,8 @@ node = CrazyflieIntegrator(integration_freq=100)
 
 # agent 0 is seen along x: 3 rows of 3 N numbers, those of the agent itself are zero
 PROJECTION = [0.0, 0.0, 0.0, *[0.0] * 3, 0.0, 1.0, 0.0, *[0.0] * 3, 0.0, 0.0, 1.0, *[0.0] * 3]
-FORMATION = ["-p", "N:=2", "-p", "in_neigh:=[0]", "-p", "out_neigh:=[0]", "-p", f"ort_proj:={PROJECTION}"]
+NEIGHBOR = ["-p", "N:=2", "-p", "in_neigh:=[0]", "-p", "out_neigh:=[0]"]
+FORMATION = [*NEIGHBOR, "-p", f"ort_proj:={PROJECTION}"]
 
 
 @pytest.mark.parametrize(
@@ -52,6 +71,9 @@ FORMATION = ["-p", "N:=2", "-p", "in_neigh:=[0]", "-p", "out_neigh:=[0]", "-p", 
     [
         (CONTROLLER, [], "/agent_1/controller"),
         (GUIDANCE, FORMATION, "/agent_1/guidance"),
+        (DISTANCES, [*NEIGHBOR, "-p", "weights:=[1.0, 0.0]"], "/agent_1/guidance"),
+        (TIME_VARYING, [*NEIGHBOR, "-p", "seed:=3"], "/agent_1/guidance"),
+        (PREDICTIVE, NEIGHBOR, "/agent_1/guidance"),
         (INTEGRATOR, ["-p", "init_pos:=[0.0, 0.0, 1.0]"], "/agent_1/integrator"),
     ],
 )
