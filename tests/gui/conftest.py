@@ -89,7 +89,8 @@ def browser():
     from playwright.sync_api import sync_playwright
 
     path = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
-    assert path is not None, "there is no Chromium: apt-get install chromium, or set CHROMIUM to its path"
+    if path is None:
+        pytest.skip("Chromium is not installed (Debian: apt install chromium), and CHROMIUM names none")
     with sync_playwright() as driver:
         chromium = driver.chromium.launch(executable_path=path, args=CHROMIUM_OPTIONS)
         yield chromium
