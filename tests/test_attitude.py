@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from crazychoir_fw.attitude import quaternion_xyzw, rotation, rotation_of_quaternion, rpy_of_rotation
+from crazychoir_fw.messages import Pose
 
 angle = st.floats(-3.1, 3.1)
 pitch = st.floats(-1.5, 1.5)
@@ -28,3 +29,15 @@ def test_one_drone_has_no_leading_dimension():
     assert R.shape == (3, 3)
     assert rpy_of_rotation(R) == pytest.approx(rpy)
     assert pytest.approx(rotation(rpy)) == R
+
+
+@pytest.mark.parametrize("shape", [(4,), (3, 4)])
+def test_rotation_of_a_pose_follows_what_is_written_into_it(shape):
+    quat = np.random.default_rng(1).normal(size=shape)
+    pose = Pose(orientation=quat)
+    assert pose.rotation is pose.rotation
+    assert pose.rotation == pytest.approx(rotation_of_quaternion(quat))
+    quat[...] = np.random.default_rng(2).normal(size=shape)
+    assert pose.rotation == pytest.approx(rotation_of_quaternion(quat))
+    pose.orientation = np.array([0.0, 0.0, 0.0, 1.0])
+    assert pose.rotation == pytest.approx(np.eye(3))
