@@ -26,9 +26,9 @@ from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points, points_to_joint_trajectory
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
-from crazychoir_fw.ros.parts import Part, one_command
+from crazychoir_fw.ros.parts import Part, has_table, one_command
 from crazychoir_fw.ros.simulation import Pace, SimulationNode
-from crazychoir_fw.ros.tasks import EVERYTHING, HAPPENINGS
+from crazychoir_fw.ros.tasks import EVERYTHING, HAPPENINGS, LAST_TABLE, MEMORY
 from crazychoir_fw.ros.wire import bytes_to_reference
 
 ANSWERED = "answered"
@@ -197,7 +197,11 @@ class HostedExperiment(Experiment):
 
     def _listen(self, mission: Any, remote: Sequence[RemoteGuidance], kind: str) -> None:
         node = self.node
-        node.create_subscription(String, HAPPENINGS, self._hear_of, EVERYTHING)
+        if has_table(mission):
+            node.create_subscription(String, HAPPENINGS, self._hear_of, EVERYTHING)
+            # outlives the process of the table
+            self._last_table = node.create_publisher(String, LAST_TABLE, LATEST)
+            node.create_subscription(String, MEMORY, self._last_table.publish, LATEST)
         numbers = {node.namespace_pattern.format(i=i): i for i in range(len(remote))}
         for name, topic in BUTTONS.items():
             node.listen(topic, lambda _, pressed=name: self._pressed(pressed))

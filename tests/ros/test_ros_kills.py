@@ -52,7 +52,10 @@ def test_one_that_is_killed_is_missed_and_the_others_land(scheme, tmp_path):
         summary = json.loads((flight.out / "summary.json").read_text())
     finally:
         flight.close()
-    import shutil; shutil.copytree(flight.out, f"/tmp/h/rosall_out/k_{scheme}", dirs_exist_ok=True); shutil.copy(flight.log, f"/tmp/h/rosall_out/k_{scheme}/log.txt")
+    import shutil
+
+    shutil.copytree(flight.out, f"/tmp/h/rosall_out/k_{scheme}", dirs_exist_ok=True)
+    shutil.copy(flight.log, f"/tmp/h/rosall_out/k_{scheme}/log.txt")
     events = summary["events"]
     ended = [event["time"] for event in events if event["kind"] == "ended"]
     assert len(ended) == 1

@@ -175,6 +175,10 @@ class DeliveryGuidance(DispatchGuidance):
 
     # ---------------------------------------------------------------- buttons
 
+    def forget_what_was_said(self) -> None:
+        """See `DispatchGuidance`."""
+        self._said.clear()
+
     def begin_landing(self, now: float) -> None:
         """Drop the route and come down."""
         self._drop()

@@ -132,6 +132,10 @@ class TaskGuidance(DispatchGuidance):
         self._drop()
         super().stop(now)
 
+    def forget_what_was_said(self) -> None:
+        """See `DispatchGuidance`."""
+        self._done.clear()
+
     def _drop(self) -> None:
         self.task = None
         self.executor.goal = None
