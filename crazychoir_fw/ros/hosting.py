@@ -335,7 +335,9 @@ class HostedExperiment(Experiment):
                 self._guidance_ended.add(i)
                 if self.agents[i].phase is Phase.LANDING and not self.backend.is_real_time:
                     self._bring_down(self.agents[i])
-        self._note_of_service("ended", part.agents[0] if len(part.agents) == 1 else None, f"process {part.name}")
+        self._note_of_service(
+            "ended", part.agents[0] if len(part.agents) == 1 else None, f"process {part.name} has ended"
+        )
 
     def _is_ready(self, process: str) -> None:
         self.ready.add(process)

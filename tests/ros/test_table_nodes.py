@@ -196,6 +196,10 @@ def test_a_guidance_flies_to_what_the_table_offers_and_completes_it(bench):
     start = bench.speaker(Empty, "/experiment_trigger", listeners=2)
     place, now = np.array([0.0, 0.0, 0.5]), 1.0
 
+    def is_seen():
+        pose = node.guidance.current_pose
+        return pose is not None and pose.time >= now - 1e-6
+
     def fly(seconds):
         nonlocal now
         for _ in range(round(seconds / 0.05)):
@@ -203,9 +207,7 @@ def test_a_guidance_flies_to_what_the_table_offers_and_completes_it(bench):
             message = pose_to_odometry(Pose(place, np.array([0.0, 0.0, 0.0, 1.0]), np.zeros(3), np.zeros(3)))
             message.header.stamp = to_stamp(now)
             odom.publish(message)
-            bench.until(
-                lambda: node.guidance.current_pose is not None and node.guidance.current_pose.time >= now - 1e-6
-            )
+            bench.until(is_seen)
             bench.at(now)
 
     fly(0.1)
