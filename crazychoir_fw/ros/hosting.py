@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -19,16 +19,16 @@ from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import Empty, String
 
 from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.experiment.agent import Agent
+from crazychoir_fw.experiment.agent import Agent, Phase
 from crazychoir_fw.experiment.agents import is_only_watched, names_of, what_it_follows
 from crazychoir_fw.experiment.experiment import Experiment, Names
 from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points, points_to_joint_trajectory
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
-from crazychoir_fw.ros.parts import Part, one_command
+from crazychoir_fw.ros.parts import Part, has_table, one_command
 from crazychoir_fw.ros.simulation import Pace, SimulationNode
-from crazychoir_fw.ros.tasks import EVERYTHING, HAPPENINGS
+from crazychoir_fw.ros.tasks import EVERYTHING, HAPPENINGS, LAST_TABLE, MEMORY
 from crazychoir_fw.ros.wire import bytes_to_reference
 
 ANSWERED = "answered"
@@ -40,6 +40,8 @@ READY = "/ready"
 _COMMANDS = (("control", "cmd_vel"), ("avoidance", "cmd_vel"))
 _SILENCE_S = 0.2  # [s], after which a drone counts as abandoned, as by the handlers of the radio
 _HOLD_S = 0.5  # [s], within which it comes to rest
+_SHORTEST_LANDING_S = 1.0
+_DESCENT_SPEED = 0.4  # [m/s], of a drone that nobody but the host lands
 _WARM_UP_ROUNDS = 10
 _WARM_UP_S = 20.0  # [s], wall, at most
 _PAUSE_S = 0.3  # [s], wall: the longest round while somebody has not been heard of
@@ -76,6 +78,8 @@ class RemoteGroup:
         self.indices = np.arange(len(node.host.names))
         self.commanded = np.full(len(self.indices), -np.inf)
         """When the latest command was passed on, or the motors did not turn (s), shape (N,)."""
+        self.unheard: set[int] = set()
+        """Whose commands are not passed on, since the host lands them itself."""
 
     def step(
         self,
@@ -89,6 +93,8 @@ class RemoteGroup:
         del agents, accelerations, poses
         indices, twist = self._node.take_commands()
         chosen = turning[indices]
+        if self.unheard:
+            chosen &= ~np.isin(indices, list(self.unheard))
         self.commanded[indices] = self.commanded[~turning] = now
         if not chosen.any():
             return None
@@ -172,6 +178,9 @@ class HostedExperiment(Experiment):
         groups = [] if self._remote is None else [self._remote]
         super().__init__(backend, agents, groups, layers.rate, mission.log_rate, observe)  # type: ignore[arg-type]
         self._held: set[int] = set()
+        self._guidance_ended: set[int] = set()  # whose process is gone, so that no button reaches it
+        self._parts: dict[str, Part] = {}
+        self._look_for_deaths: Callable[[], None] = lambda: None
         self._buttons: dict[str, Any] = {name: self.node.announce(topic) for name, topic in BUTTONS.items()}
         self._last_button = self.node.create_publisher(String, f"/{LAST_BUTTON}", LATEST)
         self._own_presses = dict.fromkeys(BUTTONS, 0)
@@ -184,11 +193,15 @@ class HostedExperiment(Experiment):
         """Processes that have found their partners."""
         # many say it at once, and none of them may push another one out
         everything = QoSProfile(depth=1000, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
-        self.node.create_subscription(String, READY, lambda message: self.ready.add(message.data), everything)
+        self.node.create_subscription(String, READY, lambda message: self._is_ready(message.data), everything)
 
     def _listen(self, mission: Any, remote: Sequence[RemoteGuidance], kind: str) -> None:
         node = self.node
-        node.create_subscription(String, HAPPENINGS, self._hear_of, EVERYTHING)
+        if has_table(mission):
+            node.create_subscription(String, HAPPENINGS, self._hear_of, EVERYTHING)
+            # outlives the process of the table
+            self._last_table = node.create_publisher(String, LAST_TABLE, LATEST)
+            node.create_subscription(String, MEMORY, self._last_table.publish, LATEST)
         numbers = {node.namespace_pattern.format(i=i): i for i in range(len(remote))}
         for name, topic in BUTTONS.items():
             node.listen(topic, lambda _, pressed=name: self._pressed(pressed))
@@ -218,11 +231,13 @@ class HostedExperiment(Experiment):
 
     def takeoff(self, drones: Names = None) -> None:
         """See `Experiment`."""
+        self._hear_again(drones)
         super().takeoff(drones)
         self._tell("takeoff", drones)
 
     def start(self, drones: Names = None) -> None:
         """See `Experiment`."""
+        self._hear_again(drones)
         super().start(drones)
         self._tell("start", drones)
 
@@ -230,6 +245,10 @@ class HostedExperiment(Experiment):
         """See `Experiment`."""
         super().land(drones)
         self._tell("land", drones)
+        if not self.backend.is_real_time:
+            for agent in self._chosen(drones):
+                if agent.index in self._held or agent.index in self._guidance_ended:
+                    self._bring_down(agent)
 
     def stop(self, drones: Names = None) -> None:
         """See `Experiment`."""
@@ -240,6 +259,10 @@ class HostedExperiment(Experiment):
         """Hand points to the trajectory handlers, by topic."""
         for agent in self._chosen(drones):
             self._trajectories[agent.index].publish(points_to_joint_trajectory(points, agent.index))
+
+    def _hear_again(self, drones: Names) -> None:
+        if self._remote is not None:
+            self._remote.unheard.difference_update(agent.index for agent in self._chosen(drones))
 
     def _tell(self, button: str, drones: Names) -> None:
         if drones is None:
@@ -289,20 +312,40 @@ class HostedExperiment(Experiment):
             parts: What each of them does.
         """
         os.set_blocking(reading, False)
-        by_name = {part.name: part for part in parts}
+        self._parts = {part.name: part for part in parts}
 
         def look() -> None:
             try:
                 words = os.read(reading, 65536).decode().split("\n")
             except BlockingIOError:
                 return
-            for part in (by_name[word] for word in words if word in by_name):
-                for i in part.agents:
-                    for layer, topic in (("guidance", ANSWERED), *_COMMANDS):
-                        if layer in part.layers:
-                            self.node.answers.bury((i, topic))
+            for word in words:
+                if word in self._parts:
+                    self._has_ended(self._parts[word])
 
-        self.node.while_waiting = look
+        self.node.while_waiting = self._look_for_deaths = look
+
+    def _has_ended(self, part: Part) -> None:
+        """A process is gone: nobody waits for it, and the log says so."""
+        for i in part.agents:
+            for layer, topic in (("guidance", ANSWERED), *_COMMANDS):
+                if layer in part.layers:
+                    self.node.answers.bury((i, topic))
+            if "guidance" in part.layers:
+                self._guidance_ended.add(i)
+                if self.agents[i].phase is Phase.LANDING and not self.backend.is_real_time:
+                    self._bring_down(self.agents[i])
+        self._note_of_service(
+            "ended", part.agents[0] if len(part.agents) == 1 else None, f"process {part.name} has ended"
+        )
+
+    def _is_ready(self, process: str) -> None:
+        self.ready.add(process)
+        part = self._parts.get(process)
+        if part is not None and "guidance" in part.layers:
+            self._guidance_ended.difference_update(part.agents)
+            if self._remote is not None:
+                self._remote.unheard.difference_update(part.agents)
 
     def warm_up(self) -> None:
         """Say a few times how things are, while the drones rest, so that everybody knows pose and time.
@@ -337,6 +380,8 @@ class HostedExperiment(Experiment):
     def step(self) -> None:
         """Fly one round: say how things are, hear what is to be done, do it."""
         self.node.exchange(self._executor)
+        # who waits for nobody looks here
+        self._look_for_deaths()
         if not self.node.context.ok():
             raise CrazychoirError("ROS was shut down")
         super().step()
@@ -355,9 +400,25 @@ class HostedExperiment(Experiment):
                 self._held.discard(i)
             elif i not in self._held:
                 self._held.add(i)
-                place = self.backend.pose_of(i).position
-                self.node.get_logger().warning(f"{agent.name}: no command for {_SILENCE_S:g} s, stays where it is")
-                self._guarded(agent, self.backend.go_to, i, TrajectoryPoint(_HOLD_S, place))
+                sentence = f"no command for {_SILENCE_S:g} s, stays where it is"
+                self.node.get_logger().warning(f"{agent.name}: {sentence}")
+                self._note("held", agent, sentence)
+                if agent.phase is Phase.LANDING:
+                    self._bring_down(agent)
+                else:
+                    self._guarded(
+                        agent, self.backend.go_to, i, TrajectoryPoint(_HOLD_S, self.backend.pose_of(i).position)
+                    )
+
+    def _bring_down(self, agent: Agent) -> None:
+        """Land a drone by its planner on board, since nobody else does."""
+        if not agent.is_up:
+            return
+        if self._remote is not None:
+            self._remote.unheard.add(agent.index)
+        x, y, z = self.backend.pose_of(agent.index).position
+        duration = max(_SHORTEST_LANDING_S, (z - agent.floor) / _DESCENT_SPEED)
+        self._guarded(agent, self.backend.go_to, agent.index, TrajectoryPoint(duration, np.array([x, y, agent.floor])))
 
 
 def _neighbors_taker(guidance: RemoteGuidance, numbers: dict[str, int]) -> Any:

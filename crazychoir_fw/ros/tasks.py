@@ -4,6 +4,10 @@ The table announces each list on ``/optimization_trigger`` (`std_msgs/Int64`, it
 its own by the service ``/agent_{i}/task_list`` and says by ``/agent_{i}/task_completion`` that it has done what comes
 next (both `std_srvs/Trigger`; the list is JSON in the message). What it is going to do, it tells on
 ``/agent_{i}/task_report``, and the table tells all that happens on ``/happenings`` (both `std_msgs/String`, JSON).
+
+A table that is started again goes on where the one before ended: after each change it says on ``/table_memory`` how
+things are, whoever hosts the flight keeps that and repeats it on ``/last_table`` (both `std_msgs/String`, JSON; the
+latter latched), and a table that has not begun takes it from there.
 """
 
 from __future__ import annotations
@@ -21,7 +25,7 @@ from std_srvs.srv import Trigger
 
 from crazychoir_fw.errors import CrazychoirError
 from crazychoir_fw.ros.guidance import GuidanceNode
-from crazychoir_fw.ros.names import LATEST, START
+from crazychoir_fw.ros.names import LAST_BUTTON, LATEST, START
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.schemes import tasks as plain
 from crazychoir_fw.schemes.delivery import DeliveryRequest
@@ -29,6 +33,8 @@ from crazychoir_fw.schemes.tasks import DispatchTable, Offer, PositionTask
 
 TRIGGER = "/optimization_trigger"
 HAPPENINGS = "/happenings"
+MEMORY = "/table_memory"
+LAST_TABLE = "/last_table"
 LIST = "task_list"
 COMPLETION = "task_completion"
 REPORT = "task_report"
@@ -96,7 +102,13 @@ class TaskTable(LayerNode):
         table.note = self._note
         self._trigger = self.create_publisher(Int64, TRIGGER, LATEST)
         self._happenings = self.create_publisher(String, HAPPENINGS, EVERYTHING)
-        table.listen(lambda label: self._trigger.publish(Int64(data=label)))
+        self._before: str | None = None
+        self._has_missed_start = False
+        self._memory = self.create_publisher(String, MEMORY, LATEST)
+        table.listen(self._announce)
+        self.create_subscription(String, LAST_TABLE, self._take_last_table, LATEST)
+        for where in (f"/{LAST_BUTTON}", *(self.topic_of(i, LAST_BUTTON) for i in range(table.agents))):
+            self.create_subscription(String, where, self._take_last_button, LATEST)
         self._next: dict[int, list[int]] = {i: [] for i in range(table.agents)}
         for i in range(table.agents):
             self.create_service(Trigger, self.topic_of(i, LIST), self._list_of(i))
@@ -104,10 +116,45 @@ class TaskTable(LayerNode):
             self.create_subscription(String, self.topic_of(i, REPORT), self._report_of(i), EVERYTHING)
             self.listen(START, self._start, self.topic_of(i, START.name.lstrip("/")))
         self.listen(START, self._start)
-        self.every(frequency, table.step)
+        self.every(frequency, self._step)
 
     def _start(self, _: Any) -> None:
         self.table.start(self.now())
+
+    def _announce(self, label: int) -> None:
+        # a list that is known outlives this node
+        self._remember()
+        self._trigger.publish(Int64(data=label))
+
+    def _remember(self) -> None:
+        self._memory.publish(String(data=json.dumps(self.table.memory())))
+
+    def _take_last_table(self, message: String) -> None:
+        """Keep what a table before this one said last, until it is known what time it is."""
+        self._before = message.data
+
+    def _take_last_button(self, message: String) -> None:
+        """Who was started in the middle of a flight, joins it."""
+        self._has_missed_start |= message.data == "start"
+
+    def _step(self, now: float) -> None:
+        if self._before is not None:
+            self._go_on(self._before, now)
+            self._before = None
+        if self._has_missed_start:
+            self.table.start(now)
+        self.table.step(now)
+
+    def _go_on(self, before: str, now: float) -> None:
+        """Take the place of a table that has ended, unless there is work of its own."""
+        if self.table.label:
+            return
+        try:
+            self.table.remember(_mapping(before), now)
+        except (ValueError, CrazychoirError) as error:
+            self.get_logger().warning(f"{LAST_TABLE}: {error}")
+            return
+        self.get_logger().info(f"goes on with list {self.table.label}")
 
     def _note(self, kind: str, agent: int | None, details: Mapping[str, Any]) -> None:
         self._happenings.publish(String(data=json.dumps({"kind": kind, "agent": agent, "details": details})))
@@ -129,6 +176,7 @@ class TaskTable(LayerNode):
                 response.message = _EARLY
                 return response
             response.success = self.table.complete(agent, self._next[agent].pop(0))
+            self._remember()
             return response
 
         return answer

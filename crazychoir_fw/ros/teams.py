@@ -133,6 +133,8 @@ class ControlTeam:
             return
         present, self._present = self._present, []
         controller = self._controller
+        # a pose remembers the matrix of each array of attitudes: what was written into the last one would not be seen
+        self._pose.orientation = np.copy(self._pose.orientation)
         controller.set_pose(self._pose)
         controller.set_reference(Reference(acceleration=self._accelerations.copy()))
         twist = controller.step(self._now)

@@ -245,9 +245,9 @@ class AggregativeGuidance(CFGuidance):
 
     @property
     def lost(self) -> frozenset[int]:
-        """Neighbors that are not heard, and intruders that are not seen."""
+        """Neighbors that are not heard, and intruders that are not seen; after the flight, who was not heard in it."""
         if self._phase is not Phase.FLIGHT:
-            return frozenset()
+            return frozenset(self._lost)
         unseen = {one for one in self.watched if self._sightings.is_lost(one, self._now)}
         return frozenset(self._lost | unseen)
 

@@ -119,10 +119,11 @@ class Drones:
     def __init__(self):
         self.time = 0.0
         self.sent = []
+        self.attitudes = np.tile([0.0, 0.0, 0.0, 1.0], (2, 1))
 
     def poses(self):
         flat = np.zeros((2, 3))
-        return Pose(np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0]]), np.tile([0.0, 0.0, 0.0, 1.0], (2, 1)), flat, flat)
+        return Pose(np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 1.0]]), self.attitudes, flat, flat)
 
     def send(self, indices, twist, kind):
         self.sent.append((list(indices), twist.linear[:, 2].copy()))
@@ -261,8 +262,13 @@ def test_a_team_of_controllers_says_what_each_would_say(bench, swarm):
     for team in (False, True):
         if team:
             ControlTeam(controllers, together)
-        for one, acceleration in zip(controllers, wanted, strict=True):
-            one._follow(Reference(acceleration=acceleration))
-        rounds(bench, node, 3)
-        sent.append(node.host.sent[-1][1])
+        thrusts = []
+        for roll in (0.0, 0.3):
+            node.host.attitudes = np.array([[math.sin(roll), 0.0, 0.0, math.cos(roll)], [0.0, 0.0, 0.0, 1.0]])
+            for one, acceleration in zip(controllers, wanted, strict=True):
+                one._follow(Reference(acceleration=acceleration))
+            rounds(bench, node, 3)
+            thrusts.append(node.host.sent[-1][1])
+        sent.append(thrusts)
     np.testing.assert_allclose(sent[1], sent[0], rtol=1e-12)
+    assert sent[0][0][0] > 1.1 * sent[0][1][0], "less of the thrust is along the body of a drone that leans"

@@ -177,3 +177,15 @@ def test_what_makes_no_guidance(options, said):
         TaskGuidance(0, communicator, init_pos=STARTS[0], **options)
     with pytest.raises(RangeError, match="the communicator is that of agent 0"):
         TaskGuidance(1, communicator)
+
+
+def test_who_lands_while_an_optimization_runs_goes_nowhere_afterwards():
+    flown = swarm()
+    flown.start()
+    flown.run(2.0, until=lambda: flown.guidance[0].is_optimizing)
+    flown.guidance[0].land(flown.now)
+    flown.run(0.1)
+    goal = flown.goals[0].copy()
+    flown.run(3.0, until=lambda: not flown.guidance[0].is_optimizing)
+    flown.run(0.1)
+    np.testing.assert_array_equal(flown.goals[0], goal)

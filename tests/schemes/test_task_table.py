@@ -1,10 +1,14 @@
 """The table of tasks: what it draws, and what it does about agents that are gone."""
 
+import json
+
 import numpy as np
 import pytest
 
 from crazychoir_fw.errors import RangeError
-from crazychoir_fw.schemes import PositionTaskTable
+from crazychoir_fw.schemes import DeliveryTable, PositionTaskTable
+from crazychoir_fw.schemes.delivery import DeliveryRequest
+from crazychoir_fw.schemes.tasks.dispatch_table import LABELS_SKIPPED
 
 FIRST = [  # features dossier section 23
     (2.802179, 0.283393, {3, 5}),
@@ -154,3 +158,66 @@ def test_agents_that_do_not_exist_are_refused():
     ):
         with pytest.raises(RangeError, match="allowed: \\[0, 5\\]"):
             call()
+
+
+def test_a_table_that_remembers_goes_on_as_the_one_before():
+    one, other = started(generations=4), PositionTaskTable(6, start_delay=0.0, generations=4)
+    one.complete(3, 3)
+    one.gone = {2}
+    labels = []
+    other.listen(labels.append)
+    other.remember(json.loads(json.dumps(one.memory())), 30.0)
+    assert labels == [other.label] == [one.label + LABELS_SKIPPED + 1]
+    for table in (one, other):
+        table.complete(5, 0)
+    assert other.tasks == one.tasks
+    assert (other.finished, other.gone, other.generations_left) == (2, {2}, 1)
+    # deadline and patience count from now on
+    asked(other, 0, 1, 3, 4, 5)
+    label = other.label
+    other.step(30.5)
+    assert other.label == label
+
+
+def test_a_delivery_table_remembers_who_carries_what():
+    requests = [DeliveryRequest(k, (k, 0.0), (k, 1.0), at=5.0 * k) for k in range(3)]
+    one = DeliveryTable(2, requests, start_delay=0.0)
+    one.start(0.0)
+    for now in (0.0, 5.0):
+        one.step(now)
+    one.complete(1, 0)  # the pickup of request 0
+    other = DeliveryTable(2, requests, start_delay=0.0)
+    other.remember(json.loads(json.dumps(one.memory())), 6.0)
+    assert other.requests == one.requests
+    assert other.requests[0].carrier == 1
+    assert other.complete(1, 1)
+    other.step(10.0)
+    assert set(other.requests) == {1, 2}
+    assert not other.is_done
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"label": 0},
+        {"finished": -1},
+        {"gone": [9]},
+        {"tasks": [[0, 0, ["a", 0.0], [1]]]},
+        {"tasks": [[9, 0, [0.0, 0.0], [1]]]},
+        {"tasks": 3},
+        {"draws": 10**12},
+        {"generations_left": None},
+    ],
+)
+def test_memories_of_others_are_refused(change):
+    memory = {**started().memory(), **change}
+    table = PositionTaskTable(6)
+    with pytest.raises(RangeError, match="memory"):
+        table.remember(memory, 0.0)
+    assert table.label == 0
+
+
+def test_only_a_new_table_remembers():
+    table = started()
+    with pytest.raises(RangeError, match="has begun"):
+        table.remember(table.memory(), 0.0)

@@ -7,6 +7,7 @@ import math
 from numpy.typing import ArrayLike
 
 from crazychoir_fw.errors import RangeError
+from crazychoir_fw.guidance.cf_guidance import Phase
 from crazychoir_fw.guidance.communicator import TopicCommunicator
 from crazychoir_fw.optimization import LinearProblem
 from crazychoir_fw.schemes.delivery.delivery_request import DeliveryRequest
@@ -145,6 +146,8 @@ class DeliveryGuidance(DispatchGuidance):
     # ---------------------------------------------------------------- what is flown
 
     def _move(self, now: float) -> None:
+        if self._phase is not Phase.FLIGHT:
+            return  # it was told to land while an optimization ran
         here = self._position()
         if self.stops:
             way = self.executor.go(self.stops[0].position, here, now)
@@ -174,6 +177,10 @@ class DeliveryGuidance(DispatchGuidance):
             self._give_up(f"did not reach the stop at ({x:.2f}, {y:.2f})")
 
     # ---------------------------------------------------------------- buttons
+
+    def forget_what_was_said(self) -> None:
+        """See `DispatchGuidance`."""
+        self._said.clear()
 
     def begin_landing(self, now: float) -> None:
         """Drop the route and come down."""

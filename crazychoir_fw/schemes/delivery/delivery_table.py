@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -109,6 +109,26 @@ class DeliveryTable(DispatchTable):
         self.lost |= set(gone)
         self.note("lost_loads", None, {"numbers": gone})
         return True
+
+    def _memory(self) -> dict[str, Any]:
+        return {
+            "open": [[number, request.carrier] for number, request in self.requests.items()],
+            "coming": [request.number for request in self._coming],
+            "lost": sorted(self.lost),
+            "first": self._first,
+        }
+
+    def _remember(self, memory: Mapping[str, Any]) -> None:
+        known = {request.number: request for request in self._coming}
+        requests = {}
+        for number, carrier in memory["open"]:
+            if carrier is not None and carrier not in range(self.agents):
+                raise ValueError(f"carrier {carrier}")
+            requests[number] = dataclasses.replace(known[number], carrier=carrier)
+        coming, lost, first = [known[k] for k in memory["coming"]], set(memory["lost"]), float(memory["first"])
+        if not (lost <= set(known) and math.isfinite(first)):
+            raise ValueError(f"lost {sorted(lost)}, first {first}")
+        self._coming, self.requests, self.lost, self._first = coming, requests, lost, first
 
     @property
     def _open(self) -> set[int]:

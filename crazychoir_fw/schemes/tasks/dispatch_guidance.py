@@ -16,7 +16,7 @@ from crazychoir_fw.guidance.communicator import TopicCommunicator
 from crazychoir_fw.guidance.outputs import Outputs
 from crazychoir_fw.optimization import Agent, DistributedSimplex, LinearProblem
 from crazychoir_fw.optimization.algorithm import Array
-from crazychoir_fw.schemes.tasks.dispatch_table import Offer
+from crazychoir_fw.schemes.tasks.dispatch_table import LABELS_SKIPPED, Offer
 
 ROUNDS_PER_LIST = 10_000
 """Labels of rounds begin at the label of the list times this, so that rounds of different lists never meet."""
@@ -160,6 +160,8 @@ class DispatchGuidance(CFGuidance):
     def hear(self, label: int) -> None:
         """There is a new list."""
         if label > self._newest:
+            if self._newest and label - self._newest >= LABELS_SKIPPED:
+                self.forget_what_was_said()
             self._newest = label
             self._asked_at = -math.inf
             self._offer = None
@@ -201,6 +203,9 @@ class DispatchGuidance(CFGuidance):
     @abstractmethod
     def work(self, now: float) -> None:
         """Do what was decided, a step of it."""
+
+    def forget_what_was_said(self) -> None:
+        """Take nothing for known to the table but what it offers: it goes on from a memory, which may lack the last."""
 
     # ---------------------------------------------------------------- a round
 

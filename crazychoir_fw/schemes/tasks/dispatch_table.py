@@ -14,6 +14,10 @@ from typing import Any
 
 from crazychoir_fw.errors import RangeError
 
+LABELS_SKIPPED = 100
+"""By a table that goes on from a memory, so that its lists are newer than any that were announced meanwhile, and agents
+know that what they said last may not have been heard."""
+
 Note = Callable[..., None]
 """`note(kind, agent, details)`: something happened; agent is None for nobody's."""
 
@@ -90,6 +94,34 @@ class DispatchTable(ABC):
         """Begin after the delay; the first time only."""
         if self._begins is None:
             self._begins = now + self.start_delay
+
+    def memory(self) -> dict[str, Any]:
+        """Return what `remember` needs: plain numbers, lists and mappings."""
+        return {"label": self.label, "finished": self.finished, "gone": sorted(self.gone), **self._memory()}
+
+    def remember(self, memory: Mapping[str, Any], now: float) -> None:
+        """Go on in place of a table, made alike, whose memory this is, and announce its list anew.
+
+        Args:
+            memory: As of `memory`, of a table that had begun.
+            now: Time (s).
+
+        Raises:
+            RangeError: If it is no such memory, or this table has begun itself.
+        """
+        if self.label:
+            raise RangeError(f"table: it has begun, label {self.label}, allowed: a new one")
+        try:
+            label, finished = int(memory["label"]), int(memory["finished"])
+            gone = {int(one) for one in memory["gone"]}
+            if label < 1 or finished < 0 or not gone <= set(range(self.agents)):
+                raise ValueError(f"label {label}, finished {finished}, gone {sorted(gone)}")
+            self._remember(memory)
+        except (KeyError, TypeError, ValueError, AttributeError) as error:
+            raise RangeError(f"table: not the memory of one like this: {error!r}") from None
+        self.label, self.finished, self.gone = label + LABELS_SKIPPED, finished, gone
+        self._now = self._begins = self._progress = now
+        self.announce()
 
     def step(self, now: float) -> None:
         """Look at the time (s)."""
@@ -205,6 +237,14 @@ class DispatchTable(ABC):
     @abstractmethod
     def _take_back(self) -> bool:
         """Take back what only agents can do that are gone; returns whether the list has changed."""
+
+    @abstractmethod
+    def _memory(self) -> dict[str, Any]:
+        """Return what it must remember beside label, what is finished, and who is gone."""
+
+    @abstractmethod
+    def _remember(self, memory: Mapping[str, Any]) -> None:
+        """Take over such a memory; whatever is wrong with it may raise KeyError, TypeError or ValueError."""
 
     @property
     @abstractmethod

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.schemes.tasks.dispatch_table import DispatchTable
 from crazychoir_fw.schemes.tasks.position_task import PositionTask
 
 _MOST_DRAWS = 1000  # of one task, until somebody can do it
+_MOST_REMEMBERED = 1_000_000  # draws, some seconds
 
 
 class PositionTaskTable(DispatchTable):
@@ -65,6 +70,7 @@ class PositionTaskTable(DispatchTable):
         # the generator of the original, whose numbers will never change
         self._random = np.random.RandomState(seed)
         self._next_sequence = 0
+        self._draws = 0
 
     def _begin(self) -> None:
         self._generate()
@@ -86,8 +92,9 @@ class PositionTaskTable(DispatchTable):
 
     def _drawn(self, number: int) -> PositionTask:
         for _ in range(_MOST_DRAWS):
-            position = self.low + (self.high - self.low) * self._random.random_sample(2)
-            able = np.flatnonzero(self._random.random_sample(self.agents) < self.probability)
+            point, chances = self._draw()
+            position = self.low + (self.high - self.low) * point
+            able = np.flatnonzero(chances < self.probability)
             if not self.gone.issuperset(able.tolist()):
                 break
             self.note("redrawn", None, {"number": number, "label": self.label + 1})
@@ -98,6 +105,10 @@ class PositionTaskTable(DispatchTable):
         )
         self._next_sequence += 1
         return task
+
+    def _draw(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        self._draws += 1
+        return self._random.random_sample(2), self._random.random_sample(self.agents)
 
     def _items_of(self, agent: int) -> list[PositionTask]:
         return [task for _, task in sorted(self.tasks.items()) if agent in task.agents]
@@ -126,3 +137,25 @@ class PositionTaskTable(DispatchTable):
     @property
     def _open(self) -> set[int]:
         return {task.sequence for task in self.tasks.values()}
+
+    def _memory(self) -> dict[str, Any]:
+        tasks = [[task.number, task.sequence, list(task.position), list(task.agents)] for task in self.tasks.values()]
+        return {
+            "tasks": tasks,
+            "generations_left": self.generations_left,
+            "next_sequence": self._next_sequence,
+            "draws": self._draws,
+        }
+
+    def _remember(self, memory: Mapping[str, Any]) -> None:
+        tasks = {}
+        for number, sequence, (x, y), able in memory["tasks"]:
+            if not (0 <= number < self.agents and set(able) <= set(range(self.agents)) and math.isfinite(x + y)):
+                raise ValueError(f"task {number} at ({x}, {y}) for {able}")
+            tasks[int(number)] = PositionTask(int(number), int(sequence), (float(x), float(y)), tuple(able))
+        left, sequence, draws = (int(memory[name]) for name in ("generations_left", "next_sequence", "draws"))
+        if left < 0 or not 0 <= sequence <= draws <= _MOST_REMEMBERED:
+            raise ValueError(f"{left} generations left, {sequence} tasks, {draws} draws")
+        while self._draws < draws:
+            self._draw()
+        self.tasks, self.generations_left, self._next_sequence = tasks, left, sequence

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
+from crazychoir_fw.guidance.cf_guidance import Phase
 from crazychoir_fw.guidance.communicator import TopicCommunicator
 from crazychoir_fw.optimization import LinearProblem, assigned_task, assignment_problem
 from crazychoir_fw.schemes.tasks.dispatch_guidance import DispatchGuidance, LabeledSimplex
@@ -96,6 +97,8 @@ class TaskGuidance(DispatchGuidance):
         return True
 
     def _move(self, now: float) -> None:
+        if self._phase is not Phase.FLIGHT:
+            return  # it was told to land while an optimization ran
         here = self._position()
         way = self.executor.stay(here) if self.task is None else self.executor.go(self.task.position, here, now)
         if way is not None:
@@ -131,6 +134,10 @@ class TaskGuidance(DispatchGuidance):
         """Drop the task; see `CFGuidance`."""
         self._drop()
         super().stop(now)
+
+    def forget_what_was_said(self) -> None:
+        """See `DispatchGuidance`."""
+        self._done.clear()
 
     def _drop(self) -> None:
         self.task = None

@@ -1,0 +1,87 @@
+"""Missions flown as processes by the command line, and somebody who looks on."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import rclpy
+from rclpy.context import Context
+from rclpy.node import Node
+from ros_domains import reserve_domain
+from rosgraph_msgs.msg import Clock
+
+from crazychoir_fw.ros.names import qos
+from crazychoir_fw.ros.process import make_executor
+
+PATIENCE = 240.0  # [s], of the wall clock, for what must come
+
+
+class Flight:
+    """A mission flown as processes, and somebody who looks on."""
+
+    def __init__(self, folder: Path, mission: str, *options: str, patience: float = 0.5):
+        self.file = folder / "mission.yaml"
+        self.file.write_text(mission)
+        self.out = folder / "out"
+        self.domain = domain = reserve_domain()
+        # nobody is given up because the machine is busy
+        code = (
+            "from functools import partial; from crazychoir_fw.cli import app; from crazychoir_fw.ros import manager; "
+            f"manager.RosOptions = partial(manager.RosOptions, deadline={PATIENCE}, patience={patience}); app()"
+        )
+        command = [sys.executable, "-c", code, "fly", str(self.file), "--ros", "--no-video", "--out", str(self.out)]
+        self.log = folder / "log.txt"
+        with self.log.open("w") as log:
+            self.process = subprocess.Popen([*command, "--domain", str(domain), *options], stdout=log, stderr=log)
+        self.context = Context()
+        rclpy.init(args=[], context=self.context, domain_id=domain)
+        self.node = Node("onlooker", context=self.context)
+        self.executor = make_executor(self.context)
+        self.executor.add_node(self.node)
+        self.time = 0.0
+        self.node.create_subscription(Clock, "/clock", self._take_time, qos(10))
+
+    def _take_time(self, message):
+        self.time = message.clock.sec + message.clock.nanosec / 1e9
+
+    def until(self, condition, what):
+        """Work until something is so."""
+        deadline = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < deadline, f"{what}: not within {PATIENCE} s\n{self.log.read_text()[-3000:]}"
+            assert self.process.poll() is None, f"{what}: the flight has ended\n{self.log.read_text()[-3000:]}"
+            self.executor.spin_once(timeout_sec=0.05)
+
+    def numbers(self):
+        """Return who is which process."""
+        return json.loads((self.out / "processes.json").read_text())
+
+    def close(self):
+        """End whatever still runs."""
+        rclpy.try_shutdown(context=self.context)
+        if self.process.poll() is None:
+            self.process.send_signal(signal.SIGINT)
+            try:
+                self.process.wait(60.0)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+                self.process.wait()
+
+
+def is_running(number):
+    try:
+        os.kill(number, 0)
+    except ProcessLookupError:
+        return False
+    return Path(f"/proc/{number}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+def all_gone(numbers):
+    deadline = time.monotonic() + PATIENCE
+    while any(map(is_running, numbers)) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    return not any(map(is_running, numbers))
