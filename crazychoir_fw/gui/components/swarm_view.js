@@ -18,16 +18,13 @@ export default {
   mounted() {
     this.canvas = this.$el.querySelector("canvas");
     try {
-      this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true });
+      this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: !cc.isSlow(), alpha: false });
     } catch {
       this.problem = "This browser draws no 3-D pictures (WebGL is off); the map on the tab Fly shows the drones.";
       return;
     }
     this.three = {};
-    // without a graphics card each picture takes the time of the flight itself
-    const gl = this.renderer.getContext(), about = gl.getExtension("WEBGL_debug_renderer_info");
-    const isSlow = about && /swiftshader|llvmpipe|software/i.test(gl.getParameter(about.UNMASKED_RENDERER_WEBGL));
-    this.sharpness = isSlow ? 0.75 : 1.5;
+    this.sharpness = cc.isSlow() ? 0.75 : 1.5;
     const scene = (this.three.scene = new THREE.Scene());
     const camera = (this.three.camera = new THREE.PerspectiveCamera(45, 1, 0.05, 300));
     camera.up.set(0, 0, 1);
@@ -38,7 +35,7 @@ export default {
     sun.position.set(3, -4, 8);
     scene.add(sun);
     this.labels = new CSS2DRenderer({ element: this.$el.querySelector(".cc-view-labels") });
-    this.mark = cc.drawer(this.canvas, () => this.draw(), isSlow ? 250 : 0);
+    this.mark = cc.drawer(this.canvas, () => this.draw());
     this.offs = [cc.on("frame", () => this.mark()), cc.on("setting", () => this.build()), cc.on("branch", () => this.mark())];
     this.sizes = new ResizeObserver(() => this.mark());
     this.sizes.observe(this.$el);
@@ -73,7 +70,7 @@ export default {
         return mesh;
       });
       this.three.ghosts = new THREE.InstancedMesh(
-        new THREE.SphereGeometry(0.03, 12, 8), new THREE.MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.6 }), count);
+        new THREE.SphereGeometry(0.03, 10, 6), new THREE.MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.6 }), count);
       this.three.ghosts.frustumCulled = false;
       for (let i = 0; i < count; i++) this.three.ghosts.setColorAt(i, this.colorOf(i));
       room.add(this.three.ghosts);
@@ -122,7 +119,7 @@ export default {
       const arms = [Math.PI / 4, -Math.PI / 4].map((angle) => new THREE.BoxGeometry(0.13, 0.012, 0.008).rotateZ(angle));
       const rotors = [0, 1, 2, 3].map((k) => {
         const angle = Math.PI / 4 + (k * Math.PI) / 2;
-        return new THREE.CylinderGeometry(0.024, 0.024, 0.004, 14).rotateX(Math.PI / 2)
+        return new THREE.CylinderGeometry(0.024, 0.024, 0.004, 10).rotateX(Math.PI / 2)
           .translate(0.065 * Math.cos(angle), 0.065 * Math.sin(angle), 0.012);
       });
       const hull = new THREE.BoxGeometry(0.05, 0.03, 0.016);
@@ -189,12 +186,17 @@ export default {
       if (newest !== this.newest) {
         this.newest = newest;
         this.put(this.three.trails, this.show.trails ? this.segments(cc.trails.map((point) => point.positions)) : []);
-        this.put(this.three.others, Object.values(cc.ghosts).flatMap((ghost) => this.segments(ghost.positions)));
+        if (Object.keys(cc.ghosts).length || this.three.others.geometry.drawRange.count) this.put(this.three.others, Object.values(cc.ghosts).flatMap((ghost) => this.segments(ghost.positions)));
       }
       this.put(this.three.graph, this.show.graph ? cc.setting.graph.flatMap(([i, j]) => [[i, frame.drones[i].position], [j, frame.drones[j].position]]) : []);
       this.renderer.setClearColor(cc.isDark() ? 0x14181d : 0xf4f6f8);
       this.renderer.render(scene, camera);
-      this.labels.render(scene, camera);
+      if (this.show.names || this.hadNames) this.labels.render(scene, camera);
+      this.hadNames = this.show.names;
+      if (cc.isSlow()) { // waits until it is drawn, so that its cost is known
+        const gl = this.renderer.getContext();
+        gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+      }
     },
     segments(rows) {
       const found = [];
@@ -214,8 +216,11 @@ export default {
           color.setXYZ(k, paint.r, paint.g, paint.b);
         }
       }
-      position.needsUpdate = true;
-      if (color) color.needsUpdate = true;
+      for (const attribute of color ? [position, color] : [position]) {
+        attribute.clearUpdateRanges(); // what is not drawn is not sent to the graphics card
+        attribute.addUpdateRange(0, count * 3);
+        attribute.needsUpdate = count > 0;
+      }
       lines.geometry.setDrawRange(0, count);
     },
   },

@@ -190,17 +190,34 @@
     }
   }, true);
 
+  // Without a graphics card each picture takes processor time, on a small machine from the flight itself.
+  let isSlow = null;
+  cc.isSlow = () => {
+    if (isSlow === null) {
+      const gl = document.createElement("canvas").getContext("webgl");
+      const about = gl && gl.getExtension("WEBGL_debug_renderer_info");
+      isSlow = !gl || !!(about && /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(about.UNMASKED_RENDERER_WEBGL)));
+      gl?.getExtension("WEBGL_lose_context")?.loseContext();
+    }
+    return isSlow;
+  };
+  const SLOW_MS = 250, SLOWEST_MS = 1500, SLOW_SHARE = 0.05; // between two pictures, and part of the time for them
+
   // one watch over the pictures of all tabs: they draw when something changed, and only those that are seen
   cc.drawer = (element, draw, least = 0) => { // at most every so many ms
     let isDirty = true, isSeen = true, last = -Infinity;
+    if (cc.isSlow()) least = Math.max(least, SLOW_MS);
+    const fewest = least;
     const observer = new IntersectionObserver((entries) => { isSeen = entries[entries.length - 1].isIntersecting; mark(); });
     let handle = 0, timer = 0, isOver = false;
     const tick = () => {
       handle = 0;
       if (!isDirty || !isSeen || document.hidden || isOver) return;
       isDirty = false;
-      last = performance.now();
+      const begin = performance.now();
       draw();
+      last = performance.now();
+      if (cc.isSlow()) least = Math.min(SLOWEST_MS, Math.max(fewest, (last - begin) / SLOW_SHARE));
     };
     // a page on which nothing changes does nothing
     const mark = () => {
