@@ -9,7 +9,7 @@ export default {
       <canvas data-testid="view" aria-label="Drones in the room, live" role="img"></canvas>
       <div class="cc-view-labels"></div>
       <div class="cc-view-tools">
-        <q-toggle dense v-for="name in Object.keys(show)" :key="name" v-model="show[name]" :label="name" @update:model-value="mark && mark()" />
+        <q-toggle dense v-for="name in Object.keys(show)" :key="name" v-model="show[name]" :label="name" @update:model-value="mark && mark(true)" />
         <q-btn dense flat icon="center_focus_strong" aria-label="Show all drones" @click="look" />
       </div>
       <div v-if="problem" class="cc-view-problem">{{ problem }}</div>
@@ -29,7 +29,7 @@ export default {
     const camera = (this.three.camera = new THREE.PerspectiveCamera(45, 1, 0.05, 300));
     camera.up.set(0, 0, 1);
     this.three.controls = new OrbitControls(camera, this.canvas);
-    this.three.controls.addEventListener("change", () => this.mark());
+    this.three.controls.addEventListener("change", () => this.mark && this.mark(true));
     scene.add(new THREE.HemisphereLight(0xffffff, 0x8899aa, 2.6));
     const sun = new THREE.DirectionalLight(0xffffff, 1.4);
     sun.position.set(3, -4, 8);

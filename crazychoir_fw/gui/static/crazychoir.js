@@ -201,14 +201,13 @@
     }
     return isSlow;
   };
-  const SLOW_MS = 250, SLOWEST_MS = 1500, SLOW_SHARE = 0.05; // between two pictures, and part of the time for them
+  const SLOW_MS = 500, SLOWEST_MS = 1500, SLOW_SHARE = 0.05; // between two pictures, and part of the time for each
 
-  // one watch over the pictures of all tabs: they draw when something changed, and only those that are seen
+  // One watch over the pictures of all tabs: they draw when something changed, and only those that are seen. What a
+  // person does shows at once; on a slow machine the rest of all pictures comes together, twice a second at most.
   cc.drawer = (element, draw, least = 0) => { // at most every so many ms
-    let isDirty = true, isSeen = true, last = -Infinity;
-    if (cc.isSlow()) least = Math.max(least, SLOW_MS);
-    const fewest = least;
-    const observer = new IntersectionObserver((entries) => { isSeen = entries[entries.length - 1].isIntersecting; mark(); });
+    let isDirty = true, isSeen = true, last = -Infinity, slow = SLOW_MS;
+    const observer = new IntersectionObserver((entries) => { isSeen = entries[entries.length - 1].isIntersecting; mark(true); });
     let handle = 0, timer = 0, isOver = false;
     const tick = () => {
       handle = 0;
@@ -217,26 +216,30 @@
       const begin = performance.now();
       draw();
       last = performance.now();
-      if (cc.isSlow()) least = Math.min(SLOWEST_MS, Math.max(fewest, (last - begin) / SLOW_SHARE));
+      slow = SLOW_MS * Math.ceil(Math.min(SLOWEST_MS, Math.max(SLOW_MS, (last - begin) / SLOW_SHARE)) / SLOW_MS);
     };
     // a page on which nothing changes does nothing
-    const mark = () => {
+    const mark = (isByHand) => {
       isDirty = true;
-      if (handle || timer || isOver || !isSeen) return;
-      const wait = last + least - performance.now();
-      if (wait > 4) timer = setTimeout(() => { timer = 0; mark(); }, wait);
+      if (handle || isOver || !isSeen || document.hidden || (timer && isByHand !== true)) return;
+      const now = performance.now();
+      const wait = cc.isSlow() && isByHand !== true ? slow - (now % slow) : last + least - now;
+      clearTimeout(timer);
+      timer = 0;
+      if (wait > 4) timer = setTimeout(() => { timer = 0; handle = requestAnimationFrame(tick); }, wait);
       else handle = requestAnimationFrame(tick);
     };
-    document.addEventListener("visibilitychange", mark);
+    const wake = () => mark(true);
+    document.addEventListener("visibilitychange", wake);
     mark.end = () => {
       isOver = true;
       cancelAnimationFrame(handle);
       clearTimeout(timer);
       observer.disconnect();
-      document.removeEventListener("visibilitychange", mark);
+      document.removeEventListener("visibilitychange", wake);
     };
     observer.observe(element);
-    mark();
+    mark(true);
     return mark;
   };
 
@@ -246,7 +249,8 @@
     const width = Math.max(1, Math.round(box.width)), height = Math.max(1, Math.round(box.height));
     const wide = Math.round(width * ratio), tall = Math.round(height * ratio);
     if (canvas.width !== wide || canvas.height !== tall) { canvas.width = wide; canvas.height = tall; }
-    const context = canvas.getContext("2d");
+    // without a graphics card it is cheaper not to play one
+    const context = canvas.getContext("2d", { willReadFrequently: cc.isSlow() });
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
     return { context, width, height };
