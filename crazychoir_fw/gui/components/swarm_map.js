@@ -199,6 +199,7 @@ export default {
         if (this.mode === "draw") this.write(c, `${drawing.name} (${drawing.drone})`, x + 8, y - 18, "left");
       }
       if (this.mode !== "draw" && cc.dry) cc.dry.parts.forEach((part) => this.line(c, part.path, cc.ink(0.5), 1, [3, 3]));
+      this.marks(c);
       if (this.stroke) this.line(c, this.stroke.points, cc.ink(0.9), 4);
       if (this.goal && performance.now() - this.goal[2] < 2500) {
         const [x, y] = this.toScreen(this.goal);
@@ -238,6 +239,16 @@ export default {
         if (isMetre && py < height - 20) c.fillText(`${y} m`, 3, py);
       });
       c.textBaseline = "alphabetic";
+    },
+    marks(c) { // tasks are disks of the color of whoever does them
+      for (const mark of cc.words.marks || []) {
+        const color = cc.markColor(mark), [x, y] = this.toScreen(mark.position);
+        if (mark.link) this.line(c, [mark.position, mark.link], color, 1, [4, 4]);
+        c.fillStyle = color; c.strokeStyle = cc.ink(0.6); c.lineWidth = 1; c.globalAlpha = 0.55;
+        c.beginPath(); c.arc(x, y, 9, 0, 7); c.fill(); c.globalAlpha = 1; c.stroke();
+        c.fillStyle = cc.ink(0.9);
+        this.write(c, mark.label, x, y + 11, "center");
+      }
     },
     drones(c) {
       const many = cc.frame.drones.length > 12;

@@ -36,7 +36,8 @@ export default {
     scene.add(sun);
     this.labels = new CSS2DRenderer({ element: this.$el.querySelector(".cc-view-labels") });
     this.mark = cc.drawer(this.canvas, () => this.draw());
-    this.offs = [cc.on("frame", () => this.mark()), cc.on("setting", () => this.build()), cc.on("branch", () => this.mark())];
+    this.offs = [cc.on("frame", () => this.mark()), cc.on("setting", () => this.build()), cc.on("branch", () => this.mark()),
+      cc.on("words", () => { if (JSON.stringify(cc.words.marks || []) !== this.marked) this.mark(); })];
     this.sizes = new ResizeObserver(() => this.mark());
     this.sizes.observe(this.$el);
     if (cc.setting && cc.frame) this.build();
@@ -100,6 +101,9 @@ export default {
         this.three.obstacles.add(new THREE.Box3Helper(box, 0xdd7714));
       }
       room.add(this.three.obstacles);
+      this.three.marks = new THREE.Group();
+      this.marked = "";
+      room.add(this.three.marks);
       this.three.names = cc.setting.names.slice(0, MOST_LABELS).map((name) => {
         const text = document.createElement("div");
         text.className = "cc-label";
@@ -181,6 +185,7 @@ export default {
       this.three.bodies.forEach((mesh) => { mesh.instanceMatrix.needsUpdate = true; });
       this.three.ghosts.instanceMatrix.needsUpdate = true;
       this.three.obstacles.visible = this.show.obstacles;
+      this.putMarks();
       // trails grow ten times a second, and are the most work
       const newest = `${cc.trails.length} ${cc.trails.length ? cc.trails[cc.trails.length - 1].time : 0} ${this.show.trails} ${Object.keys(cc.ghosts)}`;
       if (newest !== this.newest) {
@@ -191,12 +196,38 @@ export default {
       this.put(this.three.graph, this.show.graph ? cc.setting.graph.flatMap(([i, j]) => [[i, frame.drones[i].position], [j, frame.drones[j].position]]) : []);
       this.renderer.setClearColor(cc.isDark() ? 0x14181d : 0xf4f6f8);
       this.renderer.render(scene, camera);
-      if (this.show.names || this.hadNames) this.labels.render(scene, camera);
+      if (this.show.names || this.hadNames || this.three.marks.children.length) this.labels.render(scene, camera);
       this.hadNames = this.show.names;
       if (cc.isSlow()) { // waits until it is drawn, so that its cost is known
         const gl = this.renderer.getContext();
         gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
       }
+    },
+    putMarks() {
+      const all = cc.words.marks || [], text = JSON.stringify(all);
+      if (text === this.marked) return;
+      this.marked = text;
+      this.three.marks.traverse((thing) => { thing.geometry?.dispose(); thing.material?.dispose(); thing.element?.remove(); });
+      this.three.marks.clear();
+      for (const mark of all) {
+        const material = new THREE.MeshBasicMaterial({ color: new THREE.Color().setStyle(cc.markColor(mark).replace(/ (?=\d)/g, ", ")), transparent: true, opacity: 0.6 });
+        const isOnFloor = mark.position[2] < 0.01; // tasks lie on the floor, targets hang in the air
+        const shape = isOnFloor ? new THREE.CylinderGeometry(0.1, 0.1, 0.01, 16).rotateX(Math.PI / 2) : new THREE.SphereGeometry(0.06, 12, 8);
+        const mesh = new THREE.Mesh(shape, material);
+        mesh.position.set(mark.position[0], mark.position[1], mark.position[2] + 0.01);
+        this.three.marks.add(mesh);
+        if (mark.link) {
+          const points = [mark.position, mark.link].map(([x, y, z]) => new THREE.Vector3(x, y, z + 0.01));
+          this.three.marks.add(new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial({ color: material.color, transparent: true, opacity: 0.6 })));
+        }
+        const name = document.createElement("div");
+        name.className = "cc-label";
+        name.textContent = mark.label;
+        const label = new CSS2DObject(name);
+        label.position.set(mark.position[0], mark.position[1], mark.position[2] + 0.12);
+        this.three.marks.add(label);
+      }
+      this.hadNames = true; // the labels are placed once
     },
     segments(rows) {
       const found = [];

@@ -19,6 +19,7 @@
   cc.emit = (name, data) => { for (const listener of listeners[name] || []) listener(data); };
   cc.isDark = () => document.body.classList.contains("body--dark");
   cc.color = (index) => `hsl(${(index * 137.5 + 205) % 360} 70% ${cc.isDark() ? 62 : 42}%)`;
+  cc.markColor = (mark) => mark.color || (mark.drone === null ? "#8c949e" : cc.color(mark.drone));
   cc.ink = (alpha = 1) => (cc.isDark() ? `rgba(235,240,245,${alpha})` : `rgba(20,30,40,${alpha})`);
   const newId = () => Array.from(crypto.getRandomValues(new Uint32Array(4)), (n) => n.toString(16)).join("");
 
