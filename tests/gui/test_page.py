@@ -76,6 +76,7 @@ def draw(page, points):
     page.mouse.down()
     for pixel in pixels[1:]:
         page.mouse.move(*pixel)
+        page.wait_for_timeout(20)  # as a hand: points of one instant make a curve that overshoots
     page.mouse.up()
 
 
