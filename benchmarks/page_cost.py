@@ -1,16 +1,21 @@
 """What the page costs a flight: simulated seconds per second with and without browsers, side by side.
 
-    python benchmarks/page_cost.py [--drones 30] [--seconds 10] [--repeats 3] [--chromium PATH | none] [--json FILE]
+    python benchmarks/page_cost.py [--drones 30] [--seconds 10] [--repeats 3] [--pace 1] [--chromium PATH | none]
 
-The flight goes as fast as it can. `served` has one client of the live connection that takes every frame; `watched` has
-Chromium with the three-dimensional view of all drones. Without a graphics card Chromium draws with the processor, and
-takes cores from the flight: its share is that of a picture on the same machine, and none of it is the server's. With
---pace the flight is held at that speed, as people fly, and what counts is whether it keeps it.
+`served` has one client of the live connection that takes every frame: all that is the server's. `watched` has Chromium
+with the three-dimensional view of all drones, and `polite` the same with the least priority (nice 19): it stands for a
+browser on other processors, since it takes what the flight leaves. Without a graphics card Chromium draws with the
+processor; how much of one it takes is its own column. With --pace the flight is held at that speed, as people fly, and
+what counts is whether it keeps it; otherwise it goes as fast as it can.
+
+Seconds on the wall are those of everybody on the machine. The processor time of the flight for a simulated second, of
+the server for a second, and of the browser are not.
 """
 
 import argparse
 import asyncio
 import json
+import os
 import shutil
 import statistics
 import threading
@@ -41,11 +46,53 @@ def mission_of(drones):
     )
 
 
-def factor(session, seconds):
-    """Return simulated seconds per second, over so many seconds on the wall."""
-    begin, clock = session.experiment.time, time.perf_counter()
-    time.sleep(seconds)
-    return (session.experiment.time - begin) / (time.perf_counter() - clock)
+def processor_time(pid, thread=None):
+    """Return the processor time (s) of a process, or of one of its threads; 0 if it has gone."""
+    try:
+        text = Path(f"/proc/{pid}/stat" if thread is None else f"/proc/{pid}/task/{thread}/stat").read_text()
+    except OSError:
+        return 0.0
+    fields = text.rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def children_of(pid):
+    """Return the processes that a process has started, and those that they have."""
+    found = []
+    for task in Path(f"/proc/{pid}/task").glob("*/children"):
+        try:
+            direct = [int(word) for word in task.read_text().split()]
+        except OSError:
+            continue
+        for child in direct:
+            found += [child, *children_of(child)]
+    return found
+
+
+class Meter:
+    """Speed of a flight, and processor time of everybody who has to do with it."""
+
+    def __init__(self, session, flight, server):
+        self._session, self._threads = session, {"flight": flight, "server": server}
+
+    def _now(self):
+        me = os.getpid()
+        used = {name: processor_time(me, thread.native_id) for name, thread in self._threads.items()}
+        browser = {child: processor_time(child) for child in children_of(me)}
+        return self._session.experiment.time, time.perf_counter(), used, browser
+
+    def measure(self, seconds):
+        """Return simulated seconds per second, and processor time, over so many seconds on the wall."""
+        begin, clock, used, browser = self._now()
+        time.sleep(seconds)
+        end, later, more, browsing = self._now()
+        flown, waited = end - begin, later - clock
+        return {
+            "factor": flown / waited,
+            "flight_per_simulated_s": (more["flight"] - used["flight"]) / max(flown, 1e-9),
+            "server_share": (more["server"] - used["server"]) / waited,
+            "browser_share": sum(max(0.0, v - browser.get(pid, 0.0)) for pid, v in browsing.items()) / waited,
+        }
 
 
 class Client:
@@ -74,7 +121,7 @@ class Client:
 class Chromium:
     """A browser on the tab Watch, in a process of its own and driven from a thread."""
 
-    def __init__(self, path, address):
+    def __init__(self, path, address, is_polite=False):
         from playwright.sync_api import sync_playwright
 
         self._driver = sync_playwright().start()
@@ -83,6 +130,10 @@ class Chromium:
         self._page.goto(address)
         self._page.wait_for_function("window.cc && cc.frame && cc.setting && cc.words.cards", timeout=120_000)
         self._page.locator(".q-tab", has_text="Watch").click()
+        if is_polite:
+            for child in children_of(os.getpid()):
+                for task in Path(f"/proc/{child}/task").glob("*"):  # new threads have it from those that start them
+                    os.setpriority(os.PRIO_PROCESS, int(task.name), 19)
         time.sleep(3.0)
 
     def close(self):
@@ -104,18 +155,25 @@ def measure(arguments):
     ways = {"served": lambda: Client(address)}
     if arguments.chromium != "none":
         ways["watched"] = lambda: Chromium(arguments.chromium, address)
+        ways["polite"] = lambda: Chromium(arguments.chromium, address, is_polite=True)
+    meter = Meter(session, next(t for t in threading.enumerate() if t.name == "flight"), thread)
     alone, seen = [], {way: [] for way in ways}
     for _ in range(arguments.repeats):
         for way, watch in ways.items():
-            alone.append(factor(session, arguments.seconds))
+            alone.append(meter.measure(arguments.seconds))
             watcher = watch()
-            seen[way].append(factor(session, arguments.seconds) / alone[-1])
+            seen[way].append(meter.measure(arguments.seconds))
+            seen[way][-1]["kept"] = seen[way][-1]["factor"] / alone[-1]["factor"]
             watcher.close()
     server.should_exit = True
     thread.join(timeout=10.0)
     session.close()
-    kept = {way: round(statistics.median(shares), 4) for way, shares in seen.items()}
-    return {"drones": arguments.drones, "real_time_factor": round(statistics.median(alone), 3), "kept": kept}
+    return {"drones": arguments.drones, "alone": medians(alone), **{way: medians(rows) for way, rows in seen.items()}}
+
+
+def medians(rows):
+    """Return the median of each column."""
+    return {name: round(statistics.median(row[name] for row in rows), 4) for name in rows[0]}
 
 
 def main():
@@ -128,9 +186,18 @@ def main():
     parser.add_argument("--json", type=Path)
     arguments = parser.parse_args()
     result = measure(arguments)
-    print(f"{result['drones']} drones: {result['real_time_factor']:.2f} x real time without a browser")
-    for way, share in result["kept"].items():
-        print(f"  {way:8s} keeps {100 * share:.0f} %")
+    alone = result["alone"]
+    print(
+        f"{result['drones']} drones: {alone['factor']:.2f} x real time without a browser, "
+        f"{1000.0 * alone['flight_per_simulated_s']:.0f} ms of a processor for a simulated second"
+    )
+    for way in (way for way in ("served", "watched", "polite") if way in result):
+        row = result[way]
+        print(
+            f"  {way:8s} keeps {100 * row['kept']:.0f} %; a simulated second takes "
+            f"{1000.0 * row['flight_per_simulated_s']:.0f} ms, the server {100 * row['server_share']:.1f} % "
+            f"of a processor, the browser {100 * row['browser_share']:.0f} %"
+        )
     if arguments.json:
         arguments.json.write_text(json.dumps(result, indent=2))
 

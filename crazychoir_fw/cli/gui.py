@@ -20,6 +20,13 @@ def gui(
         str | None,
         typer.Option(help="Where the drones are, instead of the mission's.", metavar="sim|integrator|hardware"),
     ] = None,
+    uri_base: Annotated[
+        str | None,
+        typer.Option(
+            help="URI of the first drone for --backend hardware; the others have the next ports or addresses.",
+            metavar="URI",
+        ),
+    ] = None,
     speed: Annotated[float, typer.Option(min=0.0, max=100.0, help="Simulated seconds per second; 0 pauses.")] = 1.0,
     drawings: Annotated[Path, typer.Option(help="Folder in which drawings are saved.")] = Path("drawings"),
     seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
@@ -35,7 +42,7 @@ def gui(
         from crazychoir_fw.gui.server import make_server
         from crazychoir_fw.gui.session import Session
 
-        session = Session(open_mission(mission, backend=backend, seed=seed), speed)
+        session = Session(open_mission(mission, uri_base, backend=backend, seed=seed), speed)
         port = _free_port(host, port)
         server = make_server(session, host, port, token, drawings)
         shown = "127.0.0.1" if host in ("0.0.0.0", "::") else host

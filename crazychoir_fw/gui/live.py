@@ -15,6 +15,7 @@ import numpy as np
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
 from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.gui.marks import Marks
 from crazychoir_fw.gui.session import FRAME_S, PHASES, Frame
 
 if TYPE_CHECKING:
@@ -41,6 +42,7 @@ class Live:
     def __init__(self, session: Session, drawings: Drawings) -> None:
         self._session = session
         self._drawings = drawings
+        self._marks: Marks | None = None
         self._browsers: set[_Browser] = set()
         self._task: asyncio.Task[None] | None = None
 
@@ -108,8 +110,11 @@ class Live:
                                "duration": round(flying.duration, 1)}  # fmt: skip
         if session.is_ready and session.error is None:
             try:
-                cards = session.ask(lambda: _cards(session))
-                words["cards"] = await asyncio.wait_for(asyncio.wrap_future(cards), 2.0)
+                if self._marks is None:
+                    self._marks = Marks(session)
+                marks = self._marks
+                told = session.ask(lambda: (_cards(session), marks.now()))
+                words["cards"], words["marks"] = await asyncio.wait_for(asyncio.wrap_future(told), 2.0)
             except (CrazychoirError, TimeoutError, asyncio.TimeoutError):
                 pass  # a flight that makes real drones ready answers later
         return words

@@ -9,8 +9,13 @@ if TYPE_CHECKING:
     from crazychoir_fw.mission.schema import LayeredMission
 
 
-def open_mission(path: Path, **overrides: Any) -> LayeredMission:
+def open_mission(path: Path, uri_base: str | None = None, **overrides: Any) -> LayeredMission:
     """Return a mission; the drones of one without layers get buttons, and are flown by their planners on board.
+
+    Args:
+        path: The mission file.
+        uri_base: URI of the first real drone, if the others follow it; see `numbered_uris`.
+        overrides: What is stronger than the file, for `load_mission`.
 
     Raises:
         MissionError: If the file cannot be flown.
@@ -19,6 +24,12 @@ def open_mission(path: Path, **overrides: Any) -> LayeredMission:
     from crazychoir_fw.mission.layers import GuidanceLayer, Layers
     from crazychoir_fw.mission.schema import LayeredMission
 
+    if uri_base is not None:
+        from crazychoir_fw.cli.numbered_uris import numbered_uris
+
+        # how many drones there are is known before where they are
+        simulated = load_mission(path, **{**overrides, "backend": "sim"})
+        overrides["uris"] = numbered_uris(uri_base, len(simulated.fleet))
     mission = load_mission(path, **overrides)
     if isinstance(mission, LayeredMission):
         return mission

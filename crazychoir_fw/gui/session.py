@@ -343,7 +343,12 @@ class Session:
         for happening in happened[self._seen_happenings :]:
             if happening.kind in _TOLD:
                 continue
-            text = happening.details or happening.kind
+            details = happening.details
+            if not isinstance(details, str):
+                details = f"{happening.kind}: " + ", ".join(
+                    f"{name} {_brief(value)}" for name, value in details.items()
+                )
+            text = details or happening.kind
             self.say(happening.kind, text, happening.drone, happening.time)
         self._seen_happenings = len(happened)
 
@@ -381,3 +386,14 @@ class Session:
                 for line in text[len(before) - known :].splitlines():
                     if line.strip():
                         self.say("onboard", line.strip(), name)
+
+
+def _brief(value: Any) -> str:
+    """Return a value of an event in few words."""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, (list, tuple)):
+        if value and isinstance(value[0], (list, tuple)):  # a table
+            return f"({len(value)})"
+        return " ".join(map(_brief, value[:10])) or "none"
+    return str(value)

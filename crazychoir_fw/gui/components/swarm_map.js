@@ -26,7 +26,8 @@ export default {
     this.pointers = new Map();
     this.goal = null;
     this.mark = cc.drawer(this.canvas, () => this.draw());
-    this.offs = ["frame", "drawings", "selection", "branch"].map((name) => cc.on(name, this.mark));
+    this.offs = ["frame", "branch"].map((name) => cc.on(name, () => this.mark()));
+    for (const name of ["drawings", "selection"]) this.offs.push(cc.on(name, () => this.mark(true)));
     this.offs.push(cc.on("setting", () => this.fit()));
     this.sizes = new ResizeObserver(() => (this.isMoved ? this.mark() : this.fit()));
     this.sizes.observe(this.$el);
@@ -64,7 +65,7 @@ export default {
       this.view = { x: (x0 + x1) / 2, y: (y0 + y1) / 2, scale: Math.min(w / (x1 - x0), h / (y1 - y0)) * 0.96 };
       this.isMoved = false;
       this.tell();
-      this.mark();
+      this.mark(true);
     },
     tell() { // for tests, and for whoever measures
       Object.assign(this.canvas.dataset, { x: this.view.x, y: this.view.y, scale: this.view.scale });
@@ -73,7 +74,7 @@ export default {
       this.view.scale = Math.min(2000, Math.max(3, this.view.scale * factor));
       this.isMoved = true;
       this.tell();
-      this.mark();
+      this.mark(true);
     },
     wheel(event) {
       const [x, y] = this.toWorld(event);
@@ -95,14 +96,14 @@ export default {
       }
       this.pointers.set(event.pointerId, event);
       this.canvas.setPointerCapture(event.pointerId);
-      this.mark();
+      this.mark(true);
     },
     move(event) {
       const [x, y] = this.toWorld(event);
       this.where = `x ${x.toFixed(2)} m, y ${y.toFixed(2)} m`;
       if (this.panning) {
         this.view.x += this.panning[0] - x; this.view.y += this.panning[1] - y;
-        this.isMoved = true; this.tell(); this.mark();
+        this.isMoved = true; this.tell(); this.mark(true);
       } else if (this.pointers.size === 2 && this.pointers.has(event.pointerId)) {
         const [first, second] = [...this.pointers.values()];
         const other = first.pointerId === event.pointerId ? second : first;
@@ -114,7 +115,7 @@ export default {
       } else if (this.stroke) {
         const events = event.getCoalescedEvents ? event.getCoalescedEvents() : [];
         for (const one of events.length ? events : [event]) this.sample(one);
-        this.mark();
+        this.mark(true);
       }
       if (this.pointers.has(event.pointerId)) this.pointers.set(event.pointerId, event);
     },
@@ -132,7 +133,7 @@ export default {
         const stroke = this.stroke;
         this.stroke = null;
         if (stroke.points.length >= 2) await cc.draw({ action: "add", points: stroke.points, height: cc.height }, true);
-        this.mark();
+        this.mark(true);
       } else if (this.tapped && Math.hypot(event.clientX - this.tapped[0], event.clientY - this.tapped[1]) < 8) {
         const [x, y] = this.toWorld(event);
         const drone = this.droneAt(event);
@@ -144,7 +145,7 @@ export default {
       }
       this.tapped = null;
     },
-    cancel(event) { this.pointers.delete(event.pointerId); this.stroke = this.tapped = this.panning = null; this.mark(); },
+    cancel(event) { this.pointers.delete(event.pointerId); this.stroke = this.tapped = this.panning = null; this.mark(true); },
     droneAt(event) {
       const box = this.canvas.getBoundingClientRect();
       let found = null, least = 20;
@@ -198,6 +199,7 @@ export default {
         if (this.mode === "draw") this.write(c, `${drawing.name} (${drawing.drone})`, x + 8, y - 18, "left");
       }
       if (this.mode !== "draw" && cc.dry) cc.dry.parts.forEach((part) => this.line(c, part.path, cc.ink(0.5), 1, [3, 3]));
+      this.marks(c);
       if (this.stroke) this.line(c, this.stroke.points, cc.ink(0.9), 4);
       if (this.goal && performance.now() - this.goal[2] < 2500) {
         const [x, y] = this.toScreen(this.goal);
@@ -237,6 +239,16 @@ export default {
         if (isMetre && py < height - 20) c.fillText(`${y} m`, 3, py);
       });
       c.textBaseline = "alphabetic";
+    },
+    marks(c) { // tasks are disks of the color of whoever does them
+      for (const mark of cc.words.marks || []) {
+        const color = cc.markColor(mark), [x, y] = this.toScreen(mark.position);
+        if (mark.link) this.line(c, [mark.position, mark.link], color, 1, [4, 4]);
+        c.fillStyle = color; c.strokeStyle = cc.ink(0.6); c.lineWidth = 1; c.globalAlpha = 0.55;
+        c.beginPath(); c.arc(x, y, 9, 0, 7); c.fill(); c.globalAlpha = 1; c.stroke();
+        c.fillStyle = cc.ink(0.9);
+        this.write(c, mark.label, x, y + 11, "center");
+      }
     },
     drones(c) {
       const many = cc.frame.drones.length > 12;

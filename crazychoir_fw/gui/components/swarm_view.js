@@ -9,7 +9,7 @@ export default {
       <canvas data-testid="view" aria-label="Drones in the room, live" role="img"></canvas>
       <div class="cc-view-labels"></div>
       <div class="cc-view-tools">
-        <q-toggle dense v-for="name in Object.keys(show)" :key="name" v-model="show[name]" :label="name" @update:model-value="mark && mark()" />
+        <q-toggle dense v-for="name in Object.keys(show)" :key="name" v-model="show[name]" :label="name" @update:model-value="mark && mark(true)" />
         <q-btn dense flat icon="center_focus_strong" aria-label="Show all drones" @click="look" />
       </div>
       <div v-if="problem" class="cc-view-problem">{{ problem }}</div>
@@ -18,28 +18,26 @@ export default {
   mounted() {
     this.canvas = this.$el.querySelector("canvas");
     try {
-      this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: true, alpha: true });
+      this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: !cc.isSlow(), alpha: false });
     } catch {
       this.problem = "This browser draws no 3-D pictures (WebGL is off); the map on the tab Fly shows the drones.";
       return;
     }
     this.three = {};
-    // without a graphics card each picture takes the time of the flight itself
-    const gl = this.renderer.getContext(), about = gl.getExtension("WEBGL_debug_renderer_info");
-    const isSlow = about && /swiftshader|llvmpipe|software/i.test(gl.getParameter(about.UNMASKED_RENDERER_WEBGL));
-    this.sharpness = isSlow ? 0.75 : 1.5;
+    this.sharpness = cc.isSlow() ? 0.75 : 1.5;
     const scene = (this.three.scene = new THREE.Scene());
     const camera = (this.three.camera = new THREE.PerspectiveCamera(45, 1, 0.05, 300));
     camera.up.set(0, 0, 1);
     this.three.controls = new OrbitControls(camera, this.canvas);
-    this.three.controls.addEventListener("change", () => this.mark());
+    this.three.controls.addEventListener("change", () => this.mark && this.mark(true));
     scene.add(new THREE.HemisphereLight(0xffffff, 0x8899aa, 2.6));
     const sun = new THREE.DirectionalLight(0xffffff, 1.4);
     sun.position.set(3, -4, 8);
     scene.add(sun);
     this.labels = new CSS2DRenderer({ element: this.$el.querySelector(".cc-view-labels") });
-    this.mark = cc.drawer(this.canvas, () => this.draw(), isSlow ? 250 : 0);
-    this.offs = [cc.on("frame", () => this.mark()), cc.on("setting", () => this.build()), cc.on("branch", () => this.mark())];
+    this.mark = cc.drawer(this.canvas, () => this.draw());
+    this.offs = [cc.on("frame", () => this.mark()), cc.on("setting", () => this.build()), cc.on("branch", () => this.mark()),
+      cc.on("words", () => { if (JSON.stringify(cc.words.marks || []) !== this.marked) this.mark(); })];
     this.sizes = new ResizeObserver(() => this.mark());
     this.sizes.observe(this.$el);
     if (cc.setting && cc.frame) this.build();
@@ -73,7 +71,7 @@ export default {
         return mesh;
       });
       this.three.ghosts = new THREE.InstancedMesh(
-        new THREE.SphereGeometry(0.03, 12, 8), new THREE.MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.6 }), count);
+        new THREE.SphereGeometry(0.03, 10, 6), new THREE.MeshBasicMaterial({ color: 0xffffff, transparent: true, opacity: 0.6 }), count);
       this.three.ghosts.frustumCulled = false;
       for (let i = 0; i < count; i++) this.three.ghosts.setColorAt(i, this.colorOf(i));
       room.add(this.three.ghosts);
@@ -103,6 +101,9 @@ export default {
         this.three.obstacles.add(new THREE.Box3Helper(box, 0xdd7714));
       }
       room.add(this.three.obstacles);
+      this.three.marks = new THREE.Group();
+      this.marked = "";
+      room.add(this.three.marks);
       this.three.names = cc.setting.names.slice(0, MOST_LABELS).map((name) => {
         const text = document.createElement("div");
         text.className = "cc-label";
@@ -122,7 +123,7 @@ export default {
       const arms = [Math.PI / 4, -Math.PI / 4].map((angle) => new THREE.BoxGeometry(0.13, 0.012, 0.008).rotateZ(angle));
       const rotors = [0, 1, 2, 3].map((k) => {
         const angle = Math.PI / 4 + (k * Math.PI) / 2;
-        return new THREE.CylinderGeometry(0.024, 0.024, 0.004, 14).rotateX(Math.PI / 2)
+        return new THREE.CylinderGeometry(0.024, 0.024, 0.004, 10).rotateX(Math.PI / 2)
           .translate(0.065 * Math.cos(angle), 0.065 * Math.sin(angle), 0.012);
       });
       const hull = new THREE.BoxGeometry(0.05, 0.03, 0.016);
@@ -184,17 +185,49 @@ export default {
       this.three.bodies.forEach((mesh) => { mesh.instanceMatrix.needsUpdate = true; });
       this.three.ghosts.instanceMatrix.needsUpdate = true;
       this.three.obstacles.visible = this.show.obstacles;
+      this.putMarks();
       // trails grow ten times a second, and are the most work
       const newest = `${cc.trails.length} ${cc.trails.length ? cc.trails[cc.trails.length - 1].time : 0} ${this.show.trails} ${Object.keys(cc.ghosts)}`;
       if (newest !== this.newest) {
         this.newest = newest;
         this.put(this.three.trails, this.show.trails ? this.segments(cc.trails.map((point) => point.positions)) : []);
-        this.put(this.three.others, Object.values(cc.ghosts).flatMap((ghost) => this.segments(ghost.positions)));
+        if (Object.keys(cc.ghosts).length || this.three.others.geometry.drawRange.count) this.put(this.three.others, Object.values(cc.ghosts).flatMap((ghost) => this.segments(ghost.positions)));
       }
       this.put(this.three.graph, this.show.graph ? cc.setting.graph.flatMap(([i, j]) => [[i, frame.drones[i].position], [j, frame.drones[j].position]]) : []);
       this.renderer.setClearColor(cc.isDark() ? 0x14181d : 0xf4f6f8);
       this.renderer.render(scene, camera);
-      this.labels.render(scene, camera);
+      if (this.show.names || this.hadNames || this.three.marks.children.length) this.labels.render(scene, camera);
+      this.hadNames = this.show.names;
+      if (cc.isSlow()) { // waits until it is drawn, so that its cost is known
+        const gl = this.renderer.getContext();
+        gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+      }
+    },
+    putMarks() {
+      const all = cc.words.marks || [], text = JSON.stringify(all);
+      if (text === this.marked) return;
+      this.marked = text;
+      this.three.marks.traverse((thing) => { thing.geometry?.dispose(); thing.material?.dispose(); thing.element?.remove(); });
+      this.three.marks.clear();
+      for (const mark of all) {
+        const material = new THREE.MeshBasicMaterial({ color: new THREE.Color().setStyle(cc.markColor(mark).replace(/ (?=\d)/g, ", ")), transparent: true, opacity: 0.6 });
+        const isOnFloor = mark.position[2] < 0.01; // tasks lie on the floor, targets hang in the air
+        const shape = isOnFloor ? new THREE.CylinderGeometry(0.1, 0.1, 0.01, 16).rotateX(Math.PI / 2) : new THREE.SphereGeometry(0.06, 12, 8);
+        const mesh = new THREE.Mesh(shape, material);
+        mesh.position.set(mark.position[0], mark.position[1], mark.position[2] + 0.01);
+        this.three.marks.add(mesh);
+        if (mark.link) {
+          const points = [mark.position, mark.link].map(([x, y, z]) => new THREE.Vector3(x, y, z + 0.01));
+          this.three.marks.add(new THREE.Line(new THREE.BufferGeometry().setFromPoints(points), new THREE.LineBasicMaterial({ color: material.color, transparent: true, opacity: 0.6 })));
+        }
+        const name = document.createElement("div");
+        name.className = "cc-label";
+        name.textContent = mark.label;
+        const label = new CSS2DObject(name);
+        label.position.set(mark.position[0], mark.position[1], mark.position[2] + 0.12);
+        this.three.marks.add(label);
+      }
+      this.hadNames = true; // the labels are placed once
     },
     segments(rows) {
       const found = [];
@@ -214,8 +247,11 @@ export default {
           color.setXYZ(k, paint.r, paint.g, paint.b);
         }
       }
-      position.needsUpdate = true;
-      if (color) color.needsUpdate = true;
+      for (const attribute of color ? [position, color] : [position]) {
+        attribute.clearUpdateRanges(); // what is not drawn is not sent to the graphics card
+        attribute.addUpdateRange(0, count * 3);
+        attribute.needsUpdate = count > 0;
+      }
       lines.geometry.setDrawRange(0, count);
     },
   },

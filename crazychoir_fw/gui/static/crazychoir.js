@@ -19,6 +19,7 @@
   cc.emit = (name, data) => { for (const listener of listeners[name] || []) listener(data); };
   cc.isDark = () => document.body.classList.contains("body--dark");
   cc.color = (index) => `hsl(${(index * 137.5 + 205) % 360} 70% ${cc.isDark() ? 62 : 42}%)`;
+  cc.markColor = (mark) => mark.color || (mark.drone === null ? "#8c949e" : cc.color(mark.drone));
   cc.ink = (alpha = 1) => (cc.isDark() ? `rgba(235,240,245,${alpha})` : `rgba(20,30,40,${alpha})`);
   const newId = () => Array.from(crypto.getRandomValues(new Uint32Array(4)), (n) => n.toString(16)).join("");
 
@@ -190,36 +191,56 @@
     }
   }, true);
 
-  // one watch over the pictures of all tabs: they draw when something changed, and only those that are seen
+  // Without a graphics card each picture takes processor time, on a small machine from the flight itself.
+  let isSlow = null;
+  cc.isSlow = () => {
+    if (isSlow === null) {
+      const gl = document.createElement("canvas").getContext("webgl");
+      const about = gl && gl.getExtension("WEBGL_debug_renderer_info");
+      isSlow = !gl || !!(about && /swiftshader|llvmpipe|software|basic render/i.test(gl.getParameter(about.UNMASKED_RENDERER_WEBGL)));
+      gl?.getExtension("WEBGL_lose_context")?.loseContext();
+    }
+    return isSlow;
+  };
+  const SLOW_MS = 500, SLOWEST_MS = 1500, SLOW_SHARE = 0.05; // between two pictures, and part of the time for each
+
+  // One watch over the pictures of all tabs: they draw when something changed, and only those that are seen. What a
+  // person does shows at once; on a slow machine the rest of all pictures comes together, twice a second at most.
   cc.drawer = (element, draw, least = 0) => { // at most every so many ms
-    let isDirty = true, isSeen = true, last = -Infinity;
-    const observer = new IntersectionObserver((entries) => { isSeen = entries[entries.length - 1].isIntersecting; mark(); });
+    let isDirty = true, isSeen = true, last = -Infinity, slow = SLOW_MS;
+    const observer = new IntersectionObserver((entries) => { isSeen = entries[entries.length - 1].isIntersecting; mark(true); });
     let handle = 0, timer = 0, isOver = false;
     const tick = () => {
       handle = 0;
       if (!isDirty || !isSeen || document.hidden || isOver) return;
       isDirty = false;
-      last = performance.now();
+      const begin = performance.now();
       draw();
+      last = performance.now();
+      slow = SLOW_MS * Math.ceil(Math.min(SLOWEST_MS, Math.max(SLOW_MS, (last - begin) / SLOW_SHARE)) / SLOW_MS);
     };
     // a page on which nothing changes does nothing
-    const mark = () => {
+    const mark = (isByHand) => {
       isDirty = true;
-      if (handle || timer || isOver || !isSeen) return;
-      const wait = last + least - performance.now();
-      if (wait > 4) timer = setTimeout(() => { timer = 0; mark(); }, wait);
+      if (handle || isOver || !isSeen || document.hidden || (timer && isByHand !== true)) return;
+      const now = performance.now();
+      const wait = cc.isSlow() && isByHand !== true ? slow - (now % slow) : last + least - now;
+      clearTimeout(timer);
+      timer = 0;
+      if (wait > 4) timer = setTimeout(() => { timer = 0; handle = requestAnimationFrame(tick); }, wait);
       else handle = requestAnimationFrame(tick);
     };
-    document.addEventListener("visibilitychange", mark);
+    const wake = () => mark(true);
+    document.addEventListener("visibilitychange", wake);
     mark.end = () => {
       isOver = true;
       cancelAnimationFrame(handle);
       clearTimeout(timer);
       observer.disconnect();
-      document.removeEventListener("visibilitychange", mark);
+      document.removeEventListener("visibilitychange", wake);
     };
     observer.observe(element);
-    mark();
+    mark(true);
     return mark;
   };
 
@@ -229,7 +250,8 @@
     const width = Math.max(1, Math.round(box.width)), height = Math.max(1, Math.round(box.height));
     const wide = Math.round(width * ratio), tall = Math.round(height * ratio);
     if (canvas.width !== wide || canvas.height !== tall) { canvas.width = wide; canvas.height = tall; }
-    const context = canvas.getContext("2d");
+    // without a graphics card it is cheaper not to play one
+    const context = canvas.getContext("2d", { willReadFrequently: cc.isSlow() });
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
     return { context, width, height };

@@ -18,7 +18,7 @@ cc.beginHead = () => {
     line.classList.toggle("cc-lost", !!isLost);
     if (text !== shown) { shown = text; line.textContent = text; line.title = text; }
   };
-  setInterval(tell, 200);
+  setInterval(tell, cc.isSlow() ? 1000 : 200);
   const saved = localStorage.getItem("cc-dark");
   if (saved !== null) Quasar.Dark.set(saved === "1");
 };

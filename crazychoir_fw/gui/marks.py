@@ -1,0 +1,55 @@
+"""Places that explain a flight to whoever watches: targets, intruders, tasks, loads."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crazychoir_fw.experiment.surveillance import surveillance_of
+from crazychoir_fw.mission.story import story_of
+from crazychoir_fw.report.markers import COLORS
+
+if TYPE_CHECKING:
+    from crazychoir_fw.gui.session import Session
+
+_KINDS = ("tasks", "requests", "assigned", "picked", "completed", "returned", "lost_loads")
+
+
+class Marks:
+    """What is marked at present; asked for between two rounds."""
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        surveillance = surveillance_of(session.mission)
+        self._fixed = [
+            {"position": list(map(float, marker.place)), "label": marker.kind, "color": COLORS[marker.kind]}
+            for marker in (() if surveillance is None else surveillance.markers(None))
+        ]
+        self._looked_at: tuple[int, float] = (0, 0.0)
+        self._found: list[dict[str, Any]] = []
+
+    def now(self) -> list[dict[str, Any]]:
+        """Return place (m, world), label, color or drone, and another place that belongs to it, of each."""
+        happened = self._session.experiment.happenings
+        newest = happened[-1].time if happened else 0.0
+        if (len(happened), newest) != self._looked_at:
+            self._looked_at = (len(happened), newest)
+            self._found = self._works(newest)
+        return [*self._fixed, *self._found]
+
+    def _works(self, newest: float) -> list[dict[str, Any]]:
+        events = [event.as_dict() for event in self._session.experiment.happenings if event.kind in _KINDS]
+        # whatever is not over by then is there now
+        end = newest + 1.0
+        story = story_of(events, self._session.names, end) if events else None
+        return [
+            {
+                "position": np.round(mark.position, 3).tolist(),
+                "label": mark.label,
+                "drone": mark.drone,
+                "link": None if mark.link is None else np.round(mark.link, 3).tolist(),
+            }
+            for mark in (() if story is None else story.marks)
+            if mark.end >= end
+        ]
