@@ -290,7 +290,6 @@ def _write(result: "FlightResult", folder: Path, no_video_because: str | None, c
             fps=result.film.fps,
             speed=speed,
             links=result.film.links,
-            markers=result.film.markers,
-            marks=() if story is None else story.marks,
+            marks=[*result.film.marks, *(() if story is None else story.marks)],
             drones=result.film.drones,
         )

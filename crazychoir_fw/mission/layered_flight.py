@@ -108,7 +108,7 @@ class LayeredResult(FlightResult):
             places = np.full_like(end, np.nan)
             places[list(judge.surveillance.defenders), :2] = judge.surveillance.places(end)
         return ErrorCurve(
-            label, mean, largest, criteria.surveillance_error_m, places, markers=judge.surveillance.markers(end)
+            label, mean, largest, criteria.surveillance_error_m, places, marks=judge.surveillance.marks(end)
         )
 
     @property
@@ -384,7 +384,7 @@ class _Flight:
                 self._fps, list(times[is_new]), list(qpos[is_new]), max(1.0, float(np.ceil(flown / LONGEST_FILM_S)))
             )
             if judge.surveillance is not None:
-                film.markers = [marker for marker in judge.surveillance.markers(None) if not marker.moves]
+                film.marks = [mark for mark in judge.surveillance.marks(None) if not mark.moves]
                 film.links = list(graph_of(mission).pairs)
             film.drones = names if hasattr(self._backend, "mirror") else None
             if formation is not None:
