@@ -261,7 +261,7 @@ def _check_camera(world: "World", camera: str) -> None:
 
 def _write(result: "FlightResult", folder: Path, no_video_because: str | None, camera: str) -> None:
     """Write the summary, the log, the picture and the video of a flight."""
-    from crazychoir_fw.mission.layered_flight import LayeredResult
+    from crazychoir_fw.mission.layered_result import LayeredResult
     from crazychoir_fw.mission.summary import write_summary
     from crazychoir_fw.report.plot import plot_flight
 
