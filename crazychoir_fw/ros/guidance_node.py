@@ -44,7 +44,8 @@ Build = Callable[["GuidanceNode"], Any]
 class GuidanceNode(LedByPoses, CommunicatingNode):
     """Wires a guidance to topics: pose and buttons in, references and trajectories out.
 
-    Those of `crazychoir_fw.ros.guidance` derive from it. Whoever has a plain guidance, hands a function that makes it to `build`.
+    Those of `crazychoir_fw.ros.guidance` derive from it. Whoever has a plain guidance, hands a function that makes it
+    to `build`.
     """
 
     stage = 0
