@@ -12,7 +12,8 @@ import time
 from pathlib import Path
 
 from crazychoir_fw.experiment.experiment import PARTS
-from crazychoir_fw.mission.layered_flight import make_backend, make_experiment
+from crazychoir_fw.mission.backends import make_backend
+from crazychoir_fw.mission.layered_flight import make_experiment
 from crazychoir_fw.mission.loader import load_mission
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

@@ -261,7 +261,7 @@ def _check_camera(world: "World", camera: str) -> None:
 
 def _write(result: "FlightResult", folder: Path, no_video_because: str | None, camera: str) -> None:
     """Write the summary, the log, the picture and the video of a flight."""
-    from crazychoir_fw.mission.layered_flight import LayeredResult
+    from crazychoir_fw.mission.layered_result import LayeredResult
     from crazychoir_fw.mission.summary import write_summary
     from crazychoir_fw.report.plot import plot_flight
 
@@ -290,7 +290,6 @@ def _write(result: "FlightResult", folder: Path, no_video_because: str | None, c
             fps=result.film.fps,
             speed=speed,
             links=result.film.links,
-            markers=result.film.markers,
-            marks=() if story is None else story.marks,
+            marks=[*result.film.marks, *(() if story is None else story.marks)],
             drones=result.film.drones,
         )

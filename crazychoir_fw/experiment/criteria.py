@@ -266,7 +266,7 @@ class Judge:
         """Return how the flight did by each criterion that was asked for.
 
         Args:
-            criteria: See `crazychoir_fw.mission.layers.Criteria`.
+            criteria: See `crazychoir_fw.mission.criteria.Criteria`.
             names: The drones.
             excused: Drones that may fail, which do not count.
         """

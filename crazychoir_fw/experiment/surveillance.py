@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.experiment.agents import guidance_class, guidance_of, names_of, team_of
-from crazychoir_fw.report.markers import Marker
+from crazychoir_fw.report.marks import Mark
 
 if TYPE_CHECKING:
     from crazychoir_fw.mission.schema import LayeredMission
@@ -63,16 +63,16 @@ class Surveillance:
         """Return how far each defender is from its place (m), shape (..., D), given all drones, shape (..., N, 3)."""
         return np.linalg.norm(at[..., list(self.defenders), :2] - self.places(at), axis=-1)
 
-    def markers(self, end: Array | None) -> list[Marker]:
+    def marks(self, end: Array | None) -> list[Mark]:
         """Return what is drawn of it: target and intruders, that move where they are at the end."""
         found = []
         if self.target is not None:
-            found.append(Marker((*self.target, self.height), "target"))
+            found.append(Mark(np.array([*self.target, self.height]), kind="target"))
         for one in self.intruders:
             if not isinstance(one, int):
-                found.append(Marker((*one, self.height), "intruder"))
+                found.append(Mark(np.array([*one, self.height]), kind="intruder"))
             elif end is not None:
-                found.append(Marker(tuple(end[one]), "intruder", moves=True))
+                found.append(Mark(end[one], kind="intruder", moves=True))
         return found
 
 

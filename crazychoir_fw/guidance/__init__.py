@@ -5,13 +5,12 @@ Plain objects without ROS and without a clock: every method that needs the time 
 
 from crazychoir_fw.guidance.bearing_formation import BearingFormation
 from crazychoir_fw.guidance.cf_guidance import CFGuidance, Phase
-from crazychoir_fw.guidance.communicator import (
+from crazychoir_fw.guidance.communicator import TopicCommunicator
+from crazychoir_fw.guidance.communicator_interface import Communicator, Statistics
+from crazychoir_fw.guidance.communicator_kinds import (
     BestEffortCommunicator,
-    Communicator,
     StaticCommunicator,
-    Statistics,
     TimeVaryingCommunicator,
-    TopicCommunicator,
 )
 from crazychoir_fw.guidance.containment import (
     Containment,

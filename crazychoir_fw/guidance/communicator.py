@@ -9,15 +9,14 @@ from __future__ import annotations
 
 import math
 import threading
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from crazychoir_fw.errors import MessageError, RangeError, StateError
+from crazychoir_fw.guidance.communicator_interface import Communicator, Ids, Statistics
 from crazychoir_fw.guidance.frozen import SharedPose, frozen, handed_out
 from crazychoir_fw.guidance.graph import Schedule
-from crazychoir_fw.guidance.mailbox import LARGEST_LABEL, NOTHING, Mailbox
+from crazychoir_fw.guidance.mailbox import NOTHING, Mailbox
 from crazychoir_fw.guidance.serialization import LARGEST_BYTES, dumps, loads
 from crazychoir_fw.guidance.transport import Transport
 
@@ -25,81 +24,6 @@ TOPIC = "agent_{agent}/communicator"
 """Where an agent publishes; with differentiated topics there is one such topic per receiver, followed by ``_{j}``."""
 
 _LOOK_EVERY = 0.01  # [s] of real time, at which a waiting thread looks at its clock and at the stop event
-
-Ids = Iterable[int]
-
-
-@dataclass
-class Statistics:
-    """What a communicator has seen."""
-
-    rounds: int = 0
-    """Rounds that ended."""
-    sent: int = 0
-    """Messages that were published."""
-    received: int = 0
-    """Messages that came."""
-    lost: int = 0
-    """Messages that were not there when their round ended."""
-    cut: int = 0
-    """Messages that came over an edge which the graph of the moment does not have."""
-    late: int = 0
-    """Messages that came when their round was over, or were skipped."""
-    refused: int = 0
-    """Messages that were none, or came when too many were waiting."""
-    jumps: int = 0
-    """How often a label was taken over from others."""
-    bytes_sent: int = 0
-    """Bytes that were published; 0 where objects travel."""
-    bytes_received: int = 0
-    """Bytes that came; 0 where objects travel."""
-
-
-class Communicator(ABC):
-    """What algorithms ask of any communicator, in DISROPT's words.
-
-    Attributes:
-        rank: Number of this agent.
-        size: Number of agents.
-        current_label: Label of the round that is open. May be set forward, to begin a new series of rounds.
-        in_neighbors: Whom this agent may hear.
-        out_neighbors: Who may hear this agent.
-    """
-
-    rank: int
-    size: int
-    current_label: int
-    in_neighbors: tuple[int, ...]
-    out_neighbors: tuple[int, ...]
-
-    @abstractmethod
-    def neighbors_send(self, obj: object, neighbors: Ids | None = None) -> None:
-        """Send an object as the message of the open round."""
-
-    @abstractmethod
-    def neighbors_receive(
-        self,
-        neighbors: Ids | None = None,
-        stop_event: threading.Event | None = None,
-        timeout: float | None = None,
-    ) -> dict[int, Any]:
-        """Wait for the messages of the open round and end it."""
-
-    @abstractmethod
-    def neighbors_receive_asynchronous(self, neighbors: Ids | None = None) -> dict[int, Any]:
-        """Return what came since the last call, the latest of each neighbor, without waiting."""
-
-    @abstractmethod
-    def neighbors_exchange(
-        self,
-        obj: object,
-        in_neighbors: Ids | None = None,
-        out_neighbors: Ids | None = None,
-        dict_neigh: bool = False,
-        stop_event: threading.Event | None = None,
-        timeout: float | None = None,
-    ) -> dict[int, Any]:
-        """Send, then receive."""
 
 
 class TopicCommunicator(Communicator):
@@ -499,58 +423,3 @@ class TopicCommunicator(Communicator):
 
 class _PerNeighbor(dict[int, Any]):
     """A packed message for each receiver."""
-
-
-class TimeVaryingCommunicator(TopicCommunicator):
-    """Calls name the neighbors of the moment; those given at the start are the largest graph."""
-
-
-class StaticCommunicator(TopicCommunicator):
-    """Neighbors are always those given at the start, whatever a call says."""
-
-    def _named(self, neighbors: Ids | None, all_of_them: tuple[int, ...], what: str) -> tuple[int, ...]:
-        del neighbors, what
-        return all_of_them
-
-    def has_round(self, neighbors: Ids | None = None) -> bool:
-        """Return whether the messages of the open round are all there."""
-        del neighbors
-        return super().has_round()
-
-    def collect(self, neighbors: Ids | None = None) -> dict[int, Any]:
-        """End the open round: return what is there of it, by neighbor, and open the next one."""
-        del neighbors
-        return super().collect()
-
-
-class BestEffortCommunicator(TopicCommunicator):
-    """The latest message of each neighbor, over a transport that may lose some."""
-
-    reliable = False
-
-    def __init__(
-        self,
-        agent_id: int,
-        size: int,
-        in_neighbors: Ids,
-        out_neighbors: Ids | None = None,
-        differentiated_topics: bool = False,
-        *,
-        synchronous_mode: bool = False,
-        **options: Any,
-    ) -> None:
-        """Join; the arguments are those of the other communicators."""
-        super().__init__(
-            agent_id, size, in_neighbors, out_neighbors, synchronous_mode, differentiated_topics, **options
-        )
-
-
-__all__ = [
-    "LARGEST_LABEL",
-    "BestEffortCommunicator",
-    "Communicator",
-    "StaticCommunicator",
-    "Statistics",
-    "TimeVaryingCommunicator",
-    "TopicCommunicator",
-]

@@ -1,56 +1,39 @@
-"""Fly a mission with layers: its backend, its buttons one after the other, and what came of it."""
+"""Fly a mission with layers: its buttons one after the other, and what is told about it afterwards."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from copy import copy
-from dataclasses import dataclass
-from dataclasses import replace as replaced
-from functools import partial
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-import mujoco
 import numpy as np
 
 from crazychoir_fw.core import identity
-from crazychoir_fw.errors import CrazychoirError, MissionError
 from crazychoir_fw.experiment.agents import (
     graph_of,
     guidance_of,
     leads,
     make_agents,
     make_groups,
-    masses_of,
     names_of,
-    starts_of,
 )
 from crazychoir_fw.experiment.backend import Backend
 from crazychoir_fw.experiment.communicators import statistics_of
 from crazychoir_fw.experiment.criteria import Judge, Window
 from crazychoir_fw.experiment.experiment import Experiment
-from crazychoir_fw.experiment.odometry import through_mocap
 from crazychoir_fw.experiment.services import make_services
 from crazychoir_fw.experiment.shapes import shape_of
 from crazychoir_fw.experiment.surveillance import surveillance_of
 from crazychoir_fw.messages import TrajectoryPoint
-from crazychoir_fw.mission.fleet import drone_settings
-from crazychoir_fw.mission.runner import Film, FlightResult, Observer, Progress, build_world, turn_on_radios
+from crazychoir_fw.mission.backends import make_backend
+from crazychoir_fw.mission.layered_result import LayeredResult
+from crazychoir_fw.mission.runner import Film, Observer, Progress
 from crazychoir_fw.mission.schema import LayeredMission
-from crazychoir_fw.mission.story import story_of
 from crazychoir_fw.mission.summary import collision_failures
-from crazychoir_fw.report.error_curve import ErrorCurve
-from crazychoir_fw.report.marks import Story
 
 if TYPE_CHECKING:
-    from crazychoir_fw.experiment.integrator_backend import IntegratorBackend
-    from crazychoir_fw.experiment.sim_backend import SimBackend
     from crazychoir_fw.report.flight_log import FlightLog
     from crazychoir_fw.simulation import World
-    from crazychoir_fw.simulation.mirrored import MirroredConfig
-
-READY_TIMEOUT = 10.0
-"""Longest time until all drones are ready to fly (s, simulated)."""
 
 LONGEST_FILM_S = 12.0
 """A film of a longer flight is played faster (s)."""
@@ -60,91 +43,6 @@ LATE_S = 6.0
 
 SETTLE_S = 1.0
 """Time after the last button (s)."""
-
-
-@dataclass(frozen=True)
-class LayeredResult(FlightResult):
-    """A flight of layers that is over."""
-
-    judge: Judge
-    """Figures of the flight."""
-    no_film: str | None = None
-    """Why there is nothing to be filmed."""
-
-    @property
-    def curve(self) -> ErrorCurve | None:
-        """Errors of formation or defenders over time, for the picture."""
-        if self.judge.surveillance is not None:
-            return self._surveillance_curve
-        label, limit = "bearing error (deg)", self.mission.criteria.bearing_error_deg  # type: ignore[attr-defined]
-        errors = self.judge.bearing_errors()
-        if errors is None:
-            errors = self.judge.formation_errors()
-            is_distance = errors is not None and self.judge.formation.kind == "distance"  # type: ignore[union-attr]
-            label = "error of distances (m)" if is_distance else "distance from its place (m)"
-            criteria = self.mission.criteria  # type: ignore[attr-defined]
-            limit = criteria.distance_error_m if is_distance else criteria.position_error_m
-        if errors is None or np.isnan(errors).all():
-            return None
-        flies = ~np.isnan(errors).all(axis=1)
-        mean, largest = np.full(len(errors), np.nan), np.full(len(errors), np.nan)
-        mean[flies], largest[flies] = np.nanmean(errors[flies], axis=1), np.nanmax(errors[flies], axis=1)
-        pairs = list(self.judge.formation.graph.pairs)  # type: ignore[union-attr]
-        end = self.judge.final_positions
-        return ErrorCurve(label, mean, largest, limit, self.judge.places(), end, pairs)
-
-    @property
-    def _surveillance_curve(self) -> ErrorCurve | None:
-        judge, criteria = self.judge, self.mission.criteria  # type: ignore[attr-defined]
-        errors = judge.surveillance_errors()
-        flies = ~np.isnan(errors).any(axis=1)
-        if not flies.any():
-            return None
-        mean, largest = np.full(len(errors), np.nan), np.full(len(errors), np.nan)
-        mean[flies], largest[flies] = np.mean(errors[flies], axis=1), np.max(errors[flies], axis=1)
-        end, label = judge.final_positions, "distance from optimum (m)"
-        places = None
-        if end is not None:
-            places = np.full_like(end, np.nan)
-            places[list(judge.surveillance.defenders), :2] = judge.surveillance.places(end)
-        return ErrorCurve(
-            label, mean, largest, criteria.surveillance_error_m, places, markers=judge.surveillance.markers(end)
-        )
-
-    @property
-    def story(self) -> Story | None:
-        """Tasks or deliveries, for the picture and the film."""
-        return story_of(self.log.events, self.log.drone_ids, float(self.log.time[-1]))
-
-    @property
-    def film_model(self) -> Any:
-        """The model that the film is made with: drones of an integrator are drawn where they were."""
-        from crazychoir_fw.simulation import DroneConfig
-        from crazychoir_fw.simulation.builder import build_model
-
-        if self.world is not None:
-            model = copy(self.world.model)
-        else:
-            drones = [DroneConfig(**drone_settings(drone)) for drone in self.mission.fleet]
-            model = build_model(drones, self.mission.scene, self.mission.seed, True)
-        formation, surveillance = self.judge.formation, self.judge.surveillance
-        if surveillance is not None:
-            for i, drone in enumerate(self.mission.fleet):
-                _paint(model, drone.id, _FOLLOWER if i in surveillance.defenders else _LEADER)
-        if formation is not None:
-            mirrored = self.world.mirrored if self.world is not None else {}
-            for i, drone in enumerate(self.mission.fleet):
-                if drone.id in mirrored:
-                    continue  # it keeps the color of real drones
-                _paint(model, drone.id, _LEADER if i in formation.leaders else _FOLLOWER)
-        elif self.story is not None:
-            from matplotlib.colors import to_rgb
-
-            from crazychoir_fw.report.plot import palette
-
-            for drone, color in zip(self.mission.fleet, palette(len(self.mission.fleet)), strict=True):
-                _paint(model, drone.id, to_rgb(color))
-        return model
 
 
 def fly_layers(
@@ -197,87 +95,6 @@ def make_experiment(
     groups = make_groups(mission, list(chosen.masses), getattr(chosen, "true_poses", None))
     services = make_services(mission, agents)
     return Experiment(chosen, agents, groups, mission.layers.rate, mission.log_rate, observe, services)
-
-
-_LEADER, _FOLLOWER = (0.85, 0.1, 0.1), (0.1, 0.4, 0.85)
-
-
-def _paint(model: Any, drone: str, color: tuple[float, float, float]) -> None:
-    """Give the colored part of a drone another color."""
-    geom = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"{drone}/accent")
-    if geom >= 0:
-        model.geom_rgba[geom, :3] = color
-        model.geom_matid[geom] = -1
-
-
-# -------------------------------------------------------------------------------- backends
-
-
-def make_backend(mission: LayeredMission, threads: int | None = None, visuals: bool = False) -> Backend:
-    """Return the backend of a mission, its drones ready to fly.
-
-    Raises:
-        CrazychoirError: If it cannot be made as the mission says.
-    """
-    if mission.backend == "hardware":
-        from crazychoir_fw.mission.real_drones import over_the_radio
-
-        return over_the_radio(mission)
-    if mission.backend == "mixed":
-        from crazychoir_fw.mission.real_drones import mixed_reality
-
-        return mixed_reality(mission, partial(_sim, mission, threads, visuals))
-    return {"sim": _sim, "integrator": _integrator}[mission.backend](mission, threads, visuals)
-
-
-def _sim(
-    mission: LayeredMission, threads: int | None, visuals: bool, mirrored: Sequence[MirroredConfig] = ()
-) -> SimBackend:
-    """Return the simulated drones of a mission: those that are not mirrored."""
-    from crazychoir_fw.experiment.sim_backend import SimBackend, truth
-
-    world = build_world(mission, threads, visuals, mirrored)
-    radio = turn_on_radios(mission, world)
-    world.wait_until_ready(timeout_s=READY_TIMEOUT)
-    for number, entry in enumerate(mission.faults):
-        try:
-            world.add_fault(replaced(entry.fault, at=round(entry.fault.at + world.time, 6)))
-        except CrazychoirError as error:
-            raise MissionError(f"faults[{number}].{entry.name}: {error}") from None
-    odometry = mission.layers.odometry
-    backend = SimBackend(world, "estimate" if odometry == "estimate" else "truth", mission.log_rate)
-    if odometry == "mocap":
-        backend.read_poses = through_mocap(truth(world), mission.seed)
-    backend.radio = radio
-    return backend
-
-
-def _integrator(mission: LayeredMission, threads: int | None, visuals: bool) -> IntegratorBackend:
-    from crazychoir_fw.experiment.integrator_backend import IntegratorBackend
-    from crazychoir_fw.integrator import RandomForce
-
-    settings = mission.integrator
-    disturbance = None
-    if settings.disturbance is not None:
-        given = settings.disturbance
-        disturbance = RandomForce(given.sigma, given.time_constant, mission.seed)
-    platforms = {drone.platform for drone in mission.fleet}
-    if len(platforms) > 1:
-        raise MissionError(
-            f"backend integrator flies one platform at a time, but there are {', '.join(sorted(platforms))}"
-        )
-    backend = IntegratorBackend(
-        names_of(mission),
-        starts_of(mission),
-        yaw=np.radians([drone.yaw_deg for drone in mission.fleet]),
-        mass=masses_of(mission),
-        platform=platforms.pop(),
-        drag=settings.drag,
-        disturbance=disturbance,
-    )
-    if mission.layers.odometry == "mocap":
-        backend.read_poses = through_mocap(backend.read_poses, mission.seed)
-    return backend
 
 
 # -------------------------------------------------------------------------------- one flight
@@ -384,7 +201,7 @@ class _Flight:
                 self._fps, list(times[is_new]), list(qpos[is_new]), max(1.0, float(np.ceil(flown / LONGEST_FILM_S)))
             )
             if judge.surveillance is not None:
-                film.markers = [marker for marker in judge.surveillance.markers(None) if not marker.moves]
+                film.marks = [mark for mark in judge.surveillance.marks(None) if not mark.moves]
                 film.links = list(graph_of(mission).pairs)
             film.drones = names if hasattr(self._backend, "mirror") else None
             if formation is not None:

@@ -19,7 +19,7 @@ from crazychoir_fw.ticks import TICKS_PER_SECOND
 if TYPE_CHECKING:
     from crazychoir_fw.crtp.link_model.flight_radio import FlightRadio
     from crazychoir_fw.report.flight_log import FlightLog
-    from crazychoir_fw.report.markers import Marker
+    from crazychoir_fw.report.marks import Mark
     from crazychoir_fw.simulation import FlightRecorder, World
     from crazychoir_fw.simulation.mirrored import MirroredConfig
 
@@ -58,8 +58,8 @@ class Film:
     """Seconds of flight per second of film."""
     links: list[tuple[int, int]] = field(default_factory=list)
     """Drones that talk to each other."""
-    markers: "list[Marker]" = field(default_factory=list)
-    """Places that are shown."""
+    marks: "list[Mark]" = field(default_factory=list)
+    """Points that are shown."""
 
     drones: list[str] | None = None
     """Which bodies are drones, where not all of them are simulated."""

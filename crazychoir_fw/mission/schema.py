@@ -6,10 +6,12 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
 
+from crazychoir_fw.mission.backend_settings import HardwareSettings, IntegratorSettings
 from crazychoir_fw.mission.buttons import ButtonPhase
+from crazychoir_fw.mission.criteria import Criteria
 from crazychoir_fw.mission.faults import Faults
 from crazychoir_fw.mission.fleet import Drone, Drones, Settings, decide
-from crazychoir_fw.mission.layers import Criteria, HardwareSettings, IntegratorSettings, Layers
+from crazychoir_fw.mission.layers import Layers
 from crazychoir_fw.mission.mixed import MixedSettings
 from crazychoir_fw.mission.phases import Phase
 from crazychoir_fw.mission.radios import Radios

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.report.markers import Marker
+from crazychoir_fw.report.marks import Mark
 
 
 @dataclass(frozen=True)
@@ -25,5 +25,5 @@ class ErrorCurve:
     """Where they are then (m)."""
     pairs: Sequence[tuple[int, int]] = ()
     """Drones whose bearings count."""
-    markers: Sequence[Marker] = ()
-    """Places that explain the flight."""
+    marks: Sequence[Mark] = ()
+    """Points that explain the flight."""

@@ -1,4 +1,4 @@
-"""What is drawn over a scene for people: names above the drones, and ghosts where they are told to be."""
+"""What is drawn over a scene for people: names, ghosts where drones are told to be, links and marks."""
 
 from __future__ import annotations
 
@@ -8,17 +8,16 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.report.markers import COLORS, Marker
-from crazychoir_fw.report.marks import Mark
+from crazychoir_fw.report.marks import COLORS, Mark
 
 _GHOST_RADIUS_M = 0.025
 _GHOST_ALPHA = 0.35
-_MARKER_RADIUS_M = 0.05
-_MARKER_ALPHA = 0.6
+_BALL_RADIUS_M = 0.05
+_BALL_ALPHA = 0.6
 _NAME_PLACE = np.array([0.0, 0.0, 0.07])  # [m], over the drone
 _LINK_RADIUS_M = 0.004
 _LINK_COLOR = np.array([0.15, 0.2, 0.3, 0.35], dtype=np.float32)
-_MARK_RADIUS_M = 0.1
+_DISK_RADIUS_M = 0.1
 _NOBODY = np.array([0.55, 0.58, 0.62])
 _NO_ROTATION = np.eye(3).ravel()
 _ZERO = np.zeros(3)
@@ -66,22 +65,10 @@ def add_links(scene: mujoco.MjvScene, positions: NDArray[np.float64], pairs: Seq
         geom.category = mujoco.mjtCatBit.mjCAT_DECOR
 
 
-def add_markers(scene: mujoco.MjvScene, markers: Sequence[Marker]) -> None:
-    """Add a translucent ball at each place that explains the flight, as far as there is room."""
-    for marker in markers:
-        geom = _next(scene)
-        if geom is None:
-            return
-        text = COLORS[marker.kind]
-        color = [int(text[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
-        rgba = np.array([*color, _MARKER_ALPHA], dtype=np.float32)
-        size, place = np.full(3, _MARKER_RADIUS_M), np.array(marker.place)
-        mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_SPHERE, size, place, _NO_ROTATION, rgba)
-        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
-
-
 def add_marks(scene: mujoco.MjvScene, marks: Iterable[Mark], colors: NDArray[np.float64]) -> None:
-    """Add a disk with a label for each mark, and a thin rod to the point that belongs to it, as far as there is room.
+    """Add a ball, or a disk with a label, for each mark, and a thin rod to the point that belongs to it.
+
+    What there is no room for is left out.
 
     Args:
         scene: Scene to add to.
@@ -89,26 +76,49 @@ def add_marks(scene: mujoco.MjvScene, marks: Iterable[Mark], colors: NDArray[np.
         colors: Color of each drone, shape (N, 3).
     """
     for mark in marks:
-        disk = _next(scene)
-        label = _next(scene)
-        if disk is None or label is None:
+        add = _add_ball if mark.kind in COLORS else _add_disk
+        if not add(scene, mark, colors):
             return
-        rgb = _NOBODY if mark.drone is None else colors[mark.drone]
-        rgba = np.array([*rgb, 0.85], dtype=np.float32)
-        size = np.array([_MARK_RADIUS_M, 0.004, 0.0])
-        place = mark.position + np.array([0.0, 0.0, 0.006])
-        mujoco.mjv_initGeom(disk, mujoco.mjtGeom.mjGEOM_CYLINDER, size, place, _NO_ROTATION, rgba)
-        disk.category = mujoco.mjtCatBit.mjCAT_DECOR
-        place_name(label, mark.position + np.array([0.0, 0.0, 0.02]), mark.label)
-        if mark.link is not None:
-            rod = _next(scene)
-            if rod is None:
-                return
-            kind = mujoco.mjtGeom.mjGEOM_CAPSULE
-            mujoco.mjv_initGeom(rod, kind, np.zeros(3), np.zeros(3), _NO_ROTATION, np.float32([*rgb, 0.4]))
-            up = np.array([0.0, 0.0, 0.01])
-            mujoco.mjv_connector(rod, kind, _LINK_RADIUS_M, mark.position + up, mark.link + up)
-            rod.category = mujoco.mjtCatBit.mjCAT_DECOR
+
+
+def _add_ball(scene: mujoco.MjvScene, mark: Mark, _: NDArray[np.float64]) -> bool:
+    """Add a translucent ball in the color of its kind; tell whether there was room."""
+    geom = _next(scene)
+    if geom is None:
+        return False
+    text = COLORS[mark.kind]
+    color = [int(text[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
+    rgba = np.array([*color, _BALL_ALPHA], dtype=np.float32)
+    size = np.full(3, _BALL_RADIUS_M)
+    mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_SPHERE, size, mark.position, _NO_ROTATION, rgba)
+    geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+    return True
+
+
+def _add_disk(scene: mujoco.MjvScene, mark: Mark, colors: NDArray[np.float64]) -> bool:
+    """Add a disk in the color of its drone, with label and rod; tell whether there was room."""
+    disk = _next(scene)
+    label = _next(scene)
+    if disk is None or label is None:
+        return False
+    rgb = _NOBODY if mark.drone is None else colors[mark.drone]
+    rgba = np.array([*rgb, 0.85], dtype=np.float32)
+    size = np.array([_DISK_RADIUS_M, 0.004, 0.0])
+    place = mark.position + np.array([0.0, 0.0, 0.006])
+    mujoco.mjv_initGeom(disk, mujoco.mjtGeom.mjGEOM_CYLINDER, size, place, _NO_ROTATION, rgba)
+    disk.category = mujoco.mjtCatBit.mjCAT_DECOR
+    place_name(label, mark.position + np.array([0.0, 0.0, 0.02]), mark.label)
+    if mark.link is None:
+        return True
+    rod = _next(scene)
+    if rod is None:
+        return False
+    kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+    mujoco.mjv_initGeom(rod, kind, np.zeros(3), np.zeros(3), _NO_ROTATION, np.float32([*rgb, 0.4]))
+    up = np.array([0.0, 0.0, 0.01])
+    mujoco.mjv_connector(rod, kind, _LINK_RADIUS_M, mark.position + up, mark.link + up)
+    rod.category = mujoco.mjtCatBit.mjCAT_DECOR
+    return True
 
 
 def add_names(scene: mujoco.MjvScene, positions: NDArray[np.float64], names: Sequence[str]) -> None:

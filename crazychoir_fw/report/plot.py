@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.replacing import replacing
 from crazychoir_fw.report.error_curve import ErrorCurve
 from crazychoir_fw.report.flight_log import FlightLog
-from crazychoir_fw.report.markers import COLORS, SHAPES
-from crazychoir_fw.report.marks import Mark, Story
+from crazychoir_fw.report.marks import COLORS, SHAPES, Mark, Story
 
 _FEW = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#6A3D9A", "#444444")
 """Colors that people with any color vision tell apart (Okabe and Ito, yellow replaced for white paper)."""
@@ -68,8 +67,8 @@ def plot_flight(
     _draw_paths(space, truth, reference, colors)
     _draw_from_above(above, truth, reference, colors)
     _draw_positions(axes[:3], log.time, truth, reference, colors)
-    if story is not None:
-        _draw_marks(above, story.marks, colors)
+    marks = [mark for explained in (story, curve) if explained is not None for mark in explained.marks]
+    _draw_marks(above, marks, colors)
     if curve is None and story is not None:
         _draw_stints(axes[3], story, colors)
     elif curve is None:
@@ -246,12 +245,6 @@ def _draw_formation(axes: Axes, curve: ErrorCurve) -> None:
         for pair in curve.pairs:
             x, y, _ = curve.ends[list(pair)].T
             axes.plot(x, y, color="#9AA3AD", linewidth=0.7, zorder=0.5)
-    for marker in curve.markers:
-        shape, color = SHAPES[marker.kind], COLORS[marker.kind]
-        x, y, _ = marker.place
-        # what moves is a line already, and ends here
-        size = 40.0 if marker.moves else 130.0
-        axes.scatter([x], [y], marker=shape, s=size, color=color, linewidths=0.8, edgecolors="white", zorder=7)
     if curve.places is not None and np.isfinite(curve.places).any():
         x, y, _ = curve.places.T
         axes.scatter(x, y, marker="x", s=36.0, color=_INK, linewidths=1.0, zorder=6)
@@ -276,23 +269,37 @@ def _draw_error(axes: Axes, time: NDArray[np.float64], curve: ErrorCurve, stride
 
 
 def _draw_marks(axes: Axes, marks: Sequence[Mark], colors: Sequence[str]) -> None:
-    """Draw each point once, in the color of the drone whose it was at last, with its label."""
-    last = {(*mark.position[:2], mark.label): mark for mark in marks}
+    """Draw each point once, as it was at last: with the shape of its kind, or in a box with its label."""
+    last = {(*mark.position[:2], mark.label, mark.kind): mark for mark in marks}
     for mark in sorted(marks, key=lambda mark: mark.end):
-        last[(*mark.position[:2], mark.label)] = mark
+        last[(*mark.position[:2], mark.label, mark.kind)] = mark
     for mark in last.values():
-        x, y, _ = mark.position
-        color = _SOFT if mark.drone is None else colors[mark.drone]
-        if mark.link is not None:
-            axes.annotate(
-                "",
-                mark.link[:2],
-                (x, y),
-                arrowprops={"arrowstyle": "->", "color": color, "linestyle": ":", "linewidth": 0.9, "alpha": 0.8},
-                zorder=0.6,
-            )
-        axes.scatter(x, y, marker="s", s=90.0, facecolors="white", edgecolors=color, linewidths=1.3, zorder=6)
-        axes.text(x, y, mark.label, ha="center", va="center", fontsize=6.5, color=_INK, zorder=7, clip_on=True)
+        if mark.kind in SHAPES:
+            _draw_shape(axes, mark)
+        else:
+            _draw_box(axes, mark, _SOFT if mark.drone is None else colors[mark.drone])
+
+
+def _draw_shape(axes: Axes, mark: Mark) -> None:
+    x, y, _ = mark.position
+    # what moves is a line already, and ends here
+    size = 40.0 if mark.moves else 130.0
+    shape, color = SHAPES[mark.kind], COLORS[mark.kind]
+    axes.scatter([x], [y], marker=shape, s=size, color=color, linewidths=0.8, edgecolors="white", zorder=7)
+
+
+def _draw_box(axes: Axes, mark: Mark, color: str) -> None:
+    x, y, _ = mark.position
+    if mark.link is not None:
+        axes.annotate(
+            "",
+            mark.link[:2],
+            (x, y),
+            arrowprops={"arrowstyle": "->", "color": color, "linestyle": ":", "linewidth": 0.9, "alpha": 0.8},
+            zorder=0.6,
+        )
+    axes.scatter(x, y, marker="s", s=90.0, facecolors="white", edgecolors=color, linewidths=1.3, zorder=6)
+    axes.text(x, y, mark.label, ha="center", va="center", fontsize=6.5, color=_INK, zorder=7, clip_on=True)
 
 
 def _draw_stints(axes: Axes, story: Story, colors: Sequence[str]) -> None:

@@ -12,10 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.replacing import replacing
 from crazychoir_fw.report.camera import follow
-from crazychoir_fw.report.markers import Marker
 from crazychoir_fw.report.marks import Mark
 from crazychoir_fw.report.opengl import RenderingError, rendering_available
-from crazychoir_fw.report.overlays import add_ghosts, add_links, add_markers, add_marks, add_names, drone_colors
+from crazychoir_fw.report.overlays import add_ghosts, add_links, add_marks, add_names, drone_colors
 from crazychoir_fw.report.renderer import Renderer
 from crazychoir_fw.report.shots import find_drone, find_shot, shadowed
 from crazychoir_fw.report.trails import Trails
@@ -109,7 +108,6 @@ def film_flight(
     names: Sequence[str] | None = None,
     targets: ArrayLike | None = None,
     links: Sequence[tuple[int, int]] = (),
-    markers: Sequence[Marker] = (),
     marks: Sequence[Mark] = (),
     drones: Sequence[str] | None = None,
     progress: Callable[[int, int], None] | None = None,
@@ -132,8 +130,7 @@ def film_flight(
         targets: Where those drones are told to be at each of the `times` (m, world frame), shown as ghosts, shape
             (F, len(names), 3); NaN where no place is asked for.
         links: Pairs of drones, by number, between which a thin rod is shown.
-        markers: Places that are shown as balls.
-        marks: Points beside the drones, each shown while it is there.
+        marks: Points beside the drones, each shown while it is there; targets and intruders are balls.
         drones: Names of the bodies that count as drones, in their order, where some of them have no engine plugin.
         progress: Called after each picture with how many are drawn and how many there will be.
 
@@ -152,7 +149,7 @@ def film_flight(
     if told is not None:
         told = told[np.clip(np.searchsorted(instants, wanted + 1e-9, side="right") - 1, 0, None)]
     length = 0 if camera.startswith("fpv:") else round(trail_s * fps / speed)
-    scenes = _Scenes(model, states, fps, camera, width / height, length, names or (), told, links, markers, drones)
+    scenes = _Scenes(model, states, fps, camera, width / height, length, names or (), told, links, drones)
     scenes.marks, scenes.instants = marks, wanted
 
     with Renderer(model, width, height) as renderer, VideoWriter(path, fps=fps) as film:
@@ -177,14 +174,12 @@ class _Scenes:
         names: Sequence[str],
         targets: NDArray[np.float64] | None,
         links: Sequence[tuple[int, int]] = (),
-        markers: Sequence[Marker] = (),
         named: Sequence[str] | None = None,
     ) -> None:
         drones = _joints_of_drones(model, named)
         self.marks: Sequence[Mark] = ()
         self.instants = np.zeros(len(states))
         self._bodies, self._links = model.jnt_bodyid[drones], links
-        self._markers = markers
         positions = states[:, model.jnt_qposadr[drones][:, None] + np.arange(3)]
         self._model, self._data, self._states = model, mujoco.MjData(model), states
         self._path = follow(positions, np.arange(len(states)) / fps)
@@ -203,9 +198,8 @@ class _Scenes:
         _move_shadows(renderer, *shadowed(view, self._path, frame))
         self._trails.draw(renderer.scene, frame)
         add_links(renderer.scene, self._data.xpos[self._bodies], self._links)
-        add_markers(renderer.scene, self._markers)
         now = self.instants[frame]
-        add_marks(renderer.scene, (mark for mark in self.marks if mark.begin <= now < mark.end), self._all_colors)
+        add_marks(renderer.scene, (mark for mark in self.marks if mark.is_there(now)), self._all_colors)
         if self._targets is not None:
             add_ghosts(renderer.scene, self._targets[frame], self._colors)
         add_names(renderer.scene, self._data.xpos[self._named], self._names)

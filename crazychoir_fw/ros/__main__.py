@@ -52,7 +52,7 @@ def simulation(
     """Host the drones of a mission: odometry out, commands in, until interrupted. Buttons come from outside."""
     import rclpy
 
-    from crazychoir_fw.mission.layered_flight import make_backend
+    from crazychoir_fw.mission.backends import make_backend
     from crazychoir_fw.ros.parts import one_command
     from crazychoir_fw.ros.process import make_executor
     from crazychoir_fw.ros.simulation import Pace, SimulationNode

@@ -1,7 +1,7 @@
 """Target surveillance as ROS 2 nodes, with the class names and arguments of the original (dossier section 8.3).
 
 Take-off and landing go to the trajectory handler; references of the flight go straight to the topic ``position``, as in
-the original, or to the handler as well. Rounds never wait in a callback; see `crazychoir_fw.ros.guidance`.
+the original, or to the handler as well. Rounds never wait in a callback; see `crazychoir_fw.ros.guidance_node`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from geometry_msgs.msg import Vector3
 from crazychoir_fw import schemes
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.guidance import BestEffortCommunicator, TimeVaryingCommunicator
-from crazychoir_fw.ros.guidance import GuidanceNode
+from crazychoir_fw.ros.guidance_node import GuidanceNode
 from crazychoir_fw.schemes.aggregative import OPTIMIZERS
 
 

@@ -20,6 +20,7 @@ from crazychoir_fw.control import (
 )
 from crazychoir_fw.messages import Pose, Reference, Twist
 from crazychoir_fw.ros.hub import Hub
+from crazychoir_fw.ros.led_by_poses import CLOSE, LedByPoses
 from crazychoir_fw.ros.names import CMD_VEL, LATEST, REFERENCES
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
@@ -29,11 +30,10 @@ from crazychoir_fw.ros.wire import bytes_to_reference, twist_bytes
 if TYPE_CHECKING:
     from crazychoir_fw.ros.teams import ControlTeam
 
-_CLOSE = 1.5  # control periods between poses, for which each pose makes a step
 _REST = 1e-3  # [m/s, m/s^2], below which a reference stands still
 
 
-class CrazyflieController(LayerNode):
+class CrazyflieController(LedByPoses, LayerNode):
     """Template of controllers: pose and reference in, ``cmd_vel`` out.
 
     Nothing is sent before the pose is known, nor when it is older than the parameter ``pose_timeout`` (s). A reference
@@ -95,9 +95,8 @@ class CrazyflieController(LayerNode):
         self._reference_time: float | None = None  # [s], of the step that followed the latest one first
         self._is_idle = False
         self._team: ControlTeam | None = None
-        self._period = min(made.periods)
         self._latest = -np.inf  # [s], of the times at which it worked
-        self._pose_time, self._pose_step = -np.inf, np.inf
+        self._longest_step = CLOSE * min(made.periods)
         self._commands = self.outlet(self.command_topic)
         handler = made.traj_handler
         if hasattr(handler, "kind") and hasattr(handler, "topic"):
@@ -141,16 +140,8 @@ class CrazyflieController(LayerNode):
     def _take_pose(self, pose: Pose) -> None:
         self.controller.set_pose(pose)
         self._watch.saw(pose, self.now())
-        if pose.time is None or pose.time == self._pose_time:
-            return
-        self._pose_step, self._pose_time = pose.time - self._pose_time, pose.time
-        if self.is_simulated_time and self._is_led_by_poses(pose.time):
+        if self._is_new_pose(pose.time) and self.is_simulated_time and self._is_led_by_poses(pose.time):
             self._work(pose.time)
-
-    def _is_led_by_poses(self, now: float) -> bool:
-        """Whether poses come so often, up to now, that each of them makes a step."""
-        limit = _CLOSE * self._period
-        return 0.0 < self._pose_step <= limit and now - self._pose_time <= limit
 
     def _tick(self, now: float) -> None:
         if not (self.is_simulated_time and self._is_led_by_poses(now)):
@@ -200,7 +191,7 @@ class CrazyflieController(LayerNode):
     def _begin_anew(self, now: float) -> None:
         self._has_new_reference, self._reference_time = False, None
         self._latest = -np.inf
-        self._pose_time, self._pose_step = -np.inf, np.inf
+        self._forget_poses()
         self._watch.reset()
         self.controller.set_pose(Pose())
         self.controller.clear_reference()

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from crazychoir_fw import guidance as plain
 from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.messages import Pose
-from crazychoir_fw.ros.guidance import GuidanceNode
+from crazychoir_fw.ros.guidance_node import GuidanceNode
 from crazychoir_fw.ros.names import qos
 from crazychoir_fw.schemes import mpc
 

@@ -13,7 +13,7 @@ from std_msgs.msg import Empty
 
 from crazychoir_fw import integrator as plain
 from crazychoir_fw.errors import RangeError
-from crazychoir_fw.ros.names import CLOCK, CMD_VEL, NAMESPACE_PATTERN, ODOM, STOP
+from crazychoir_fw.ros.names import CLOCK, CMD_VEL, NAMESPACE_PATTERN, ODOM, STOP, Topic
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.wire import Rows, clock_layout, odometry_layout, twist_numbers
 
@@ -60,10 +60,7 @@ class CrazyflieIntegrator(LayerNode):
         Raises:
             RangeError: If a value is outside its range.
         """
-        if command not in KINDS:
-            raise RangeError(f"command is {command!r}, allowed: {', '.join(KINDS)}")
-        if not (math.isfinite(speed) and speed > 0.0):
-            raise RangeError(f"speed is {speed}, allowed: above 0")
+        _check(command, speed)
         super().__init__(
             "integrator",
             swarm_wide=agents is not None,
@@ -73,17 +70,10 @@ class CrazyflieIntegrator(LayerNode):
             context=context,
         )
         numbers = [self.agent_id] if agents is None else [int(i) for i in agents]
-        start = self.declare(
-            "init_pos", None, "start (m, world): x, y, z of each drone", list[float], length=3 * len(numbers)
-        )
-        if start is not None:
-            options["init_pos"] = np.reshape(start, (-1, 3))
-        elif "init_pos" not in options:
-            options["init_pos"] = np.vstack([_drawn_start(i) for i in numbers])
-        options["init_pos"] = np.reshape(np.asarray(options["init_pos"], float), (-1, 3))
+        starts = self._starts(numbers, options.pop("init_pos", None))
         if publish_clock and self.is_simulated_time:
             raise RangeError("publish_clock with use_sim_time: allowed: one of them, this node would wait for itself")
-        self.integrator = plain.CrazyflieIntegrator(integration_freq, odom_freq, **options)
+        self.integrator = plain.CrazyflieIntegrator(integration_freq, odom_freq, init_pos=starts, **options)
         """The plain integrator, of as many drones as there are."""
         self.integrator.odometry_listeners.append(self._publish)
         self._command = command
@@ -92,14 +82,7 @@ class CrazyflieIntegrator(LayerNode):
             self._held[:, 2] = self.integrator.mass * self.integrator.gravity
         self._is_new, self._is_stopped = False, False
         self._begin: float | None = None
-        self._rows = Rows(odometry_layout(), len(numbers))
-        topics = [self.topic_of(i, ODOM.name) if agents is not None else ODOM.name for i in numbers]
-        self._odometry = [self.announce(ODOM, topic) for topic in topics]
-        for row, i in enumerate(numbers):
-            topic = self.topic_of(i, CMD_VEL.name) if agents is not None else CMD_VEL.name
-            self.listen(CMD_VEL, self._taker(row, topic), topic, raw=True)
-        self.listen(STOP, lambda _: self.stop())
-        self.create_subscription(Empty, "/resume", lambda _: self.resume(), 10)
+        self._connect(numbers, is_swarm=agents is not None)
         self._clock_publisher = self.announce(CLOCK) if publish_clock else None
         if publish_clock:
             self._clock_rows = Rows(clock_layout(), 1)
@@ -109,9 +92,32 @@ class CrazyflieIntegrator(LayerNode):
             self.when_time_jumps_back(self._begin_anew)
             self.every(integration_freq, self._tick)
 
+    def _starts(self, numbers: Sequence[int], given: Any) -> np.ndarray:
+        """Return where the drones start (m, world), shape (N, 3): as the parameter says, as given, or drawn."""
+        start = self.declare(
+            "init_pos", None, "start (m, world): x, y, z of each drone", list[float], length=3 * len(numbers)
+        )
+        if start is None:
+            start = given if given is not None else [_drawn_start(i) for i in numbers]
+        return np.reshape(np.asarray(start, float), (-1, 3))
+
+    def _connect(self, numbers: Sequence[int], is_swarm: bool) -> None:
+        """Make the topics: of this drone, or of all by their numbers."""
+
+        def name(i: int, topic: Topic) -> str:
+            return self.topic_of(i, topic.name) if is_swarm else topic.name
+
+        self._rows = Rows(odometry_layout(), len(numbers))
+        self._odometry = [self.announce(ODOM, name(i, ODOM)) for i in numbers]
+        for row, i in enumerate(numbers):
+            topic = name(i, CMD_VEL)
+            self.listen(CMD_VEL, self._taker(row), topic, raw=True)
+        self.listen(STOP, lambda _: self.stop())
+        self.create_subscription(Empty, "/resume", lambda _: self.resume(), 10)
+
     # ---------------------------------------------------------------- in
 
-    def _taker(self, row: int, topic: str) -> Callable[[bytes], None]:
+    def _taker(self, row: int) -> Callable[[bytes], None]:
         def take(data: bytes) -> None:
             numbers = np.array(twist_numbers(data))
             if not np.isfinite(numbers).all():
@@ -175,6 +181,13 @@ class CrazyflieIntegrator(LayerNode):
         self._rows.stamp(round((odometry.time + (self._begin or 0.0)) * 1e9))
         for row, publisher in enumerate(self._odometry):
             publisher.publish(self._rows.row(row))
+
+
+def _check(command: str, speed: float) -> None:
+    if command not in KINDS:
+        raise RangeError(f"command is {command!r}, allowed: {', '.join(KINDS)}")
+    if not (math.isfinite(speed) and speed > 0.0):
+        raise RangeError(f"speed is {speed}, allowed: above 0")
 
 
 def _drawn_start(agent_id: int) -> np.ndarray:

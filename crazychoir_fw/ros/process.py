@@ -20,7 +20,7 @@ from crazychoir_fw.experiment.communicators import disturbed
 from crazychoir_fw.experiment.services import make_table
 from crazychoir_fw.guidance import TimeVaryingCommunicator
 from crazychoir_fw.ros.communicator import RosTransport
-from crazychoir_fw.ros.guidance import GuidanceNode
+from crazychoir_fw.ros.guidance_node import GuidanceNode
 from crazychoir_fw.ros.hosting import ANSWERED, READY
 from crazychoir_fw.ros.hub import Hub
 from crazychoir_fw.ros.names import CLOCK, LATEST

@@ -27,6 +27,7 @@ from crazychoir_fw.errors import RangeError
 from crazychoir_fw.guidance.serialization import dumps, loads
 from crazychoir_fw.messages import Pose, Twist
 from crazychoir_fw.ros.controller import CrazyflieController, HierarchicalController
+from crazychoir_fw.ros.led_by_poses import CLOSE, LedByPoses
 from crazychoir_fw.ros.names import ACCELERATION, CLOSEST_ROBOTS, CMD_VEL, CMD_VEL_DES, ODOM, Topic
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
@@ -44,7 +45,6 @@ from crazychoir_fw.ros.wire import (
 Array = NDArray[np.float64]
 
 _SAME = 1e-7  # [s]: stamps are whole nanoseconds
-_CLOSE = 1.5  # periods between poses, for which each pose makes a step
 _MOST_NEAR = 10_000  # robots in a message
 
 
@@ -160,7 +160,7 @@ class ClosestRobotGetter(LayerNode):
 
     def _tick(self, now: float) -> None:
         """Look by the clock: in real time, and where no set becomes complete."""
-        is_late = np.isfinite(self._stamp).any() and now > self._published + _CLOSE * self._schedule.period
+        is_late = np.isfinite(self._stamp).any() and now > self._published + CLOSE * self._schedule.period
         if is_late or not self.is_simulated_time:
             self._look(now)
 
@@ -340,7 +340,7 @@ class DesiredVelocityController(CrazyflieController):
 # ---------------------------------------------------------------- filters between controller and drone
 
 
-class CollisionAvoidance(LayerNode):
+class CollisionAvoidance(LedByPoses, LayerNode):
     """A filter as a node: ``{topic}_des``, ``closest_robots`` and poses in, what is safe on ``{topic}`` out.
 
     The names below derive from it; whoever has a plain filter hands it over.
@@ -390,8 +390,7 @@ class CollisionAvoidance(LayerNode):
         )
         self._watch = PoseWatch(self, timeout)
         self._schedule = Schedule(node_frequency)
-        self._period = self._schedule.period
-        self._pose_time, self._pose_step = -math.inf, math.inf
+        self._longest_step = CLOSE * self._schedule.period
         self._desired_at = -math.inf
         topic: Topic = {"cmd_vel": CMD_VEL, "acceleration": ACCELERATION}[made.input_topic_name]
         name = input_topic_name or topic.name
@@ -422,15 +421,8 @@ class CollisionAvoidance(LayerNode):
     def _take_pose(self, pose: Pose) -> None:
         self.avoidance.set_pose(pose)
         self._watch.saw(pose, self.now())
-        if pose.time is None or pose.time == self._pose_time:
-            return
-        self._pose_step, self._pose_time = pose.time - self._pose_time, pose.time
-        if self.is_simulated_time and self._is_led_by_poses(pose.time):
+        if self._is_new_pose(pose.time) and self.is_simulated_time and self._is_led_by_poses(pose.time):
             self._gathering.took_pose(pose.time)
-
-    def _is_led_by_poses(self, now: float) -> bool:
-        limit = _CLOSE * self._period
-        return 0.0 < self._pose_step <= limit and now - self._pose_time <= limit
 
     def _tick(self, now: float) -> None:
         if not (self.is_simulated_time and self._is_led_by_poses(now)):
@@ -451,7 +443,8 @@ class CollisionAvoidance(LayerNode):
 
     def _begin_anew(self, now: float) -> None:
         del now
-        self._pose_time, self._pose_step, self._desired_at = -math.inf, math.inf, -math.inf
+        self._forget_poses()
+        self._desired_at = -math.inf
         self._gathering.reset()
         self._sight.reset()
         self._watch.reset()

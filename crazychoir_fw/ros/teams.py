@@ -17,7 +17,7 @@ from crazychoir_fw.experiment import agents
 from crazychoir_fw.guidance import BearingFormation, GuidanceGroup
 from crazychoir_fw.messages import Pose, Reference, Twist
 from crazychoir_fw.ros.controller import CrazyflieController
-from crazychoir_fw.ros.guidance import GuidanceNode
+from crazychoir_fw.ros.guidance_node import GuidanceNode
 
 Array = NDArray[np.float64]
 

@@ -335,7 +335,7 @@ def test_a_mixed_mission_can_be_rehearsed(backend):
 
 def test_what_a_mission_says_becomes_backends(monkeypatch):
     from crazychoir_fw.mission import real_drones
-    from crazychoir_fw.mission.layered_flight import make_backend
+    from crazychoir_fw.mission.backends import make_backend
 
     made = []
 

@@ -7,7 +7,8 @@ from flown_layers import formation, hover, mission
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.experiment.setpoints import setpoints
 from crazychoir_fw.messages import Twist
-from crazychoir_fw.mission.layered_flight import fly_layers, make_backend, make_experiment
+from crazychoir_fw.mission.backends import make_backend
+from crazychoir_fw.mission.layered_flight import fly_layers, make_experiment
 from crazychoir_fw.simulation import DroneConfig, World
 from crazychoir_fw.simulation.replay import replay
 

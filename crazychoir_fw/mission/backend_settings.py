@@ -1,0 +1,71 @@
+"""What the backends `integrator` and `hardware` are like."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field
+
+from crazychoir_fw.mission.layers.values import Options
+from crazychoir_fw.mission.mixed import MocapSettings
+from crazychoir_fw.mission.section import Section
+from crazychoir_fw.mission.values import choice, number, point, refusal
+
+
+class Disturbance(Section):
+    """A random force."""
+
+    sigma: Annotated[float, number(0.0, 10.0, "N")]
+    """Standard deviation per axis (N)."""
+
+    time_constant: Annotated[float, number(0.0, 1000.0, "s")] = 1.0
+    """Correlation time (s)."""
+
+
+class IntegratorSettings(Section):
+    """What the backend `integrator` is like."""
+
+    drag: Annotated[Any, BeforeValidator(lambda value: _drag(value))] = None
+    """Rotor drag: `rotor`, three coefficients (N s/m) along body x, y, z, or none."""
+
+    disturbance: Disturbance | None = None
+    """Random force on each drone."""
+
+
+def _drag(value: object) -> object:
+    if value is None or value == "rotor":
+        return value
+    is_list = isinstance(value, Sequence) and not isinstance(value, str | bytes) and len(value) == 3
+    if not is_list or not all(isinstance(v, int | float) and 0.0 <= v <= 10.0 for v in value):
+        raise refusal("rotor, or three numbers in [0, 10] N s/m")
+    return tuple(float(v) for v in value)
+
+
+class SafetyBox(Section):
+    """The box that real drones are kept in."""
+
+    low: Annotated[tuple[float, ...], point("x", "y", "z")]
+    """Lowest corner (m, world)."""
+
+    high: Annotated[tuple[float, ...], point("x", "y", "z")]
+    """Highest corner (m, world)."""
+
+    breach: Annotated[str, choice("land", "stop", "report")] = "land"
+    """What happens to a drone that leaves it."""
+
+
+class HardwareSettings(Section):
+    """How the backend `hardware` flies."""
+
+    odometry_hz: Annotated[float, number(10.0, 100.0, "Hz")] = 100.0
+    """Rate at which drones log their poses (Hz)."""
+
+    safety_area: SafetyBox | None = None
+    """Box that drones are kept in."""
+
+    radio: Options = Field(default_factory=dict)
+    """Further options of the radio handler, see `crazychoir_fw.radio.Options`."""
+
+    mocap: MocapSettings | None = None
+    """Motion capture; drones with `mocap` are told their poses by it."""

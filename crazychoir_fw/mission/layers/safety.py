@@ -1,0 +1,59 @@
+"""What keeps drones apart."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from crazychoir_fw.mission.layers.values import Rate
+from crazychoir_fw.mission.section import Section
+from crazychoir_fw.mission.values import choice, number
+
+FILTERS = ("SingleIntegratorCBF", "DoubleIntegratorCBF")
+
+
+class SafetyLayer(Section):
+    """What keeps drones apart, whatever guidance and planning want; see docs/optimization.md."""
+
+    filter: Annotated[str, choice(*FILTERS)]
+    """`DoubleIntegratorCBF` filters accelerations within a `HierarchicalController`, `SingleIntegratorCBF` velocities
+    behind a `VelocityController`."""
+
+    distance: Annotated[float, number(0.01, 10.0, "m")] = 0.4
+    """Least distance of two drones, horizontally (m)."""
+
+    margin: Annotated[float, number(0.0, 5.0, "m")] = 0.0
+    """Added to the distance for the filter (m): what real drones fall short of the filter's ideal ones."""
+
+    gamma: Annotated[float, number(1e-6, 1e6)] | None = None
+    """How fast a barrier may fall: higher brakes later; None is that of the class."""
+
+    kappa: Annotated[float, number(1e-3, 2.0)] | None = None
+    """Of accelerations: share of both drones' braking that is counted on."""
+
+    max_acceleration: Annotated[float, number(1e-3, 10.0, "m/s^2")] | None = None
+    """Of accelerations: largest one, along x and along y (m/s^2)."""
+
+    max_braking_acceleration: Annotated[float, number(1e-3, 10.0, "m/s^2")] | None = None
+    """Of accelerations: deceleration of who must brake (m/s^2)."""
+
+    max_velocity: Annotated[float, number(1e-3, 10.0, "m/s")] | None = None
+    """Of velocities: largest one, along x and along y (m/s)."""
+
+    max_braking_velocity: Annotated[float, number(1e-3, 10.0, "m/s")] | None = None
+    """Of velocities: speed at which who is too near backs off (m/s)."""
+
+    keep_right: Annotated[float, number(0.0, 10.0)] = 1.0
+    """Which part of what the filter takes away goes to the right: drones that block each other turn about each other.
+    0 is the filter alone, behind which they may wait for ever."""
+
+    rate: Rate | None = None
+    """Of velocities: how often the latest one is filtered (Hz), a divisor of the rate of the layers; None is that."""
+
+    sensing_distance: Annotated[float, number(0.05, 100.0, "m")] = 3.0
+    """How far a drone sees others, horizontally (m)."""
+
+    sensing_rate: Rate | None = None
+    """How often it looks (Hz), a divisor of the rate of the layers; None is that rate."""
+
+    sees: Annotated[str, choice("odometry", "truth")] = "odometry"
+    """Whether drones see others where these believe to be, or where they are."""

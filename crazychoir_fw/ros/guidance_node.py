@@ -1,0 +1,284 @@
+"""The node around any guidance.
+
+A round is never waited for in a callback: it begins with a pose, messages of neighbors come in as they come, and
+whichever completes it lets the node decide. A round whose messages do not come ends at its deadline: by the clock of
+ROS, and also by the clock on the wall, since simulated time may stand still while a simulation waits for this node.
+
+Who is silent is told on ``lost_neighbors`` (`std_msgs/String`, "lost agent_3", "rejoined agent_3") and to the log.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from rclpy.clock import Clock, ClockType
+from rclpy.context import Context
+from rclpy.serialization import serialize_message
+from std_msgs.msg import Bool, Empty, String
+
+from crazychoir_fw.guidance import Outputs
+from crazychoir_fw.messages import Pose, Reference
+from crazychoir_fw.ros.communicating import CommunicatingNode
+from crazychoir_fw.ros.conversions import points_to_joint_trajectory
+from crazychoir_fw.ros.hub import Hub
+from crazychoir_fw.ros.led_by_poses import CLOSE, LedByPoses
+from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, ODOM, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.outlet import Outlet
+from crazychoir_fw.ros.pose_sources import pose_subscribe
+from crazychoir_fw.ros.stalling import StallingClock
+from crazychoir_fw.ros.wire import EMPTY, reference_bytes
+
+_SAME_PRESS = 0.05  # [s]
+_LOOK_EVERY = 0.05  # [s], wall: at rounds that wait
+
+if TYPE_CHECKING:
+    from crazychoir_fw.ros.teams import GuidanceTeam
+
+Build = Callable[["GuidanceNode"], Any]
+"""Makes the plain guidance of a node, once its parameters and topics are there."""
+
+
+class GuidanceNode(LedByPoses, CommunicatingNode):
+    """Wires a guidance to topics: pose and buttons in, references and trajectories out.
+
+    Those of `crazychoir_fw.ros.guidance` derive from it. Whoever has a plain guidance, hands a function that makes it
+    to `build`.
+    """
+
+    stage = 0
+
+    def __init__(
+        self,
+        build: Build,
+        *,
+        node_name: str = "guidance",
+        update_frequency: float = 100.0,
+        pose_handler: str | None = "pubsub",
+        pose_topic: str | None = "odom",
+        pose_callback: Callable[[], None] | None = None,
+        input_topic: str | None = None,
+        agent_id: int | None = None,
+        parameters: Mapping[str, Any] | None = None,
+        context: Context | None = None,
+        hub: Hub | None = None,
+    ) -> None:
+        """Make the node.
+
+        Args:
+            build: Makes the plain guidance.
+            node_name: Its fixed name.
+            update_frequency: Rounds per second (Hz).
+            pose_handler: Where poses come from, see `crazychoir_fw.ros.pose_sources`.
+            pose_topic: Topic of the pose.
+            pose_callback: Called after each pose.
+            input_topic: Where references go, if not where their kind usually does.
+            agent_id: Number of the drone; None asks parameter and namespace.
+            parameters: Values of parameters.
+            context: Context of rclpy.
+            hub: What it shares with other nodes of its process.
+        """
+        super().__init__(node_name, agent_id=agent_id, parameters=parameters, context=context, hub=hub)
+        self.update_frequency = update_frequency
+        self.patience: float = self.declare(
+            "patience", 0.5, "longest wait for neighbors in a round (s, wall clock)", low=0.001, high=60.0
+        )
+        self._answers = None
+        if self.declare("lockstep", False, "whether each tick is answered on the topic answered"):
+            self._answers = Outlet(self.create_publisher(Empty, "answered", 10), self.hub)
+        self.guidance: Any = build(self)
+        """The plain guidance."""
+        # otherwise its rounds last over many steps, and no step waits for one
+        is_paced = getattr(self.guidance, "is_paced_by_rounds", True)
+        self._has_rounds = hasattr(self.guidance, "begin_round") and is_paced
+        self._in_round = False
+        self._longest_step, self._is_led = CLOSE / update_frequency, False
+        self._time = StallingClock(self._latest_time, self.patience)
+        self._lost: frozenset[int] = frozenset()
+        self._idle: bool | None = None
+        self._has_pose = False
+        self._last_press: tuple[str, float] | None = None
+        self.team: GuidanceTeam | None = None
+        """With whom it decides together."""
+        self._announce(input_topic)
+        self._hear_poses(pose_handler, pose_topic, pose_callback)
+        self._hear_buttons()
+        if self._has_rounds:
+            self._watch_rounds()
+        if self.transport is not None:
+            self.transport.when_received.append(self._try_to_finish)
+        self.every(update_frequency, self._tick)
+
+    def _announce(self, input_topic: str | None) -> None:
+        self._kind = getattr(self.guidance, "kind", "acceleration")
+        self._encode_reference = partial(reference_bytes, kind=self._kind)
+        self._reference = self.outlet(REFERENCES[self._kind], input_topic)
+        self._trajectory = self.outlet(TRAJ_PARAMS)
+        self._idle_publisher = self.create_publisher(Bool, "idle", LATEST)
+
+    def _hear_poses(self, handler: str | None, topic: str | None, callback: Callable[[], None] | None) -> None:
+        self.pose_source = pose_subscribe(handler, topic, self, self._take_pose, callback)
+        for other in getattr(self.guidance, "watched", ()):
+            of_other = self.topic_of(other, ODOM.name)
+            pose_subscribe("pubsub", of_other, self, lambda pose, j=other: self.guidance.see(j, pose))
+
+    def _hear_buttons(self) -> None:
+        for name, topic in BUTTONS.items():
+            # all drones at once, or this one alone
+            for where in (topic.name, topic.name.lstrip("/")):
+                self.listen(topic, lambda _, pressed=name: self.press(pressed), where)
+        for where in (f"/{LAST_BUTTON}", LAST_BUTTON):
+            self.create_subscription(String, where, self._take_last_button, LATEST)
+
+    def _watch_rounds(self) -> None:
+        self._lost_publisher = self.create_publisher(String, "lost_neighbors", 10)
+        if self.hub is None:
+            self.create_timer(_LOOK_EVERY, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        else:
+            self.hub.when_looking(self._look)
+            self.hub.when_settling(self, self._try_to_finish, lambda: self._in_round)
+
+    # ---------------------------------------------------------------- in
+
+    def _take_pose(self, pose: Pose) -> None:
+        self._has_pose = pose.position is not None
+        self.guidance.set_pose(pose)
+        if not self._is_new_pose(pose.time):
+            return
+        self._is_led = self.is_simulated_time and self._is_led_by_poses(pose.time)
+        if self._is_led:
+            self._work()
+
+    def _latest_time(self) -> float:
+        """Return the time (s): that of the newest pose where simulated poses lead."""
+        if self.hub is not None:
+            return max(self.hub.now, self._pose_time) if self._is_led else self.hub.now
+        # asking the clock of a node takes 20 µs
+        return self._pose_time if self._is_led else self.now()
+
+    def press(self, button: str) -> None:
+        """Press a button: ``takeoff``, ``land``, ``stop``, ``start``."""
+        now, before = self._time.now(), self._last_press
+        if before is not None and before[0] == button and now - before[1] < _SAME_PRESS:
+            return  # it was heard both ways
+        self._last_press = (button, now)
+        if self.team is not None:
+            self.team.tell_poses()
+        method = getattr(self.guidance, button, None)
+        if method is not None:
+            method(now)
+
+    def _take_last_button(self, message: String) -> None:
+        """Who was started in the middle of a flight, joins it."""
+        if self._last_press is None and message.data in BUTTONS:
+            self.press(message.data)
+
+    @property
+    def current_pose(self) -> Pose:
+        """The latest pose."""
+        return self.guidance.current_pose
+
+    # ---------------------------------------------------------------- rounds
+
+    def _tick(self, now: float) -> None:
+        self._is_led = self._is_led and self._is_led_by_poses(now)
+        if not self._is_led:
+            self._work()
+
+    def _work(self) -> None:
+        if not self._has_pose:
+            return
+        if not self._has_rounds:
+            self._send(self.guidance.step(self._time.now()))
+        elif self._in_round:
+            self._try_to_finish()
+        else:
+            self.guidance.begin_round(self._time.begin())
+            self._in_round = True
+            if self.hub is None or not self.hub.is_working:
+                self._try_to_finish()
+
+    def _try_to_finish(self) -> None:
+        if self._in_round:
+            now = self._time.now()
+            if self.guidance.is_complete(now):
+                self._finish(now)
+
+    def _look(self) -> None:
+        if self._in_round:
+            self._time.look()
+            self._try_to_finish()
+
+    def _finish(self, now: float) -> None:
+        self._in_round = False
+        self.take_outputs(self.guidance.finish_round(now))
+
+    # ---------------------------------------------------------------- in a team
+
+    @property
+    def row(self) -> int | None:
+        """Which row of a bundle of odometry is its own, if it takes its poses from there."""
+        return None if self.hub is None else self.hub.row_of(self)
+
+    @property
+    def may_work_in_team(self) -> bool:
+        """Whether its rounds are nobody's business but the team's."""
+        return not (self._in_round or self._time.has_waited or (self.transport and self.transport.is_heard_outside))
+
+    def note_pose(self, pose: Pose) -> None:
+        """Take a pose that begins no round."""
+        self._has_pose = True
+        self._pose_time = pose.time
+        self.guidance.set_pose(pose)
+
+    def ask_for(self, reference: Reference) -> None:
+        """Say a reference."""
+        self._reference.say(reference, self._encode_reference)
+
+    def answer(self) -> None:
+        """Answer the step, in lockstep."""
+        if self._answers is not None:
+            self._answers.say(None, _empty)
+
+    def take_outputs(self, outputs: Outputs) -> None:
+        """Say what the guidance asks for at the end of a round."""
+        lost = frozenset(self.guidance.lost)
+        if lost != self._lost:
+            self._tell(lost)
+        self._send(outputs)
+
+    def _tell(self, lost: frozenset[int]) -> None:
+        for word, numbers in (("lost", lost - self._lost), ("rejoined", self._lost - lost)):
+            for number in sorted(numbers):
+                text = f"{word} {self.namespace_pattern.format(i=number)}"
+                self._lost_publisher.publish(String(data=text))
+                self.get_logger().warning(text)
+        self._lost = lost
+
+    # ---------------------------------------------------------------- out
+
+    def _send(self, outputs: Outputs) -> None:
+        reference = outputs.reference
+        if outputs.trajectory is not None:
+            self._trajectory.say(outputs.trajectory, self._encode_points)
+        if reference is not None:
+            numbers = getattr(reference, self._kind, None)
+            if numbers is None or math.isfinite(numbers.sum()):
+                self.ask_for(reference)
+            else:
+                text = f"asks for the {self._kind} {numbers}: not sent"
+                self.get_logger().error(text, throttle_duration_sec=1.0)
+        idle = bool(getattr(outputs, "idle", False))
+        if idle != self._idle:
+            self._idle = idle
+            self._idle_publisher.publish(Bool(data=idle))
+        self.answer()
+
+    def _encode_points(self, points: Any) -> bytes:
+        return bytes(serialize_message(points_to_joint_trajectory(points, self.agent_id)))
+
+
+def _empty(_: None) -> bytes:
+    return EMPTY
