@@ -206,7 +206,8 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any, schedule: 
     asked = inspect.signature(cls).parameters
     if "team" in asked:
         arguments["team"] = team_of(mission, i)
-    if "weights" in asked and graph_of(mission).is_undirected:
+    # those of a formation are distances
+    if "weights" in asked and "formation" not in asked and graph_of(mission).is_undirected:
         arguments["weights"] = graph_of(mission).metropolis_hastings()[i].tolist()
     return _made(cls, key, arguments, {**layer.options, **layer.options_by_drone.get(name, {})})
 
