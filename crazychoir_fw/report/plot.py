@@ -258,21 +258,24 @@ def _draw_formation(axes: Axes, curve: ErrorCurve) -> None:
 
 
 def _draw_error(axes: Axes, time: NDArray[np.float64], curve: ErrorCurve, stride: int) -> None:
-    """Draw an error on a logarithmic scale: its mean, up to its largest, and what is allowed."""
+    """Draw an error: its mean, up to its largest, and what is allowed."""
     _tidy(axes, curve.label)
     axes.set_xlabel("time (s)")
-    axes.set_yscale("log")
     mean, largest = curve.mean[::stride], curve.largest[::stride]
-    axes.fill_between(time, np.maximum(mean, 1e-3), np.maximum(largest, 1e-3), color=_FEW[0], alpha=0.18, linewidth=0)
+    least = 0.0
+    if curve.is_logarithmic:
+        axes.set_yscale("log")
+        least = 1e-3
+    axes.fill_between(time, np.maximum(mean, least), np.maximum(largest, least), color=_FEW[0], alpha=0.18, linewidth=0)
     axes.plot(time, mean, color=_FEW[0], linewidth=1.4)
     if curve.limit is not None:
         axes.axhline(curve.limit, color=_FEW[1], linewidth=1.0, linestyle=_DASHES)
         axes.text(
             0.005, curve.limit, "allowed ", transform=axes.get_yaxis_transform(), va="bottom", fontsize=8, color=_FEW[1]
         )
-    axes.text(
-        0.995, 0.9, "mean, shaded up to the largest", transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT
-    )
+    if not curve.is_logarithmic:
+        axes.set_ylim(bottom=0.0)
+    axes.text(0.995, 1.02, curve.note, transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT)
 
 
 def _draw_marks(axes: Axes, marks: Sequence[Mark], colors: Sequence[str]) -> None:
