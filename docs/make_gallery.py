@@ -86,7 +86,8 @@ def shrink(source: Path, target: Path) -> None:
     while True:
         small = picture.resize((width, round(picture.height * width / picture.width)), Image.Resampling.LANCZOS)
         content = io.BytesIO()
-        small.quantize(COLORS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(content, "PNG", optimize=True)
+        small = small.quantize(COLORS, Image.Quantize.MAXCOVERAGE, kmeans=1, dither=Image.Dither.NONE)
+        small.save(content, "PNG", optimize=True)
         if content.tell() <= LARGEST or width < 400:
             break
         width = int(width * 0.85)

@@ -27,6 +27,7 @@ _MOST_SAMPLES = 2000  # per line: more than the page has pixels
 _INK, _SOFT = "#22262B", "#8A929B"
 _DASHES = (0, (4, 2))
 _FULL_MOTOR = 65535.0  # [PWM counts]
+_LEAST_SPAN_M = 0.1  # of an axis over time: who hovers shall not look restless
 
 
 def plot_flight(
@@ -213,6 +214,10 @@ def _draw_positions(
                 )
             if truth is not None:
                 axes.plot(time, truth[:, drone, k], color=color, linewidth=width)
+        low, high = axes.get_ylim()
+        if high - low < _LEAST_SPAN_M:
+            middle = (low + high) / 2.0
+            axes.set_ylim(middle - _LEAST_SPAN_M / 2.0, middle + _LEAST_SPAN_M / 2.0)
 
 
 def _draw_motors(axes: Axes, log: FlightLog, colors: Sequence[str]) -> None:
@@ -377,7 +382,7 @@ def _name_drones(figure: Figure, above: Axes, drone_ids: Sequence[str], colors: 
         figure.legend(lines, names, loc="outside lower center", ncols=count, fontsize=9, frameon=False)
         return
     scale = ScalarMappable(BoundaryNorm(np.arange(count + 1) - 0.5, count), ListedColormap(colors))
-    ticks = np.unique(np.linspace(0, count - 1, min(count, 7)).round().astype(int))
+    ticks = np.arange(0, count, -(-(count - 1) // 6))
     bar = figure.colorbar(scale, ax=above, orientation="horizontal", ticks=ticks, shrink=0.9, aspect=50, pad=0.02)
     bar.set_ticklabels([_short(drone_ids[k], 10) for k in ticks], fontsize=8)
     bar.outline.set_visible(False)
