@@ -99,7 +99,8 @@ def add_marks(scene: mujoco.MjvScene, marks: Iterable[Mark], colors: NDArray[np.
         place = mark.position + np.array([0.0, 0.0, 0.006])
         mujoco.mjv_initGeom(disk, mujoco.mjtGeom.mjGEOM_CYLINDER, size, place, _NO_ROTATION, rgba)
         disk.category = mujoco.mjtCatBit.mjCAT_DECOR
-        place_name(label, mark.position + np.array([0.0, 0.0, 0.02]), mark.label.replace("→", ">"))  # the font has no arrow
+        # the font has no arrow
+        place_name(label, mark.position + np.array([0.0, 0.0, 0.02]), mark.label.replace("→", ">"))
         if mark.link is not None:
             rod = _next(scene)
             if rod is None:
