@@ -28,7 +28,7 @@ SCENARIOS = (
     *("collision_webots", "collision_webots_vel", "aggregative_webots", "aggregative_moving_intruders_webots"),
     *("aggregative_lighthouse", "aggregative_moving_intruders_mixed"),
 )
-BESIDES = ("distance_formation", "containment", "containment_time_varying", "mpc")
+BESIDES = ("distance_formation", "containment", "containment_time_varying", "mpc", "pickup_delivery", "swap_ten")
 
 WIDTH = 900  # pixels of a figure
 COLORS = 256
@@ -62,7 +62,7 @@ def fly(name: str) -> dict:
     result = fly_layers(mission, visuals=False)
     with tempfile.TemporaryDirectory() as folder:
         picture = Path(folder) / "flight.png"
-        plot_flight(result.log, picture, mission.description or name, result.curve)
+        plot_flight(result.log, picture, mission.description or name, result.curve, result.story)
         shrink(picture, IMAGES / f"{name}.png")
     return {
         "sentence": mission.description,
@@ -86,7 +86,8 @@ def shrink(source: Path, target: Path) -> None:
     while True:
         small = picture.resize((width, round(picture.height * width / picture.width)), Image.Resampling.LANCZOS)
         content = io.BytesIO()
-        small.quantize(COLORS, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE).save(content, "PNG", optimize=True)
+        small = small.quantize(COLORS, Image.Quantize.MAXCOVERAGE, kmeans=1, dither=Image.Dither.NONE)
+        small.save(content, "PNG", optimize=True)
         if content.tell() <= LARGEST or width < 400:
             break
         width = int(width * 0.85)

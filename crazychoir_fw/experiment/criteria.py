@@ -244,16 +244,31 @@ class Judge:
             found[list(self.surveillance.defenders)] = mean
         return found
 
-    def least_distances(self) -> Array:
-        """Return how near another flying drone came to each (m), shape (N,); NaN for who was alone."""
-        count = self._at.shape[1]
+    def least_distances(self, in_the_plane: bool = False) -> Array:
+        """Return how near another flying drone came to each (m), shape (N,); NaN for who was alone.
+
+        Args:
+            in_the_plane: Whether heights do not count.
+        """
+        count, axes = self._at.shape[1], 2 if in_the_plane else 3
         least = np.full(count, np.inf)
         for i in range(count):
             for j in range(i):
                 both = self._up[:, i] & self._up[:, j]
                 if both.any():
-                    apart = float(np.nanmin(np.linalg.norm(self._at[both, i] - self._at[both, j], axis=1)))
+                    offsets = self._at[both, i, :axes] - self._at[both, j, :axes]
+                    apart = float(np.nanmin(np.linalg.norm(offsets, axis=1)))
                     least[i], least[j] = min(least[i], apart), min(least[j], apart)
+        return np.where(np.isfinite(least), least, np.nan)
+
+    def horizontal_distances(self) -> Array:
+        """Return how far the nearest two flying drones are apart in the plane over time (m), shape (T,); else NaN."""
+        least = np.full(len(self._at), np.inf)
+        for i in range(self._at.shape[1]):
+            for j in range(i):
+                both = self._up[:, i] & self._up[:, j]
+                offsets = self._at[both, i, :2] - self._at[both, j, :2]
+                least[both] = np.fmin(least[both], np.linalg.norm(offsets, axis=1))
         return np.where(np.isfinite(least), least, np.nan)
 
     def landed(self) -> NDArray[np.bool_]:
@@ -315,8 +330,9 @@ class Judge:
             if (limit := getattr(criteria, key)) is not None:
                 values, what = self.final_surveillance_errors(rms), "where it should be" + (" (RMS)" if rms else "")
                 found.append(_worst(key, limit, values, counted, names, what))
-        if criteria.min_distance_m is not None:
-            found.append(self._distance(criteria.min_distance_m, counted, names))
+        for key, in_the_plane in (("min_distance_m", False), ("min_horizontal_distance_m", True)):
+            if (limit := getattr(criteria, key)) is not None:
+                found.append(self._distance(key, limit, in_the_plane, counted, names))
         if criteria.tasks_completed is not None:
             found.append(self._completed(criteria.tasks_completed))
         if criteria.assignment_optimal:
@@ -373,15 +389,17 @@ class Judge:
         verdict = _worst("containment", HULL_M, outside, counted, names, "the hull of the leaders")
         return Verdict("containment", True, verdict.value, verdict.passed, verdict.sentence)
 
-    def _distance(self, limit: float, counted: NDArray[np.bool_], names: Sequence[str]) -> Verdict:
-        least = np.where(counted, self.least_distances(), np.nan)
+    def _distance(
+        self, key: str, limit: float, in_the_plane: bool, counted: NDArray[np.bool_], names: Sequence[str]
+    ) -> Verdict:
+        least = np.where(counted, self.least_distances(in_the_plane), np.nan)
         if not np.isfinite(least).any():
-            return Verdict("min_distance_m", limit, None, True, "no two drones flew together")
+            return Verdict(key, limit, None, True, "no two drones flew together")
         worst = int(np.nanargmin(least))
         value = float(least[worst])
-        passed = value >= limit
-        sentence = f"{names[worst]}: came within {value:.3f} m of another drone, allowed: {limit:g} m or more"
-        return Verdict("min_distance_m", limit, round(value, 4), passed, sentence)
+        how = " in the plane" if in_the_plane else ""
+        sentence = f"{names[worst]}: came within {value:.3f} m of another drone{how}, allowed: {limit:g} m or more"
+        return Verdict(key, limit, round(value, 4), value >= limit, sentence)
 
 
 def _at_most(name: str, limit: float, value: float, what: str, unit: str) -> Verdict:

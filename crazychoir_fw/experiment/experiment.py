@@ -29,6 +29,7 @@ TOUCHDOWN_M = 0.05
 _FLOWN_M = 0.2  # above its start, a drone has flown
 _FALLEN_S = 1.0  # on the floor, after which it is not about to go on
 _LANDING_SPEED = 0.5  # [m/s], at which a drone that passes the floor has not come to land
+_DESCENDS = 0.02  # [m/s], above what velocities of a drone at rest are taken for
 _ROUNDS_PER_LOOK = 4  # rounds between two looks at who failed
 PARTS = ("simulation", "guidance", "planning", "control", "sending", "record")
 
@@ -360,7 +361,9 @@ class Experiment:
         if not agent.is_up:
             return
         if outputs.idle and agent.phase is Phase.LANDING:
-            self._touch_down([agent])
+            # guidance goes by time alone: who lags behind and still comes down shall not fall the rest of the way
+            if not poses.velocity[agent.index, 2] < -_DESCENDS:
+                self._touch_down([agent])
             return
         if outputs.trajectory is not None:
             self._plan(agent, list(outputs.trajectory), one_of(poses, agent.index), now)

@@ -41,6 +41,9 @@ class Criteria(Section):
     min_distance_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
     """Least distance between two drones in flight."""
 
+    min_horizontal_distance_m: Annotated[float, number(0.0, 1000.0, "m")] | None = None
+    """The same in the plane, where filters of `safety` work: heights do not count."""
+
     tasks_completed: Annotated[int, whole(0, 1_000_000)] | None = None
     """Least number of tasks, or deliveries, that were completed."""
 

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from crazychoir_fw.experiment.criteria import Judge
+from crazychoir_fw.mission.distance_curve import distance_curve
 from crazychoir_fw.mission.fleet import drone_settings
 from crazychoir_fw.mission.runner import FlightResult
 from crazychoir_fw.mission.story import story_of
@@ -30,7 +31,7 @@ class LayeredResult(FlightResult):
 
     @property
     def curve(self) -> ErrorCurve | None:
-        """Errors of formation or defenders over time, for the picture."""
+        """Errors of formation or defenders, or distances that a filter keeps, over time, for the picture."""
         if self.judge.surveillance is not None:
             return self._surveillance_curve
         label, limit = "bearing error (deg)", self.mission.criteria.bearing_error_deg  # type: ignore[attr-defined]
@@ -42,7 +43,7 @@ class LayeredResult(FlightResult):
             criteria = self.mission.criteria  # type: ignore[attr-defined]
             limit = criteria.distance_error_m if is_distance else criteria.position_error_m
         if errors is None or np.isnan(errors).all():
-            return None
+            return None if self.story is not None else distance_curve(self.mission, self.judge)  # type: ignore[arg-type]
         flies = ~np.isnan(errors).all(axis=1)
         mean, largest = np.full(len(errors), np.nan), np.full(len(errors), np.nan)
         mean[flies], largest[flies] = np.nanmean(errors[flies], axis=1), np.nanmax(errors[flies], axis=1)

@@ -27,3 +27,7 @@ class ErrorCurve:
     """Drones whose bearings count."""
     marks: Sequence[Mark] = ()
     """Points that explain the flight."""
+    is_logarithmic: bool = True
+    """Whether it is shown on a logarithmic scale; otherwise from zero."""
+    note: str = "mean, shaded up to the largest"
+    """What line and shade are."""

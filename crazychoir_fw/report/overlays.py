@@ -107,7 +107,8 @@ def _add_disk(scene: mujoco.MjvScene, mark: Mark, colors: NDArray[np.float64]) -
     place = mark.position + np.array([0.0, 0.0, 0.006])
     mujoco.mjv_initGeom(disk, mujoco.mjtGeom.mjGEOM_CYLINDER, size, place, _NO_ROTATION, rgba)
     disk.category = mujoco.mjtCatBit.mjCAT_DECOR
-    place_name(label, mark.position + np.array([0.0, 0.0, 0.02]), mark.label)
+    # the font has no arrow
+    place_name(label, mark.position + np.array([0.0, 0.0, 0.02]), mark.label.replace("→", ">"))
     if mark.link is None:
         return True
     rod = _next(scene)

@@ -26,6 +26,7 @@ _MOST_SAMPLES = 2000  # per line: more than the page has pixels
 _INK, _SOFT = "#22262B", "#8A929B"
 _DASHES = (0, (4, 2))
 _FULL_MOTOR = 65535.0  # [PWM counts]
+_LEAST_SPAN_M = 0.1  # of an axis over time: who hovers shall not look restless
 
 
 def plot_flight(
@@ -212,6 +213,10 @@ def _draw_positions(
                 )
             if truth is not None:
                 axes.plot(time, truth[:, drone, k], color=color, linewidth=width)
+        low, high = axes.get_ylim()
+        if high - low < _LEAST_SPAN_M:
+            middle = (low + high) / 2.0
+            axes.set_ylim(middle - _LEAST_SPAN_M / 2.0, middle + _LEAST_SPAN_M / 2.0)
 
 
 def _draw_motors(axes: Axes, log: FlightLog, colors: Sequence[str]) -> None:
@@ -251,21 +256,24 @@ def _draw_formation(axes: Axes, curve: ErrorCurve) -> None:
 
 
 def _draw_error(axes: Axes, time: NDArray[np.float64], curve: ErrorCurve, stride: int) -> None:
-    """Draw an error on a logarithmic scale: its mean, up to its largest, and what is allowed."""
+    """Draw an error: its mean, up to its largest, and what is allowed."""
     _tidy(axes, curve.label)
     axes.set_xlabel("time (s)")
-    axes.set_yscale("log")
     mean, largest = curve.mean[::stride], curve.largest[::stride]
-    axes.fill_between(time, np.maximum(mean, 1e-3), np.maximum(largest, 1e-3), color=_FEW[0], alpha=0.18, linewidth=0)
+    least = 0.0
+    if curve.is_logarithmic:
+        axes.set_yscale("log")
+        least = 1e-3
+    axes.fill_between(time, np.maximum(mean, least), np.maximum(largest, least), color=_FEW[0], alpha=0.18, linewidth=0)
     axes.plot(time, mean, color=_FEW[0], linewidth=1.4)
     if curve.limit is not None:
         axes.axhline(curve.limit, color=_FEW[1], linewidth=1.0, linestyle=_DASHES)
         axes.text(
             0.005, curve.limit, "allowed ", transform=axes.get_yaxis_transform(), va="bottom", fontsize=8, color=_FEW[1]
         )
-    axes.text(
-        0.995, 0.9, "mean, shaded up to the largest", transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT
-    )
+    if not curve.is_logarithmic:
+        axes.set_ylim(bottom=0.0)
+    axes.text(0.995, 1.02, curve.note, transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT)
 
 
 def _draw_marks(axes: Axes, marks: Sequence[Mark], colors: Sequence[str]) -> None:
@@ -381,7 +389,7 @@ def _name_drones(figure: Figure, above: Axes, drone_ids: Sequence[str], colors: 
         figure.legend(lines, names, loc="outside lower center", ncols=count, fontsize=9, frameon=False)
         return
     scale = ScalarMappable(BoundaryNorm(np.arange(count + 1) - 0.5, count), ListedColormap(colors))
-    ticks = np.unique(np.linspace(0, count - 1, min(count, 7)).round().astype(int))
+    ticks = np.arange(0, count, -(-(count - 1) // 6))
     bar = figure.colorbar(scale, ax=above, orientation="horizontal", ticks=ticks, shrink=0.9, aspect=50, pad=0.02)
     bar.set_ticklabels([_short(drone_ids[k], 10) for k in ticks], fontsize=8)
     bar.outline.set_visible(False)

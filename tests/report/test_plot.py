@@ -6,6 +6,7 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 
+from crazychoir_fw.report.error_curve import ErrorCurve
 from crazychoir_fw.report.flight_log import FlightLog
 from crazychoir_fw.report.plot import _reference, palette, plot_flight
 
@@ -94,3 +95,14 @@ def test_a_reference_of_zeros_is_no_reference(make_log):
 def test_plotting_never_touches_pyplot():
     code = "import crazychoir_fw.report.plot, sys; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_distance_is_shown_in_place_of_the_motors(tmp_path, make_log):
+    log = make_log(2)
+    least = np.linspace(2.0, 0.3, len(log.time))
+    curve = ErrorCurve("least distance (m)", least, least, 0.2, is_logarithmic=False, note="the nearest two")
+    plot_flight(log, tmp_path / "with.png", "", curve)
+    plot_flight(log, tmp_path / "without.png", "")
+    pictures = [iio.imread(tmp_path / name)[..., :3].astype(int) for name in ("with.png", "without.png")]
+    lower = slice(800, 900)
+    assert np.abs(pictures[0][lower, 800:] - pictures[1][lower, 800:]).max() > 100
