@@ -78,7 +78,7 @@ def test_an_entry_brings_its_own_planning_and_control():
         ([FORMATION, {"class": "SimpleGuidance"}], r"layers.guidance\[1\].drones is missing"),
         ([FORMATION, {**GOALS, "goals": {"a": [[1, 0, 0, 1]]}}], r"layers.guidance\[1\].goals names 'a'"),
         ([{**FORMATION, "leaders": ["d"]}, GOALS], r"layers.guidance\[0\].leaders names 'd'"),
-        ([FORMATION, {**GOALS, "hight": 1}], r"layers.guidance\[1\] has no key 'hight'"),
+        ([FORMATION, {**GOALS, "hieght": 1}], r"layers.guidance\[1\] has no key 'hieght'"),
         ([FORMATION, {**GOALS, "options": {"radius": 1}}], r"layers.guidance\[1\].options has no key 'radius'"),
         ([FORMATION, {**GOALS, "control": None}], r"layers.guidance\[1\].control is missing"),
         ([], "layers.guidance is .*a list of at least 1"),
