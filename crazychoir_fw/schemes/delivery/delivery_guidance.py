@@ -182,22 +182,8 @@ class DeliveryGuidance(DispatchGuidance):
         """See `DispatchGuidance`."""
         self._said.clear()
 
-    def begin_landing(self, now: float) -> None:
-        """Drop the route and come down."""
-        self._drop()
-        super().begin_landing(now)
-
-    def begin_flight(self, now: float) -> None:
-        """Take part from now on."""
-        self._drop()
-        super().begin_flight(now)
-
-    def stop(self, now: float) -> None:
-        """Drop the route; see `CFGuidance`."""
-        self._drop()
-        super().stop(now)
-
-    def _drop(self) -> None:
+    def drop(self) -> None:
+        """See `DispatchGuidance`."""
         self.stops = []
         self.executor.goal = None
         self._there_since = None

@@ -204,6 +204,10 @@ class DispatchGuidance(CFGuidance):
     def work(self, now: float) -> None:
         """Do what was decided, a step of it."""
 
+    @abstractmethod
+    def drop(self) -> None:
+        """Have no work any more; START, landing and STOP begin with it."""
+
     def forget_what_was_said(self) -> None:
         """Take nothing for known to the table but what it offers: it goes on from a memory, which may lack the last."""
 
@@ -313,11 +317,22 @@ class DispatchGuidance(CFGuidance):
 
     def begin_flight(self, now: float) -> None:
         """Take part from now on."""
+        self.drop()
         del now
         self.unable = None
         if self._newest and self._desk is not None:
             self._halt()
             self._asked_at = -math.inf
+
+    def begin_landing(self, now: float) -> None:
+        """Drop the work and come down."""
+        self.drop()
+        super().begin_landing(now)
+
+    def stop(self, now: float) -> None:
+        """Drop the work; see `CFGuidance`."""
+        self.drop()
+        super().stop(now)
 
     def _tell(self, takes: list[int], upcoming: list[int], **more: Any) -> None:
         """Tell the table what was decided: all that it takes on, and what will be completed, in order."""

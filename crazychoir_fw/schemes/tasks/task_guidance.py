@@ -120,25 +120,11 @@ class TaskGuidance(DispatchGuidance):
             self.task = None
             self._give_up(f"did not reach task {task.sequence} at ({x:.2f}, {y:.2f})")
 
-    def begin_landing(self, now: float) -> None:
-        """Drop the task and come down."""
-        self._drop()
-        super().begin_landing(now)
-
-    def begin_flight(self, now: float) -> None:
-        """Take part from now on."""
-        self._drop()
-        super().begin_flight(now)
-
-    def stop(self, now: float) -> None:
-        """Drop the task; see `CFGuidance`."""
-        self._drop()
-        super().stop(now)
-
     def forget_what_was_said(self) -> None:
         """See `DispatchGuidance`."""
         self._done.clear()
 
-    def _drop(self) -> None:
+    def drop(self) -> None:
+        """See `DispatchGuidance`."""
         self.task = None
         self.executor.goal = None
