@@ -120,7 +120,7 @@ def test_a_journal_that_was_stopped_stays_empty_and_says_why():
     for other in (journal, journal.copy(), journal.begin_again()):
         other.add(0, 0, "cf_go_to", (1.0,))
         other.add(0, 0, "packet", (b"abc",))
-        other.add_bytes(0, [0, 1], "setpoint", [b"abc", b"abc"])
+        other.add_blocks(0, np.array([0, 1], np.int32), "setpoint", b"abcabc", 3)
         assert len(other) == 0
         assert other.gap == "nobody wanted it"
         assert other.recipe == {"seed": 3}

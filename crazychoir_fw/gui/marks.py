@@ -8,7 +8,7 @@ import numpy as np
 
 from crazychoir_fw.experiment.surveillance import surveillance_of
 from crazychoir_fw.mission.story import story_of
-from crazychoir_fw.report.markers import COLORS
+from crazychoir_fw.report.marks import COLORS
 
 if TYPE_CHECKING:
     from crazychoir_fw.gui.session import Session
@@ -23,8 +23,8 @@ class Marks:
         self._session = session
         surveillance = surveillance_of(session.mission)
         self._fixed = [
-            {"position": list(map(float, marker.place)), "label": marker.kind, "color": COLORS[marker.kind]}
-            for marker in (() if surveillance is None else surveillance.markers(None))
+            {"position": mark.position.tolist(), "label": mark.kind, "color": COLORS[mark.kind]}
+            for mark in (() if surveillance is None else surveillance.marks(None))
         ]
         self._looked_at: tuple[int, float] = (0, 0.0)
         self._found: list[dict[str, Any]] = []
