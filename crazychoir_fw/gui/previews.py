@@ -27,6 +27,7 @@ SAMPLES = 200
 NEAR_M = 0.3
 """Distance between two drones that is worth a warning (m)."""
 _KEPT = 50
+_STEADINESS = 2.0  # a hand draws as fast here as there, within this factor
 
 
 @dataclass(frozen=True)
@@ -121,6 +122,7 @@ class Previews:
                 time_scale=request.time_scale,
                 limits=limits if request.stretch else None,
                 method=request.method,
+                steadiness=_STEADINESS,
             )
         except RangeError as error:
             raise RangeError(f"'{drawing.name}': {error}") from None

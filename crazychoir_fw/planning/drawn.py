@@ -131,6 +131,7 @@ def fit_drawn(
     origin: ArrayLike | None = None,
     limits: Limits | None = GENTLE,
     method: str = "spline",
+    steadiness: float | None = None,
 ) -> DrawnFit:
     """Return a curve through what was drawn, from rest to rest.
 
@@ -143,6 +144,9 @@ def fit_drawn(
         origin: Where the samples' (0, 0, 0) lies in the world (m), for drawings relative to their first point.
         limits: Given times are stretched until these hold; None flies as drawn.
         method: "spline" or "minimum_snap".
+        steadiness: Speeds between samples that are kept stay within this factor of their mean, and of its inverse;
+            None keeps the times. A hand, and a browser that tells of its moves in bursts, stop and jump, around which a
+            curve would swing.
 
     Raises:
         RangeError: If the samples make no curve.
@@ -159,7 +163,8 @@ def fit_drawn(
     few = thinned(drawn, distance)
     is_timed = few.times is not None
     if is_timed:
-        knots = (few.times - few.times[0]) * time_scale
+        times = few.times if steadiness is None else _steadied(few.points, few.times, steadiness)
+        knots = (times - times[0]) * time_scale
     elif method == "minimum_snap":
         knots = allocate_times(few.points, limits or GENTLE).times
     else:
@@ -169,6 +174,19 @@ def fit_drawn(
         curve.stretched, limits or Limits(), may_shrink=not is_timed and bool(limits)
     )
     return DrawnFit(curve, report, slowdown, _deviation(curve, drawn.points))
+
+
+def _steadied(points: Array, times: Array, steadiness: float) -> Array:
+    """Return times between which the speed varies less; the whole takes as long."""
+    if not 1.0 <= steadiness < math.inf:
+        raise RangeError(f"fit_drawn: steadiness is {steadiness}, allowed: 1 or more")
+    lengths = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    total = float(times[-1] - times[0])
+    if not (lengths.sum() > 0.0 and total > 0.0):
+        return times
+    usual = lengths * total / lengths.sum()
+    durations = np.clip(np.diff(times), usual / steadiness, usual * steadiness)
+    return np.concatenate([[0.0], np.cumsum(durations)]) * (total / durations.sum())
 
 
 def _columns(cells: list[str], where: str) -> tuple[tuple[str, ...], bool]:

@@ -149,3 +149,24 @@ def test_a_drawing_is_sent_as_a_message():
     handler.set_trajectory(drawn.trajectory_points(time_scale=3.0), Pose(np.array([1.0, 2.0, 1.0])), 5.0)
     assert handler.trajectory.duration == pytest.approx(30.0)
     np.testing.assert_allclose(handler.evaluate(20.0).position, [-1.0, 2.0, 1.0], atol=0.05)
+
+
+def test_bursts_of_samples_make_a_curve_without_swings():
+    angle = np.linspace(0.0, 2.0 * np.pi, 60)
+    points = np.stack([0.5 * np.cos(angle), 0.5 * np.sin(angle), np.ones(60)], axis=1)
+    # eight moves at a time reach a page that is busy
+    times = np.floor(np.arange(60) / 8.0) * 0.16 + 1e-3 * np.arange(60)
+
+    def beside(fit):
+        at = fit.curve.position(np.linspace(0.0, fit.curve.duration, 400))
+        return np.abs(np.hypot(at[:, 0], at[:, 1]) - 0.5).max()
+
+    swinging, steady = (fit_drawn(points, times, distance=0.05, steadiness=one) for one in (None, 2.0))
+    assert beside(swinging) > 0.1
+    assert beside(steady) < 0.02
+    evenly = fit_drawn(points, np.linspace(0.0, 3.0, 60), distance=0.05, limits=None)
+    again = fit_drawn(points, np.linspace(0.0, 3.0, 60), distance=0.05, limits=None, steadiness=2.0)
+    assert again.curve.duration == pytest.approx(evenly.curve.duration)
+    assert again.deviation == pytest.approx(evenly.deviation)
+    with pytest.raises(RangeError, match=r"steadiness is 0.5, allowed: 1 or more"):
+        fit_drawn(points, times, steadiness=0.5)
