@@ -119,6 +119,7 @@ def test_the_newest_client_wins_if_wanted(open_server, connect):
     first, second = connect(server), connect(server)
     first.ask(SOURCE)
     assert second.ask(SOURCE) == GREETING
+    assert second.ask(NULL) == NULL  # the drone has changed hands; what came in the middle of that might be lost
     first.send(b"\xfcping")
     assert first.ask(NULL) == NULL
 
