@@ -120,7 +120,7 @@ class MotionCapture:
         try:
             package = importlib.import_module("motioncapture")
         except ImportError:
-            raise StateError("motion capture needs the package motioncapture: pip install motioncapture") from None
+            raise StateError("motion capture needs motioncapture: pip install 'crazychoir-fw[mocap]'") from None
         try:
             self._system: Any = package.connect(system, {"hostname": host})
         except Exception as error:  # what a driver raises is its own affair

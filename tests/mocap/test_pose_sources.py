@@ -94,7 +94,7 @@ def test_motion_capture_by_its_package(monkeypatch):
 
 def test_missing_package_and_unknown_system_are_said(monkeypatch):
     monkeypatch.setitem(sys.modules, "motioncapture", None)
-    with pytest.raises(StateError, match="pip install motioncapture"):
+    with pytest.raises(StateError, match=r"pip install .crazychoir-fw\[mocap\]"):
         MotionCapture("vicon", "cameras.local")
 
     def connect(system, options):
