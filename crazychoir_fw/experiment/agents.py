@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from crazychoir_fw import guidance, planning
 from crazychoir_fw.experiment.agent import Agent
 from crazychoir_fw.experiment.communicators import graph_of, make_communicators, schedule_of
-from crazychoir_fw.experiment.controllers import GRAVITY, make_controller, make_groups
+from crazychoir_fw.experiment.control_laws import GRAVITY
+from crazychoir_fw.experiment.controllers import make_controller, make_groups
 from crazychoir_fw.experiment.making import changed_gains, class_of, made
 from crazychoir_fw.experiment.roles import (
     follows_trajectory,

@@ -8,31 +8,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crazychoir_fw import control, planning
-from crazychoir_fw.experiment.both_laws import BothFlatnessLaws
 from crazychoir_fw.experiment.control_group import ControlGroup
-from crazychoir_fw.experiment.making import changed_gains, class_of, made
+from crazychoir_fw.experiment.control_laws import LawMaker
+from crazychoir_fw.experiment.making import class_of, made
 from crazychoir_fw.experiment.roles import masses_of, names_of, what_it_follows
-from crazychoir_fw.experiment.safe_group import FilteredController, SafeBothFlatnessLaws, SafeControlGroup
-from crazychoir_fw.experiment.safety_filters import make_collision_avoidance, make_safety_filter, make_sensing
+from crazychoir_fw.experiment.safe_group import FilteredController, SafeControlGroup
+from crazychoir_fw.experiment.safety_filters import make_collision_avoidance, make_sensing
 from crazychoir_fw.experiment.sensing import Sensing
 
 if TYPE_CHECKING:
     from crazychoir_fw.mission.layers import ControlLayer
     from crazychoir_fw.mission.schema import LayeredMission
 
-GRAVITY = 9.81
-"""Acceleration of gravity of both simulations (m/s^2)."""
-
-_CONTROL_GAINS = {
-    "position": (control.POSITION_GAINS, control.PositionGains),
-    "attitude": (control.ATTITUDE_GAINS, control.AttitudeGains),
-    "velocity": (control.VELOCITY_GAINS, control.VelocityGains),
-}
-
-_SAFE_LAWS = {
-    "FlatnessPositionCtrl": "SafeFlatnessPositionCtrl",
-    "FlatnessAccelerationCtrl": "SafeFlatnessAccelerationCtrl",
-}
+_TRAJ_HANDLERS = {"acceleration": planning.AccelerationTraj, "position": planning.PositionTraj}
 
 
 def make_controller(
@@ -59,58 +47,30 @@ def make_controller(
     layer, where = mission.layers.control_of(name), mission.layers.path_of(name, "control")
     if layer is None:
         return None
-    rate = float(layer.rate or mission.layers.rate)
-    if layer.mass is not None:
-        mass: Any = layer.mass
-    else:
-        known = np.array(masses_of(mission) if masses is None else masses, float)
-        mass = float(known[i]) if isinstance(i, int) else known[list(i)]
     follows = what_it_follows(mission, first) if follows is None else follows
-    topic = {"acceleration": planning.AccelerationTraj, "position": planning.PositionTraj}
-    traj_handler = topic.get(follows, planning.FullStateTraj)()
-    sender = getattr(control, layer.sender or ("VelSender" if layer.command == "vel" else "FPQRSender"))(rate)
-
-    def strategy(role: str, word: str, gains: str, base: Any) -> Any:
-        key = f"{where}.{role}"
-        cls = class_of(mission, key, word, control, base)
-        sets, kind = _CONTROL_GAINS[gains]
-        chosen = layer.gains if isinstance(layer.gains, str) else layer.gains.get(gains, "webots")
-        if isinstance(chosen, Mapping):
-            chosen = changed_gains(f"{where}.gains.{gains}", chosen, sets, kind, "webots")
-        known = {"update_frequency": rate, "gains": chosen, "mass": mass, "gravity": GRAVITY}
-        return made(cls, key, {**known, "safety_filter": safe}, {})
-
-    safe = make_safety_filter(mission)
-
+    laws = LawMaker(mission, layer, where, layer.mass if layer.mass is not None else _mass_of(mission, i, masses))
+    parts = {
+        "command_sender": _sender(layer, float(layer.rate or mission.layers.rate)),
+        "traj_handler": _TRAJ_HANDLERS.get(follows, planning.FullStateTraj)(),
+    }
     if layer.kind == "VelocityController":
-        law = strategy("velocity", layer.velocity, "velocity", None)
-        return control.VelocityController(velocity_strategy=law, command_sender=sender, traj_handler=traj_handler)
-    word = layer.acceleration if follows == "acceleration" else layer.position
-    if safe is not None:
-        word = _SAFE_LAWS.get(word, word)
-    position = strategy(
-        "acceleration" if follows == "acceleration" else "position", word, "position", control.PositionCtrlStrategy
-    )
-    if len(accelerated):
-        arguments = {"update_frequency": rate, "gains": position.gains, "mass": position.mass, "gravity": GRAVITY}
-        if safe is None:
-            position = BothFlatnessLaws(np.isin(i, accelerated), **arguments)
-        else:
-            position = SafeBothFlatnessLaws(np.isin(i, accelerated), safe, **arguments)
-    attitude = None
-    if layer.command == "fpqr":
-        attitude = strategy("attitude", layer.attitude, "attitude", control.AttitudeCtrlStrategy)
+        return control.VelocityController(velocity_strategy=laws.velocity(), **parts)
+    parts["pos_strategy"] = laws.both_positions(i, accelerated) if len(accelerated) else laws.position(follows)
+    parts["attitude_strategy"] = laws.attitude()
     if layer.kind == "HierarchicalController":
-        cls: type = control.HierarchicalController if safe is None else control.SafeHierarchicalController
+        cls: type = control.HierarchicalController if laws.safe is None else control.SafeHierarchicalController
     else:
         cls = class_of(mission, f"{where}.class", layer.kind, control, control.CrazyflieController)
-    parts = {
-        "pos_strategy": position,
-        "attitude_strategy": attitude,
-        "command_sender": sender,
-        "traj_handler": traj_handler,
-    }
     return made(cls, where, parts, {})
+
+
+def _mass_of(mission: LayeredMission, i: int | Sequence[int], masses: Sequence[float] | None) -> Any:
+    known = np.array(masses_of(mission) if masses is None else masses, float)
+    return float(known[i]) if isinstance(i, int) else known[list(i)]
+
+
+def _sender(layer: ControlLayer, rate: float) -> Any:
+    return getattr(control, layer.sender or ("VelSender" if layer.command == "vel" else "FPQRSender"))(rate)
 
 
 def make_groups(
