@@ -149,6 +149,9 @@ def run_part(
         spin(executor, nodes, part.name, context, leave_after)
     except ExternalShutdownException:
         pass
+    except Exception:
+        if context.ok():  # otherwise it was ended while its nodes were made
+            raise
     finally:
         rclpy.try_shutdown(context=context)
     return 0
