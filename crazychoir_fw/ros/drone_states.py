@@ -29,7 +29,7 @@ STATES_QOS = qos(1)
 EVENTS_QOS = QoSProfile(depth=1000, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 """Who comes later hears what has happened before."""
 
-_TELL_EVERY = 0.2  # [s], wall
+_TELL_EVERY = 0.1  # [s], wall
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class ToldStates:
 
 
 class StateTeller:
-    """Lets a host say how its drones are; while nobody listens, it looks five times a second whether somebody does."""
+    """Lets a host say how its drones are; while nobody listens, it looks ten times a second whether somebody does."""
 
     def __init__(self, node: Any, experiment: Any, mission: Any, presses: Callable[[int], int]) -> None:
         """Begin to tell.

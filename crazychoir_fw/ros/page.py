@@ -239,7 +239,7 @@ class JoinedFlight:
             now = wall.monotonic()
             if (listeners := self._listeners()) != found:
                 found, since = listeners, now
-            is_told = self.is_hosted or (self._watches_topics and now - self.backend.watched_since > _TOLD_S)
+            is_told = self.is_hosted or self._is_without_host
             if is_told and found and (self._are_all_found() or now - since > _SETTLE_S):
                 return
             if now - begin > timeout:
@@ -248,6 +248,11 @@ class JoinedFlight:
                     f"{self._mission.name}: {what} on ROS domain {self.domain} within {timeout:g} s; start the flight "
                     "(crazychoir fly MISSION.yaml --ros, or a launch file), or give its --domain"
                 )
+
+    @property
+    def _is_without_host(self) -> bool:
+        """Whether drones have been heard for a while, and nobody tells how they are."""
+        return not self.is_hosted and wall.monotonic() - self.backend.first_wall > _TOLD_S
 
     def _listeners(self) -> int:
         publishers = (*self._buttons.values(), *self._button_of.values(), *self._trajectories)
@@ -277,9 +282,11 @@ class JoinedFlight:
         if self.backend.refresh():
             self._note("again", None, "time begins anew: it is another flight")
             self._begin_anew()
-        if not self._watches_topics and self.backend.lacks_bundles:
-            self._watch_topics()
+        if self.backend.lacks_bundles:
+            self.backend.watch_odometry()
         if not self.is_hosted:
+            if not self._watches_topics and self._is_without_host:
+                self._watch_topics()
             for agent in self.agents:
                 self._guess(agent)
         self._mind_silence()
@@ -359,9 +366,8 @@ class JoinedFlight:
     # ---------------------------------------------------------------- without a host that tells
 
     def _watch_topics(self) -> None:
-        """Listen to each drone."""
+        """Listen to what guidance, planners and radio nodes say."""
         self._watches_topics = True
-        self.backend.watch_odometry()
         node = self.node
         for agent in self.agents:
             i = agent.index
@@ -415,10 +421,11 @@ class JoinedDrones:
         self.trouble: str | None = None
         """Why this is not the flight of the mission, a sentence."""
         self.time = 0.0
-        self.heard_wall = self.watched_since = self._bundled_wall = -np.inf
+        self.heard_wall = self._bundled_wall = -np.inf
+        self.first_wall = np.inf
+        """When the first of them was heard (s, wall)."""
         self.is_heard = self.is_silent = False
         self._begun = wall.monotonic()
-        self._canary_wall: float | None = None
         self._bundle: bytes | None = None
         self._said: dict[tuple[str, int], bytes] = {}
         self._rows: list[int] | None = None
@@ -446,12 +453,10 @@ class JoinedDrones:
     def lacks_bundles(self) -> bool:
         """Whether drones are heard, and bundles are not."""
         now = wall.monotonic()
-        is_speaking = self._canary_wall is not None and now - self._canary_wall > _BUNDLES_S
-        return is_speaking and now - self._bundled_wall > _BUNDLES_S
+        return now - self.first_wall > _BUNDLES_S and now - self._bundled_wall > _BUNDLES_S
 
     def watch_odometry(self) -> None:
-        """Listen to each drone."""
-        self.watched_since = wall.monotonic()
+        """Listen to each drone, from now on."""
         for i in range(len(self.names)):
             self._watch(i)
 
@@ -482,15 +487,18 @@ class JoinedDrones:
     def _odometry_taker(self, key: tuple[str, int]) -> Callable[[bytes], None]:
         def take(data: bytes) -> None:
             self._said[key] = data
-            self.heard_wall = wall.monotonic()
-            if self._canary_wall is None:
-                self._canary_wall = self.heard_wall
+            self._heard()
 
         return take
 
     def _take_bundle(self, data: bytes) -> None:
         self._bundle = data
-        self._bundled_wall = self.heard_wall = wall.monotonic()
+        self._bundled_wall = self._heard()
+
+    def _heard(self) -> float:
+        self.heard_wall = now = wall.monotonic()
+        self.first_wall = min(self.first_wall, now)
+        return now
 
     def _take_card(self, text: str) -> None:
         topics = HostCard.read(text).odometry
