@@ -22,7 +22,7 @@ def setting_of(session: Session) -> dict[str, Any]:
     return {
         "mission": mission.name,
         "description": mission.description,
-        "backend": mission.backend,
+        "backend": f"{mission.backend} {session.access.where}".strip(),
         "names": session.names,
         "graph": session.graph,
         "obstacles": obstacles(session),

@@ -92,7 +92,7 @@ class JoinedFlight:
         kind = one_command(mission)
         self._context = Context()
         rclpy.init(args=[], context=self._context, domain_id=domain, signal_handler_options=SignalHandlerOptions.NO)
-        self.domain = self._context.get_domain_id()
+        self.domain: int = self._context.get_domain_id()
         self._executor = make_executor(self._context)
         self._mission = mission
         self.agents = [_agent(mission, i) for i in range(len(mission.fleet))]
@@ -417,6 +417,7 @@ class JoinedDrones:
         self._node = node
         self.names = names_of(mission)
         self.close = close
+        self.domain = node.context.get_domain_id()
         self.states = [DroneState(link="not heard yet") for _ in self.names]
         self.trouble: str | None = None
         """Why this is not the flight of the mission, a sentence."""

@@ -60,6 +60,9 @@ class Access:
     no_speed: str | None = None
     """Why time goes on as it does, whatever is asked for, a sentence."""
 
+    where = ""
+    """By which way the page knows the drones, if not by itself, in words."""
+
     def __init__(self, backend: Any) -> None:
         self.backend = backend
         self.names: list[str] = list(backend.names)

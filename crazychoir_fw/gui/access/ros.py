@@ -11,18 +11,16 @@ from crazychoir_fw.errors import StateError, UnknownNameError
 from crazychoir_fw.gui.access.access import Access, DroneState, Variable
 
 _VOLTAGE = "pm.vbat"
-_ELSEWHERE = "Over ROS 2 the page is a guest of the flight"
-
 NO_TIME = (
-    f"{_ELSEWHERE}: time cannot be turned back, paused or hurried from here, since drones and layers are processes of "
-    "their own. `crazychoir gui` without --ros can."
+    "Over ROS 2 time cannot be turned back, paused or hurried from the page: drones and layers are processes of their "
+    "own. Without --ros it can."
 )
 NO_PARAMETERS = (
-    f"{_ELSEWHERE}: no topic or service carries parameters of the onboard software. `crazychoir gui` without --ros "
-    "reads and writes them; for layers there is `ros2 param`."
+    "Over ROS 2 no topic or service carries parameters of the onboard software; those of layers are read by ros2 param. "
+    "Without --ros they are here."
 )
-NO_ARM = f"{_ELSEWHERE}: no topic or service arms, disarms or reboots a drone. `crazychoir gui` without --ros does."
-FEW_PLOTS = f"{_ELSEWHERE}: plots are of odometry and battery; no topic carries log variables of the onboard software."
+NO_ARM = "Over ROS 2 no topic or service arms, disarms or reboots a drone. Without --ros buttons for it are here."
+FEW_PLOTS = "Over ROS 2 plots are of odometry and battery: no topic carries log variables of the onboard software."
 NO_MEMORY = "over ROS 2 only drones with layers.planning take a drawn curve; the trajectory memory on board is no topic"
 
 
@@ -31,6 +29,11 @@ class RosAccess(Access):
 
     no_rewind = NO_TIME
     no_speed = NO_TIME
+
+    @property
+    def where(self) -> str:
+        """See `Access`."""
+        return f"over ROS 2, domain {self.backend.domain}"
 
     def missing(self) -> dict[str, str]:
         """See `Access`."""
