@@ -70,7 +70,7 @@ _RESUME_S = 1.0  # [s], wall
 _MOST_LOGS = 2000
 _CANARIES = 3  # drones whose odometry says that there is any
 _WARNING = 30  # of rcl_interfaces/Log
-_ALSO_EVENTS = ("lost ", "rejoined ", "answers again")  # what hosts tell as events, too
+_ALSO_EVENTS = ("lost agent", "rejoined agent", "stays where it is")  # what hosts tell as events, too
 _UP_M = 0.15  # above its start, a drone flies
 _NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT)
 _NAMES = {"takeoff": "TAKE-OFF", "land": "LAND", "stop": "STOP", "start": "START"}
@@ -352,7 +352,7 @@ class JoinedFlight:
 
     def _take_log(self, message: Log) -> None:
         """What a node logs goes to the console, but for what the host tells as an event."""
-        is_told = self.is_hosted and message.msg.startswith(_ALSO_EVENTS)
+        is_told = self.is_hosted and any(words in message.msg for words in _ALSO_EVENTS)
         if message.name == self.node.get_name() or is_told or self._logs >= _MOST_LOGS:
             return
         self._logs += 1
@@ -426,7 +426,7 @@ class JoinedDrones:
         self.first_wall = np.inf
         """When the first of them was heard (s, wall)."""
         self.is_heard = self.is_silent = False
-        self._begun = wall.monotonic()
+        self._has_stamps = False
         self._bundle: bytes | None = None
         self._said: dict[tuple[str, int], bytes] = {}
         self._rows: list[int] | None = None
@@ -520,7 +520,7 @@ class JoinedDrones:
             nanoseconds, numbers = bundles.unpack_odometry(self._bundle)
             if len(numbers) == len(self._rows):
                 self._place(slice(None), numbers[self._rows])
-                self.time = nanoseconds / 1e9
+                self.time, self._has_stamps = nanoseconds / 1e9, True
             self._said.clear()
         said, self._said, self._bundle = self._said, {}, None
         # what drones over the radio say of themselves is used where nothing better is known
@@ -533,8 +533,10 @@ class JoinedDrones:
             if name == CF_ODOM.name and (ODOM.name, i) in said:
                 continue
             self._place([i], np.concatenate([pose.position, pose.orientation, pose.velocity, pose.angular])[None])
-            # odometry of the radio has no stamp
-            self.time = wall.monotonic() - self._begun if pose.time is None else pose.time
+            if pose.time is not None:
+                self.time, self._has_stamps = pose.time, True
+            elif not self._has_stamps and wall.monotonic() - self.first_wall > _BUNDLES_S:
+                self.time = wall.monotonic() - self.first_wall  # the odometry of some nodes has no stamps
         self._pose.time = self.time
         return self.time < before - 1.0
 

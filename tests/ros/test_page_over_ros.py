@@ -17,7 +17,7 @@ import pytest
 from nav_msgs.msg import Odometry
 from ros_domains import reserve_domain
 from ros_flights import all_gone
-from std_msgs.msg import Empty
+from std_msgs.msg import Empty, String
 
 from crazychoir_fw.errors import CrazychoirError, RangeError
 from crazychoir_fw.experiment.agent import Phase
@@ -25,8 +25,10 @@ from crazychoir_fw.gui.access.ros import FEW_PLOTS, NO_ARM, NO_PARAMETERS, NO_TI
 from crazychoir_fw.gui.opening import open_mission
 from crazychoir_fw.gui.session import Session
 from crazychoir_fw.messages import Pose
+from crazychoir_fw.ros.bundles import HostCard
 from crazychoir_fw.ros.conversions import pose_to_odometry
 from crazychoir_fw.ros.drone_states import EVENTS, read_event, read_states
+from crazychoir_fw.ros.names import LATEST
 from crazychoir_fw.ros.page import JoinedFlight, join
 
 pytest.importorskip("nicegui")
@@ -46,7 +48,7 @@ class Served:
             "from functools import partial; from crazychoir_fw.cli import app; from crazychoir_fw.ros import manager; "
             f"manager.RosOptions = partial(manager.RosOptions, deadline={PATIENCE}, patience=60.0); app()"
         )
-        options = ["--ros", "--processes", "one", "--backend", "integrator", "--speed", "10"]
+        options = ["--ros", "--processes", "one", "--backend", "integrator", "--speed", "30"]
         where = ["--no-browser", "--port", "0", "--domain", str(self.domain)]
         command = [sys.executable, "-c", code, "gui", str(EXAMPLES / "draw.yaml"), *options, *where]
         self.log = folder / "log.txt"
@@ -210,6 +212,7 @@ def test_a_joined_page_leaves_the_flight_going_and_the_one_that_began_it_ends_it
     assert served.process.poll() is None
     served.process.send_signal(signal.SIGINT)
     served.process.wait(PATIENCE)
+    assert "Traceback" not in served.log.read_text()
     assert all_gone(numbers.values())
 
 
@@ -221,6 +224,13 @@ def test_a_flight_that_is_not_there_is_not_joined():
     domain = reserve_domain()
     with pytest.raises(CrazychoirError, match=f"no drones of it are heard on ROS domain {domain} within 0.2 s; start"):
         join(mission, domain, 0.2)
+
+
+def test_a_flight_of_another_mission_is_not_joined(bench):
+    card = HostCard(["/agent_0/odom", "/agent_1/odom"], {})
+    bench.user.create_publisher(String, "/_swarm/host", LATEST).publish(String(data=card.text()))
+    with pytest.raises(CrazychoirError, match="has 2 drones, and the mission 4; give its --domain"):
+        join(open_mission(EXAMPLES / "draw.yaml"), int(os.environ["ROS_DOMAIN_ID"]), PATIENCE)
 
 
 @pytest.mark.parametrize(
@@ -241,8 +251,9 @@ def test_options_that_make_no_sense(options, sentence, capfd):
     assert sentence in run.output + capfd.readouterr().err
 
 
-def test_phases_are_guessed_where_no_host_tells_them(bench):
+def test_phases_are_guessed_where_no_host_tells_them(bench, monkeypatch):
     """A simulation of somebody else's has buttons and odometry, and no more."""
+    monkeypatch.setattr("crazychoir_fw.ros.page._TOLD_S", 0.3)
     flight = JoinedFlight(open_mission(EXAMPLES / "draw.yaml"), int(os.environ["ROS_DOMAIN_ID"]))
     try:
         odom = bench.user.create_publisher(Odometry, "/agent_0/odom", 10)

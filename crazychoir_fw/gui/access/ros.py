@@ -16,7 +16,7 @@ NO_TIME = (
     "own. Without --ros it can."
 )
 NO_PARAMETERS = (
-    "Over ROS 2 no topic or service carries parameters of the onboard software; those of layers are read by ros2 param. "
+    "Over ROS 2 no topic or service carries parameters of the onboard software; ros2 param reads those of layers. "
     "Without --ros they are here."
 )
 NO_ARM = "Over ROS 2 no topic or service arms, disarms or reboots a drone. Without --ros buttons for it are here."
