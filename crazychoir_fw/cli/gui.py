@@ -1,11 +1,17 @@
 """`crazychoir gui`: a page in the browser to draw, preview, fly, watch and rewind a mission."""
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of, console
+
+if TYPE_CHECKING:
+    from crazychoir_fw.gui.session import Session
+
+_READY_S = 240.0  # whatever keeps drones from being ready for so long says so itself
 
 
 def gui(
@@ -30,36 +36,91 @@ def gui(
     speed: Annotated[float, typer.Option(min=0.0, max=100.0, help="Simulated seconds per second; 0 pauses.")] = 1.0,
     drawings: Annotated[Path, typer.Option(help="Folder in which drawings are saved.")] = Path("drawings"),
     seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
+    ros: Annotated[
+        bool,
+        typer.Option("--ros", help="Fly the layers as ROS 2 nodes in processes of their own, beside the page."),
+    ] = False,
+    ros_join: Annotated[
+        bool, typer.Option("--ros-join", help="Show a flight that others have started over ROS 2, and leave it going.")
+    ] = False,
+    processes: Annotated[
+        str,
+        typer.Option(
+            help="With --ros, one process per drone and layer, per drone, or for all layers.",
+            metavar="per-node|per-drone|one",
+        ),
+    ] = "per-node",
+    domain: Annotated[
+        int | None,
+        typer.Option(
+            help="ROS domain; otherwise a free one with --ros, and that of ROS_DOMAIN_ID with --ros-join.",
+            min=0,
+            max=232,
+        ),
+    ] = None,
+    restart: Annotated[
+        bool, typer.Option("--restart", help="With --ros, start processes again that have ended.")
+    ] = False,
 ) -> None:
     """Open the page of a mission: nothing flies until somebody presses a button there."""
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.errors import CrazychoirError, RangeError
     from crazychoir_fw.gui.server import check_host, require_nicegui
 
     try:
         check_host(host, token)
         require_nicegui()
         from crazychoir_fw.gui.opening import open_mission
-        from crazychoir_fw.gui.server import make_server
+
+        loaded = open_mission(mission, uri_base, backend=backend, seed=seed)
+        page = Page(host, _free_port(host, port), token, drawings, not no_browser)
+        if ros or ros_join:
+            from crazychoir_fw.cli.gui_ros import OverRos, show_over_ros
+
+            if ros and ros_join:
+                raise RangeError("--ros starts a flight and --ros-join joins one: give one of them")
+            how = OverRos(ros_join, processes, domain, speed, restart)
+            if code := show_over_ros(loaded, how, page.show):
+                raise typer.Exit(code)
+            return
         from crazychoir_fw.gui.session import Session
 
-        session = Session(open_mission(mission, uri_base, backend=backend, seed=seed), speed)
-        port = _free_port(host, port)
-        server = make_server(session, host, port, token, drawings)
-        shown = "127.0.0.1" if host in ("0.0.0.0", "::") else host
-        address = f"http://{shown}:{port}/" + (f"?token={token}" if token else "")
-        with session:
-            with console.status("The drones get ready"):
-                session.wait_until_ready()
-            console.print(f"The page is at {address} (Ctrl-C ends it)", soft_wrap=True, markup=False)
-            if not no_browser:
-                _open_soon(address)
-            server.run()
+        page.show(Session(loaded, speed))
     except CrazychoirError as error:
         complain_of(error)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:
         complain(f"--host {host} --port {port}: {error.strerror}")
         raise typer.Exit(BAD_INPUT) from None
+
+
+@dataclass(frozen=True)
+class Page:
+    """Where the page of a flight is."""
+
+    host: str
+    port: int
+    token: str | None
+    drawings: Path
+    opens_browser: bool
+
+    def show(self, session: "Session") -> None:
+        """Open a flight, and serve its page until somebody presses Ctrl-C.
+
+        Raises:
+            CrazychoirError: If there is no flight.
+        """
+        from crazychoir_fw.gui.server import make_server
+
+        server = make_server(session, self.host, self.port, self.token, self.drawings)
+        shown = "127.0.0.1" if self.host in ("0.0.0.0", "::") else self.host
+        address = f"http://{shown}:{self.port}/" + (f"?token={self.token}" if self.token else "")
+        with session:
+            with console.status("The drones get ready"):
+                session.wait_until_ready(_READY_S)
+            console.print(f"The page is at {address} (Ctrl-C ends it)", soft_wrap=True, markup=False)
+            if self.opens_browser:
+                _open_soon(address)
+            server.run()
 
 
 def _free_port(host: str, port: int) -> int:

@@ -150,8 +150,11 @@ class Commands:
 
     @carry_out.register
     def _(self, command: asked.SetSpeed) -> str:
-        if self._session.experiment.backend.is_real_time:
-            raise StateError("the time of real drones goes on by itself")
+        sentence = self._session.access.no_speed
+        if sentence is None and self._session.experiment.backend.is_real_time:
+            sentence = "the time of real drones goes on by itself"
+        if sentence is not None:
+            raise StateError(sentence)
         self._session.speed = command.factor
         return "PAUSE" if command.factor == 0.0 else f"SPEED: {command.factor:g} x real time"
 

@@ -73,7 +73,8 @@ class Flying:
         self._access = access
         agents = [experiment.agents[leg.drone] for leg in legs]
         for agent in agents:
-            reason = cannot_go(experiment, agent) or (None if agent.is_up else access.refusal(agent.index))
+            reason = cannot_go(experiment, agent) or (None if agent.planner else access.cannot_follow(agent.index))
+            reason = reason or (None if agent.is_up else access.refusal(agent.index))
             if reason:
                 raise StateError(reason)
         resting = [agent.name for agent in agents if not agent.is_up]

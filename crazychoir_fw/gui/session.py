@@ -87,13 +87,20 @@ class Line:
 class Session:
     """A flight that waits for commands."""
 
-    def __init__(self, mission: LayeredMission, speed: float = 1.0, threads: int | None = None) -> None:
+    def __init__(
+        self,
+        mission: LayeredMission,
+        speed: float = 1.0,
+        threads: int | None = None,
+        make: Callable[[LayeredMission], Experiment] = make_experiment,
+    ) -> None:
         """Prepare; `open` begins.
 
         Args:
             mission: What flies.
             speed: Simulated seconds per second at first; 0 is a pause.
             threads: Worker threads of a simulated world.
+            make: Makes the flight, in its thread.
         """
         self.mission = mission
         self.names = [drone.id for drone in mission.fleet]
@@ -115,6 +122,7 @@ class Session:
         self.no_rewind: str | None = None
         """Why time cannot be turned back, a sentence."""
         self._threads = threads
+        self._make = make
         self._queue: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]]] = queue.SimpleQueue()
         self._answers: OrderedDict[str, Future[Any]] = OrderedDict()
         self._lock = threading.Lock()
@@ -122,6 +130,7 @@ class Session:
         self._thread: threading.Thread | None = None
         self._seen_happenings = 0
         self._next_frame = self._next_sample = self._next_moment = self._next_plot = -np.inf
+        self._remembered = -np.inf
         self._due: float | None = None
         self._pace: deque[tuple[float, float]] = deque(maxlen=30)
         self._console: dict[int, str] = {}
@@ -141,6 +150,11 @@ class Session:
         self._closing.set()
         if self._thread is not None:
             self._thread.join(timeout=20.0)
+
+    @property
+    def is_closing(self) -> bool:
+        """Whether somebody has ended the flight."""
+        return self._closing.is_set()
 
     def __enter__(self) -> Session:
         return self.open()
@@ -196,12 +210,11 @@ class Session:
 
     def _run(self) -> None:
         try:
-            self.experiment = make_experiment(self.mission)
+            self.experiment = self._make(self.mission)
             self.access = open_access(self.experiment.backend)
             # a log of everything grows by megabytes a second, and nobody asked for one
             self.experiment.backend.record = lambda extra: None  # type: ignore[method-assign]
-            if not self.access.can_rewind:
-                self.no_rewind = "the time of real drones cannot be turned back"
+            self.no_rewind = self.access.no_rewind
             self._publish()
             self.is_ready = True
             self.say("ready", f"{len(self.names)} drones are ready, backend {self.mission.backend}")
@@ -279,6 +292,9 @@ class Session:
             wall.sleep(0)  # others want to have their turn
 
     def _remember(self, now: float) -> None:
+        if now < self._remembered:  # another flight has begun where this one was
+            self._next_sample = self._next_moment = self._next_plot = -np.inf
+        self._remembered = now
         if now >= self._next_sample:
             self._next_sample = now + SAMPLE_S - 1e-6
             self.branches.present.sample(now, self.access.true_pose().position)

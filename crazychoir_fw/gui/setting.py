@@ -22,13 +22,14 @@ def setting_of(session: Session) -> dict[str, Any]:
     return {
         "mission": mission.name,
         "description": mission.description,
-        "backend": mission.backend,
+        "backend": f"{mission.backend} {session.access.where}".strip(),
         "names": session.names,
         "graph": session.graph,
         "obstacles": obstacles(session),
         "safety_area": None if area is None else {"low": list(area.low), "high": list(area.high)},
         "log_names": session.access.log_names(),
         "trail": session.branches.path(session.branches.present.number, now - _TRAIL_S),
+        "missing": session.access.missing(),
         "is_real_time": session.experiment.backend.is_real_time,
         "height": mission.layers.guidance.height,
     }

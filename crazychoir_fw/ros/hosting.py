@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import os
 import time
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -25,6 +26,7 @@ from crazychoir_fw.experiment.experiment import Experiment, Names
 from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points, points_to_joint_trajectory
+from crazychoir_fw.ros.drone_states import StateTeller
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.parts import Part, has_table, one_command
 from crazychoir_fw.ros.simulation import Pace, SimulationNode
@@ -183,8 +185,10 @@ class HostedExperiment(Experiment):
         self._look_for_deaths: Callable[[], None] = lambda: None
         self._buttons: dict[str, Any] = {name: self.node.announce(topic) for name, topic in BUTTONS.items()}
         self._last_button = self.node.create_publisher(String, f"/{LAST_BUTTON}", LATEST)
-        self._own_presses = dict.fromkeys(BUTTONS, 0)
-        self._button_of: dict[tuple[str, int], tuple[Any, Any]] = {}
+        self._own_presses: Counter[tuple[str, int | None]] = Counter()
+        self._presses = [0] * count
+        self._button_of: dict[tuple[str, int], Any] = {}
+        self._last_button_of: dict[int, Any] = {}
         self._trajectories = [
             self.node.announce(TRAJ_PARAMS, self.node.topic_of(i, "traj_params")) for i in range(count)
         ]
@@ -205,6 +209,9 @@ class HostedExperiment(Experiment):
         numbers = {node.namespace_pattern.format(i=i): i for i in range(len(remote))}
         for name, topic in BUTTONS.items():
             node.listen(topic, lambda _, pressed=name: self._pressed(pressed))
+            for i in range(len(remote)):
+                where = node.topic_of(i, topic.name.lstrip("/"))
+                node.listen(topic, lambda _, pressed=name, i=i: self._pressed(pressed, i), where)
         for i, guidance in enumerate(remote):
             node.create_subscription(
                 String, node.topic_of(i, "lost_neighbors"), _neighbors_taker(guidance, numbers), 10
@@ -231,29 +238,38 @@ class HostedExperiment(Experiment):
 
     def takeoff(self, drones: Names = None) -> None:
         """See `Experiment`."""
-        self._hear_again(drones)
-        super().takeoff(drones)
+        self._carry_out("takeoff", drones)
         self._tell("takeoff", drones)
 
     def start(self, drones: Names = None) -> None:
         """See `Experiment`."""
-        self._hear_again(drones)
-        super().start(drones)
+        self._carry_out("start", drones)
         self._tell("start", drones)
 
     def land(self, drones: Names = None) -> None:
         """See `Experiment`."""
-        super().land(drones)
+        self._carry_out("land", drones)
         self._tell("land", drones)
+        self._bring_down_whom_nobody_lands(drones)
+
+    def stop(self, drones: Names = None) -> None:
+        """See `Experiment`."""
+        self._carry_out("stop", drones)
+        self._tell("stop", drones)
+
+    def _carry_out(self, button: str, drones: Names) -> None:
+        """Do what a button means where the drones are."""
+        if button in ("takeoff", "start"):
+            self._hear_again(drones)
+        getattr(super(), button)(drones)
+        for agent in self._chosen(drones):
+            self._presses[agent.index] += 1
+
+    def _bring_down_whom_nobody_lands(self, drones: Names) -> None:
         if not self.backend.is_real_time:
             for agent in self._chosen(drones):
                 if agent.index in self._held or agent.index in self._guidance_ended:
                     self._bring_down(agent)
-
-    def stop(self, drones: Names = None) -> None:
-        """See `Experiment`."""
-        super().stop(drones)
-        self._tell("stop", drones)
 
     def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
         """Hand points to the trajectory handlers, by topic."""
@@ -266,14 +282,25 @@ class HostedExperiment(Experiment):
 
     def _tell(self, button: str, drones: Names) -> None:
         if drones is None:
-            self._own_presses[button] += 1
+            self._own_presses[button, None] += 1
             self._buttons[button].publish(Empty())
+        else:
+            for agent in self._chosen(drones):
+                self._own_presses[button, agent.index] += 1
+                self._button_of[button, agent.index].publish(Empty())
+        self._keep(button, drones)
+
+    def _keep(self, button: str, drones: Names) -> None:
+        """Keep what was pressed last, for processes that are started again."""
+        if drones is None:
             self._last_button.publish(String(data=button))
             return
         for agent in self._chosen(drones):
-            press, last = self._button_of[button, agent.index]
-            press.publish(Empty())
-            last.publish(String(data=button))
+            i = agent.index
+            if i not in self._last_button_of:
+                topic = self.node.topic_of(i, LAST_BUTTON)
+                self._last_button_of[i] = self.node.create_publisher(String, topic, LATEST)
+            self._last_button_of[i].publish(String(data=button))
 
     def prepare(self, phases: Sequence[Any]) -> None:
         """Make publishers for buttons of single drones, so that they are known when they are needed."""
@@ -282,18 +309,22 @@ class HostedExperiment(Experiment):
                 topic = BUTTONS[phase.name]
                 for agent in self._chosen(phase.button.drones):
                     where = self.node.topic_of(agent.index, topic.name.lstrip("/"))
-                    last = self.node.topic_of(agent.index, LAST_BUTTON)
-                    self._button_of[phase.name, agent.index] = (
-                        self.node.announce(topic, where),
-                        self.node.create_publisher(String, last, LATEST),
-                    )
+                    self._button_of[phase.name, agent.index] = self.node.announce(topic, where)
 
-    def _pressed(self, button: str) -> None:
-        """Somebody pressed a button: this flight itself, or a person."""
-        if self._own_presses[button] > 0:
-            self._own_presses[button] -= 1
+    def _pressed(self, button: str, drone: int | None = None) -> None:
+        """Somebody pressed a button, of all drones or of one: this flight itself, or a person."""
+        if self._own_presses[button, drone] > 0:
+            self._own_presses[button, drone] -= 1
             return
-        getattr(super(), button)()
+        names = None if drone is None else [self.agents[drone].name]
+        self._carry_out(button, names)
+        self._keep(button, names)
+        if button == "land":
+            self._bring_down_whom_nobody_lands(names)
+
+    def tell_states(self, mission: Any) -> None:
+        """Say from now on how the drones are, and what happens, to whoever watches."""
+        self._teller = StateTeller(self.node, self, mission, self._presses.__getitem__)
 
     # ---------------------------------------------------------------- rounds
 

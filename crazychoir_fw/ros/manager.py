@@ -12,7 +12,8 @@ import signal
 import socket
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -90,7 +91,11 @@ def check(mission: Any, options: RosOptions) -> LayeredMission:
 
 
 def fly_as_processes(
-    mission: LayeredMission, options: RosOptions, host: Callable[[RosOptions], int], quiet: bool = False
+    mission: LayeredMission,
+    options: RosOptions,
+    host: Callable[[RosOptions], int],
+    quiet: bool = False,
+    watchers: Mapping[str, Callable[[RosOptions], int]] | None = None,
 ) -> int:
     """Fly a mission as processes, to its end. Returns the exit code of the host.
 
@@ -99,6 +104,8 @@ def fly_as_processes(
         options: How.
         host: Flies it where the drones are, with `fly_hosted`; runs in a process of its own.
         quiet: Whether nothing is printed of the processes.
+        watchers: Further processes, by name, that belong to the flight and decide nothing, such as a page; the flight
+            ends with the first of them.
     """
     domain = free_domain() if options.domain is None else options.domain
     os.environ["ROS_DOMAIN_ID"] = str(domain)
@@ -108,7 +115,7 @@ def fly_as_processes(
     options = replace(options, lockstep=lockstep)
     register = None if options.folder is None else options.folder / "processes.json"
     supervisor = Supervisor(quiet, register=register)
-    flight = _Flight(supervisor, mission, options, parts)
+    flight = _Flight(supervisor, mission, options, parts, watchers or {})
     before = signal.signal(signal.SIGTERM, _interrupt)
     if not quiet:
         print(f"ROS domain {domain}: {len(parts)} processes of layers and the host", flush=True)
@@ -129,11 +136,19 @@ def _interrupt(*_: Any) -> None:
 class _Flight:
     """The processes of one flight."""
 
-    def __init__(self, supervisor: Supervisor, mission: LayeredMission, options: RosOptions, parts: list[Part]) -> None:
+    def __init__(
+        self,
+        supervisor: Supervisor,
+        mission: LayeredMission,
+        options: RosOptions,
+        parts: list[Part],
+        watchers: Mapping[str, Callable[[RosOptions], int]],
+    ) -> None:
         self._supervisor = supervisor
         self._mission = mission
         self._options = options
         self._parts = parts
+        self._watchers = watchers
 
     def run(self, host: Callable[[RosOptions], int]) -> int:
         reading, writing = os.pipe()
@@ -142,10 +157,13 @@ class _Flight:
         for part in self._parts:
             work = partial(run_part, self._mission, part, options.lockstep, options.patience)
             supervisor.start(part.name, work)
+        for name, watch in self._watchers.items():
+            supervisor.start(name, partial(watch, options), captured=False)
+        vital = {HOST, *self._watchers}
         began = time.monotonic()
         while True:
             for child in supervisor.watch(1.0):
-                if child.name == HOST:
+                if child.name in vital:
                     return int(child.process.exitcode or 0)
                 os.write(writing, f"{child.name}\n".encode())
                 supervisor.say(
@@ -154,7 +172,7 @@ class _Flight:
                 if options.restart:
                     supervisor.restart(child.name)
                     supervisor.say(f"{child.name} started again")
-            if not any(child.is_alive for child in supervisor.children.values() if child.name != HOST):
+            if not any(child.is_alive for child in supervisor.children.values() if child.name not in vital):
                 supervisor.say("no process of layers is left: the flight ends")
                 return 1
 
@@ -172,11 +190,23 @@ def fly_hosted(mission: LayeredMission, options: RosOptions, *arguments: Any) ->
     Raises:
         CrazychoirError: If processes do not come up.
     """
+    from crazychoir_fw.mission.layered_flight import fly_layers
+
+    with hosting(options) as make:
+        return fly_layers(mission, *arguments, make=make)
+
+
+@contextmanager
+def hosting(options: RosOptions) -> Iterator[Callable[..., Any]]:
+    """Give what makes the experiment of mission, backend and observer, its layers found and warmed up.
+
+    Raises:
+        CrazychoirError: If processes do not come up.
+    """
     import rclpy
     from rclpy.context import Context
     from rclpy.signals import SignalHandlerOptions
 
-    from crazychoir_fw.mission.layered_flight import fly_layers
     from crazychoir_fw.ros.hosting import HostedExperiment
     from crazychoir_fw.ros.process import make_executor
 
@@ -185,7 +215,7 @@ def fly_hosted(mission: LayeredMission, options: RosOptions, *arguments: Any) ->
     executor = make_executor(context)
     pace = Pace(options.speed, options.lockstep, options.deadline, unattended=True)
 
-    def make(flown: LayeredMission, backend: Any, observe: Any) -> HostedExperiment:
+    def make(flown: LayeredMission, backend: Any, observe: Any = None) -> HostedExperiment:
         experiment = HostedExperiment(flown, backend, executor, pace, observe, context)
         experiment.prepare(flown.flight)
         late = experiment.wait_for([part.name for part in options.parts], _BOOT_S)
@@ -195,12 +225,13 @@ def fly_hosted(mission: LayeredMission, options: RosOptions, *arguments: Any) ->
                 f"{options.domain} within {_BOOT_S:g} s"
             )
         experiment.warm_up()
+        experiment.tell_states(flown)
         if options.deaths is not None:
             experiment.watch_deaths(options.deaths, options.parts)
         return experiment
 
     try:
-        return fly_layers(mission, *arguments, make=make)
+        yield make
     finally:
         rclpy.try_shutdown(context=context)
         sys.stdout.flush()

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import signal
+import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -136,9 +137,16 @@ def run_part(
     """
     context = Context()
     rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
+    is_spinning, is_over = threading.Event(), threading.Event()
+
+    def end(*_: Any) -> None:
+        # an exception in the middle of a callback would be told as its failure, and so would a context that is gone
+        is_over.set()
+        if not is_spinning.is_set():
+            context.try_shutdown()
+
     for sign in (signal.SIGINT, signal.SIGTERM):
-        # an exception in the middle of a callback would be told as its failure
-        signal.signal(sign, lambda *_: context.try_shutdown())
+        signal.signal(sign, end)
     try:
         executor = make_executor(context)
         # whoever is near travels on a topic, after the odometry: controllers that wait for it take no short cut
@@ -146,9 +154,13 @@ def run_part(
         nodes = make_nodes(mission, part, lockstep, patience, context, hub)
         for node in nodes:
             executor.add_node(node)
-        spin(executor, nodes, part.name, context, leave_after)
+        is_spinning.set()
+        spin(executor, nodes, part.name, context, leave_after, is_over.is_set)
     except ExternalShutdownException:
         pass
+    except Exception:
+        if context.ok():  # otherwise it was ended while its nodes were made
+            raise
     finally:
         rclpy.try_shutdown(context=context)
     return 0
@@ -165,14 +177,21 @@ def make_executor(context: Context) -> Any:
     return EventsExecutor(context=context)
 
 
-def spin(executor: Any, nodes: Sequence[Node], name: str, context: Context, leave_after: float | None = None) -> None:
+def spin(
+    executor: Any,
+    nodes: Sequence[Node],
+    name: str,
+    context: Context,
+    leave_after: float | None = None,
+    is_over: Callable[[], bool] = lambda: False,
+) -> None:
     """Work on messages, say when all partners are there, and end when the one with the clock has long been gone."""
     if not nodes:
         return
     announcer = nodes[0].create_publisher(String, READY, LATEST)
     is_ready = False
     looked = clock_looked = clock_seen = 0.0
-    while context.ok():
+    while context.ok() and not is_over():
         executor.spin_once(timeout_sec=0.1 if is_ready else _LOOK_EVERY)
         now = time.monotonic()
         if leave_after is not None and now - clock_looked > _LOOK_AT_CLOCK:

@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import crazychoir_fw
 
 PACKAGE = Path(crazychoir_fw.__file__).parent
@@ -61,3 +63,15 @@ def test_the_ros_layer_says_how_to_get_it():
     ran = run("import crazychoir_fw.ros")
     assert ran.returncode != 0
     assert "pip install 'crazychoir-fw[ros]'" in ran.stderr
+
+
+@pytest.mark.parametrize("option", ["--ros", "--ros-join"])
+def test_the_page_says_how_to_get_it(option):
+    pytest.importorskip("nicegui")
+    mission = Path(__file__).parents[2] / "examples" / "draw.yaml"
+    ran = run(
+        f"from crazychoir_fw.cli import app; app(['gui', {str(mission)!r}, {option!r}, '--no-browser', '--port', '0'])"
+    )
+    assert ran.returncode == 2, ran.stderr
+    assert ran.stderr.startswith("--ros: crazychoir_fw.ros needs rclpy, which is not installed")
+    assert "Traceback" not in ran.stderr

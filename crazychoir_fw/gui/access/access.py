@@ -54,8 +54,14 @@ class Access:
     is_slow = False
     """Parameters take their time on the way to the drone: nobody may ask for them between two rounds."""
 
-    can_rewind = True
-    """Time can be turned back."""
+    no_rewind: str | None = None
+    """Why time cannot be turned back, a sentence."""
+
+    no_speed: str | None = None
+    """Why time goes on as it does, whatever is asked for, a sentence."""
+
+    where = ""
+    """By which way the page knows the drones, if not by itself, in words."""
 
     def __init__(self, backend: Any) -> None:
         self.backend = backend
@@ -82,6 +88,14 @@ class Access:
         """Return why a drone cannot take off, a sentence, or None."""
         del index
         return None
+
+    def missing(self) -> dict[str, str]:
+        """Return why the page lacks ``arm``, ``parameters`` or ``plots``, a sentence each."""
+        return {}
+
+    def cannot_follow(self, index: int) -> str | None:
+        """Return why a drone without trajectory handler cannot fly a curve, a sentence, or None."""
+        return f"{self.names[index]}: a drone of this backend has no trajectory memory"
 
     def arm(self, index: int, is_armed: bool) -> None:
         """Arm or disarm."""

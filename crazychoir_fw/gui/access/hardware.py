@@ -23,7 +23,7 @@ class HardwareAccess(Access):
     """What the radio handler says; parameters and memories take their time."""
 
     is_slow = True
-    can_rewind = False
+    no_rewind = "the time of real drones cannot be turned back"
 
     def __init__(self, backend: Any) -> None:
         super().__init__(backend)

@@ -9,6 +9,10 @@ from crazychoir_fw.gui.access.access import Access
 
 def open_access(backend: Any) -> Access:
     """Return the access to the drones of a backend."""
+    if getattr(backend, "is_over_ros", False):
+        from crazychoir_fw.gui.access.ros import RosAccess
+
+        return RosAccess(backend)
     if hasattr(backend, "world"):
         from crazychoir_fw.gui.access.sim import SimAccess
 

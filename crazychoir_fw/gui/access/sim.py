@@ -61,6 +61,10 @@ class SimAccess(Access):
             return None
         return f"{drone.id}: the motors may not run, state '{drone.supervisor_state}'; REBOOT helps"
 
+    def cannot_follow(self, index: int) -> str | None:
+        """See `Access`: the planner on board has a memory."""
+        return None
+
     def arm(self, index: int, is_armed: bool) -> None:
         """See `Access`."""
         self._drones[index].arm(is_armed)

@@ -7,12 +7,13 @@ export default {
         <q-select dense use-input input-debounce="0" class="cc-name" label="Add a variable" :options="options" :model-value="null" @filter="filter" @update:model-value="add" />
         <q-select dense multiple class="cc-who" label="Drones" v-model="drones" :options="names" @update:model-value="tell" />
       </div>
+      <div v-if="few" class="cc-hint" data-testid="few-plots">{{ few }}</div>
       <div v-for="variable in variables" :key="variable" class="cc-live">
         <canvas class="cc-plot" :data-variable="variable" role="img" :aria-label="'Plot of ' + variable"></canvas>
         <q-btn dense flat round icon="close" :aria-label="'Remove ' + variable" @click="remove(variable)" />
       </div>
     </div>`,
-  data: () => ({ variables: [], drones: [], names: [], options: [] }),
+  data: () => ({ variables: [], drones: [], names: [], options: [], few: "" }),
   mounted() {
     this.data = {};
     this.mark = cc.drawer(this.$el, () => this.draw(), 250);
@@ -27,6 +28,7 @@ export default {
     begin() {
       if (!cc.setting) return;
       this.names = cc.setting.names;
+      this.few = cc.setting.missing.plots || "";
       if (!this.drones.length) this.drones = this.names.slice(0, 4);
       if (!this.variables.length) {
         const wanted = ["stateEstimate.z", "pm.vbat", "position.z"];

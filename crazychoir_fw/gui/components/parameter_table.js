@@ -2,7 +2,8 @@
 const MOST_ROWS = 200;
 export default {
   template: `
-    <div class="cc-panel">
+    <div v-if="missing" class="cc-panel"><div class="cc-note" data-testid="no-parameters">{{ missing }}</div></div>
+    <div v-else class="cc-panel">
       <div class="cc-row">
         <q-select dense class="cc-who" label="Drone" v-model="drone" :options="names" @update:model-value="load" />
         <q-input dense class="cc-name" v-model="search" label="Search, for instance: pid kp" clearable autofocus data-testid="search" />
@@ -23,7 +24,7 @@ export default {
         </table>
       </div>
     </div>`,
-  data: () => ({ drone: null, names: [], rows: [], search: "", isForAll: false, problem: "" }),
+  data: () => ({ drone: null, names: [], rows: [], search: "", isForAll: false, problem: "", missing: "" }),
   computed: {
     found() {
       const words = (this.search || "").toLowerCase().split(/\s+/).filter(Boolean);
@@ -45,11 +46,14 @@ export default {
     text: (value) => (value === null ? "" : String(Number(value.toPrecision(7)))),
     begin() {
       if (!cc.setting) return;
+      this.missing = cc.setting.missing.parameters || "";
+      if (this.missing) return;
       this.names = cc.setting.names;
       this.drone = this.drone || this.names[0];
       this.load();
     },
     async load() {
+      if (this.missing) return;
       try {
         this.rows = (await cc.get("/api/parameters?drone=" + encodeURIComponent(this.drone))).parameters;
         this.problem = "";
