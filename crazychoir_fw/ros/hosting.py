@@ -20,7 +20,7 @@ from std_msgs.msg import Empty, String
 
 from crazychoir_fw.errors import CrazychoirError
 from crazychoir_fw.experiment.agent import Agent, Phase
-from crazychoir_fw.experiment.agents import is_only_watched, names_of, what_it_follows
+from crazychoir_fw.experiment.agents import graph_of, is_only_watched, names_of, what_it_follows
 from crazychoir_fw.experiment.experiment import Experiment, Names
 from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
@@ -28,6 +28,7 @@ from crazychoir_fw.ros.conversions import joint_trajectory_to_points, points_to_
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.parts import Part, has_table, one_command
 from crazychoir_fw.ros.simulation import Pace, SimulationNode
+from crazychoir_fw.ros.statistics import RemoteCommunicator, StatisticsCollector
 from crazychoir_fw.ros.tasks import EVERYTHING, HAPPENINGS, LAST_TABLE, MEMORY
 from crazychoir_fw.ros.wire import bytes_to_reference
 
@@ -57,6 +58,8 @@ class RemoteGuidance:
         self.lost: frozenset[int] = frozenset()
         self.is_new = False
         """Whether anything was heard since somebody looked."""
+        self.communicator: RemoteCommunicator | None = None
+        """What it tells of its communicator, if it has neighbors."""
 
     def set_pose(self, pose: Pose) -> None:
         """It hears its pose by topic."""
@@ -189,6 +192,7 @@ class HostedExperiment(Experiment):
             self.node.announce(TRAJ_PARAMS, self.node.topic_of(i, "traj_params")) for i in range(count)
         ]
         self._listen(mission, remote, kind)
+        self._statistics = self._collector(mission, remote)
         self.ready: set[str] = set()
         """Processes that have found their partners."""
         # many say it at once, and none of them may push another one out
@@ -216,6 +220,20 @@ class HostedExperiment(Experiment):
             topic = REFERENCES[follows]
             node.hear(topic, node.topic_of(i, topic.name), _reference_taker(node, guidance, follows))
         node.members.invite()
+
+    def _collector(self, mission: Any, remote: Sequence[RemoteGuidance]) -> StatisticsCollector:
+        graph = graph_of(mission)
+        for i, guidance in enumerate(remote):
+            if graph.in_neighbors(i) or graph.out_neighbors(i):
+                guidance.communicator = RemoteCommunicator(graph.in_neighbors(i), graph.out_neighbors(i))
+        communicators = {i: one.communicator for i, one in enumerate(remote) if one.communicator is not None}
+        return StatisticsCollector(self.node, communicators)
+
+    def communication(self) -> dict[str, Any] | None:
+        """See `Experiment`; asks the processes, and takes what was told last by those that are gone."""
+        alive = [agent.index for agent in self.agents if agent.index not in self._guidance_ended]
+        self._statistics.ask(alive, lambda: self._executor.spin_once(timeout_sec=0.05))
+        return super().communication()
 
     def _hear_of(self, message: String) -> None:
         """Something happened at a table."""

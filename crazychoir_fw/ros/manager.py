@@ -118,8 +118,12 @@ def fly_as_processes(
         print("Interrupted: all processes end", flush=True)
         return 130
     finally:
+        # whoever asks twice, as `timeout` does, must not keep it from ending the processes: that takes seconds at most
+        interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
         supervisor.stop()
         signal.signal(signal.SIGTERM, before)
+        signal.signal(signal.SIGINT, interrupt)
 
 
 def _interrupt(*_: Any) -> None:

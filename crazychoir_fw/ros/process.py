@@ -16,7 +16,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
 from crazychoir_fw.experiment import agents
-from crazychoir_fw.experiment.communicators import disturbed
+from crazychoir_fw.experiment.communicators import disturbed, goes_by_distance
 from crazychoir_fw.experiment.services import make_table
 from crazychoir_fw.guidance import TimeVaryingCommunicator
 from crazychoir_fw.ros.communicator import RosTransport
@@ -29,6 +29,7 @@ from crazychoir_fw.ros.safety_parts import make_avoidance_node, make_control_nod
 from crazychoir_fw.ros.tasks import TableDesk, TaskTable
 from crazychoir_fw.ros.teams import make_teams
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
+from crazychoir_fw.ros.whereabouts import Whereabouts
 
 _LOOK_EVERY = 0.05  # [s], wall: whether all partners are there
 _LOOK_AT_CLOCK = 0.5  # [s], wall: whether somebody still publishes it
@@ -90,9 +91,12 @@ def make_nodes(
 def _guidance(mission: Any, i: int, lockstep: bool, patience: float, common: dict[str, Any]) -> GuidanceNode:
     graph, settings = agents.graph_of(mission), mission.layers.communication_of(mission.fleet[i].id)
 
-    schedule = agents.schedule_of(mission)
+    whereabouts = Whereabouts(graph.size) if goes_by_distance(mission) else None
+    schedule = agents.schedule_of(mission, positions=None if whereabouts is None else whereabouts.positions)
 
     def build(node: GuidanceNode) -> Any:
+        if whereabouts is not None:
+            whereabouts.watch(node, sorted({i, *graph.in_neighbors(i), *graph.out_neighbors(i)}))
         communicator = None
         if graph.in_neighbors(i) or graph.out_neighbors(i):
             communicator = node.make_communicator(
@@ -115,7 +119,12 @@ def _guidance(mission: Any, i: int, lockstep: bool, patience: float, common: dic
             made.connect(TableDesk(node))
         return made
 
-    parameters = {"use_sim_time": True, "lockstep": lockstep, "patience": patience}
+    parameters = {
+        "use_sim_time": True,
+        "lockstep": lockstep,
+        "patience": patience,
+        "answers_early": settings.is_disturbed,
+    }
     return GuidanceNode(build, update_frequency=float(mission.layers.rate), **{**common, "parameters": parameters})
 
 
