@@ -39,7 +39,6 @@ READY = "/ready"
 """Topic on which each process says that it has found its partners."""
 
 _COMMANDS = (("control", "cmd_vel"), ("avoidance", "cmd_vel"))
-_SILENCE_S = 0.2  # [s], after which a drone counts as abandoned, as by the handlers of the radio
 _HOLD_S = 0.5  # [s], within which it comes to rest
 _SHORTEST_LANDING_S = 1.0
 _DESCENT_SPEED = 0.4  # [m/s], of a drone that nobody but the host lands
@@ -180,6 +179,7 @@ class HostedExperiment(Experiment):
         self._remote = None if kind == "xyz" else RemoteGroup(self.node, kind)
         groups = [] if self._remote is None else [self._remote]
         super().__init__(backend, agents, groups, layers.rate, mission.log_rate, observe)  # type: ignore[arg-type]
+        self._command_timeout = mission.layers.command_timeout_s
         self._held: set[int] = set()
         self._guidance_ended: set[int] = set()  # whose process is gone, so that no button reaches it
         self._parts: dict[str, Part] = {}
@@ -414,11 +414,11 @@ class HostedExperiment(Experiment):
         now = self.time
         for agent in self.agents:
             i = agent.index
-            if now - commanded[i] <= _SILENCE_S or not agent.is_up:
+            if now - commanded[i] <= self._command_timeout or not agent.is_up:
                 self._held.discard(i)
             elif i not in self._held:
                 self._held.add(i)
-                sentence = f"no command for {_SILENCE_S:g} s, stays where it is"
+                sentence = f"no command for {self._command_timeout:g} s, stays where it is"
                 self.node.get_logger().warning(f"{agent.name}: {sentence}")
                 self._note("held", agent, sentence)
                 if agent.phase is Phase.LANDING:

@@ -46,8 +46,9 @@ class RosOptions:
     """Whether simulated time waits for everybody's answer."""
     deadline: float = 2.0
     """Longest wait for an answer (s, wall)."""
-    patience: float = 0.5
-    """Longest wait of a guidance for its neighbors while simulated time stands still (s, wall)."""
+    patience: float | None = None
+    """Longest wait of a guidance for its neighbors while simulated time stands still (s, wall); None is
+    `communication.silence_s` of the mission."""
     restart: bool = False
     """Whether processes that end are started again."""
     folder: Path | None = None

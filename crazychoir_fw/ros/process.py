@@ -47,7 +47,12 @@ _TRAFFIC = (
 
 
 def make_nodes(
-    mission: Any, part: Part, lockstep: bool, patience: float, context: Context | None = None, hub: Hub | None = None
+    mission: Any,
+    part: Part,
+    lockstep: bool,
+    patience: float | None,
+    context: Context | None = None,
+    hub: Hub | None = None,
 ) -> list[Node]:
     """Return the nodes of a part.
 
@@ -55,7 +60,8 @@ def make_nodes(
         mission: The mission.
         part: Which of its layers.
         lockstep: Whether guidance answers each tick.
-        patience: How long a guidance waits for neighbors while simulated time stands still (s, wall).
+        patience: How long a guidance waits for neighbors while simulated time stands still (s, wall); None: as long
+            as the mission says, `communication.silence_s`.
         context: Context of rclpy.
         hub: What the nodes share.
 
@@ -88,7 +94,7 @@ def make_nodes(
     return nodes
 
 
-def _guidance(mission: Any, i: int, lockstep: bool, patience: float, common: dict[str, Any]) -> GuidanceNode:
+def _guidance(mission: Any, i: int, lockstep: bool, patience: float | None, common: dict[str, Any]) -> GuidanceNode:
     graph, settings = agents.graph_of(mission), mission.layers.communication_of(mission.fleet[i].id)
 
     whereabouts = Whereabouts(graph.size) if goes_by_distance(mission) else None
@@ -122,14 +128,14 @@ def _guidance(mission: Any, i: int, lockstep: bool, patience: float, common: dic
     parameters = {
         "use_sim_time": True,
         "lockstep": lockstep,
-        "patience": patience,
+        "patience": settings.silence_s if patience is None else patience,
         "answers_early": settings.is_disturbed,
     }
     return GuidanceNode(build, update_frequency=float(mission.layers.rate), **{**common, "parameters": parameters})
 
 
 def run_part(
-    mission: Any, part: Part, lockstep: bool = True, patience: float = 0.5, leave_after: float | None = None
+    mission: Any, part: Part, lockstep: bool = True, patience: float | None = None, leave_after: float | None = None
 ) -> int:
     """Be a process of a mission until ROS is shut down.
 

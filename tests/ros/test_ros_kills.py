@@ -26,29 +26,35 @@ flight:
   - land: {{duration: 2.0}}
 """
 
-FAST = {
-    "aggregative": "agent_1",
-    "mpc": "agent_2",
-    "task_assignment": "agent_5",
-    "collision_vel": "agent_1",
-}
-"""Whom of which scheme: one scheme of a kind. A killed follower of a bearing formation is in `test_ros_swarm`."""
+FAST = [
+    ("aggregative", "agent_1"),
+    ("mpc", "agent_2"),
+    ("task_assignment", "agent_5"),
+    ("collision_vel", "agent_1"),
+]
+"""Who is killed in which example: one scheme of a kind. A follower of a bearing formation is in `test_ros_swarm`."""
 
-OTHERS = {  # all examples of several drones with layers
-    "aggregative_lighthouse": "agent_1",
-    "aggregative_moving_intruders": "agent_1",
-    "bearing_formation": "agent_3",
-    "collision": "agent_1",
-    "containment": "agent_5",
-    "containment_time_varying": "agent_5",
-    "distance_formation": "agent_2",
-    "goto": "agent_1",
-    "pickup_delivery": "agent_2",
-    "swap_ten": "agent_3",
-}
-"""Flown with ``CRAZYCHOIR_ALL_KILLS=1 pytest tests/ros/test_ros_kills.py``; their delays are in docs/ros.md."""
+ALL = [
+    *FAST,
+    ("aggregative_lighthouse", "agent_1"),
+    ("aggregative_moving_intruders", "agent_1"),
+    ("aggregative_moving_intruders", "intruder_0"),
+    ("bearing_formation", "agent_0"),  # a leader
+    ("bearing_formation", "agent_2"),
+    ("bearing_formation", "agent_3"),
+    ("collision", "agent_1"),
+    ("containment", "agent_0"),  # a leader
+    ("containment", "agent_5"),
+    ("containment_time_varying", "agent_5"),
+    ("distance_formation", "agent_2"),
+    ("goto", "agent_1"),
+    ("pickup_delivery", "agent_2"),
+    ("swap_ten", "agent_3"),
+]
+"""All examples of several drones with layers: ``CRAZYCHOIR_ALL_KILLS=1 pytest tests/ros/test_ros_kills.py``.
 
-VICTIMS = {**FAST, **(OTHERS if os.environ.get("CRAZYCHOIR_ALL_KILLS") else {})}
+Their delays are in docs/ros.md.
+"""
 
 SOONEST_S = 1.0
 """Simulated, within which a loss must be told."""
@@ -61,11 +67,10 @@ DELAYS = dict.fromkeys(["task_assignment", "pickup_delivery"], 0.5 + 1.0)
 """What comes on top (s): a table finds out by whoever does not ask for its list, start delay and deadline."""
 
 
-@pytest.mark.parametrize("scheme", VICTIMS)
-def test_one_that_is_killed_is_missed_and_all_land(scheme, tmp_path):
+@pytest.mark.parametrize(("scheme", "victim"), ALL if os.environ.get("CRAZYCHOIR_ALL_KILLS") else FAST)
+def test_one_that_is_killed_is_missed_and_all_land(scheme, victim, tmp_path):
     text = MISSION.format(example=EXAMPLES / f"{scheme}.yaml", start=START_S)
     flight = Flight(tmp_path, text, "--processes", "per-drone", patience=2.0)
-    victim = VICTIMS[scheme]
     try:
         begun = []
         flight.node.create_subscription(Empty, "/experiment_trigger", lambda _: begun.append(flight.time), qos(10))
@@ -88,7 +93,7 @@ def test_one_that_is_killed_is_missed_and_all_land(scheme, tmp_path):
     # on a busy machine somebody else may be missed for a moment as well
     others = [
         event
-        for event in told(TOLD_BY.get(scheme, "lost"))
+        for event in told("held" if victim.startswith("intruder") else TOLD_BY.get(scheme, "lost"))
         if victim == event["drone"] or event["details"].get("reason") == f"lost {victim}"
     ]
     assert others
