@@ -43,7 +43,7 @@ DELIVERIES = """
 
 MISSIONS = {
     "tasks": COMMON.format(layers=TASKS, start=12.0, count=5),
-    "deliveries": COMMON.format(layers=DELIVERIES, start=14.0, count=3),
+    "deliveries": COMMON.format(layers=DELIVERIES, start=26.0, count=3),
 }
 """The second is flown with ``CRAZYCHOIR_ALL_KILLS=1`` only."""
 
