@@ -31,7 +31,7 @@ def test_graphs_by_distance_need_positions():
 
 
 def test_a_mission_says_how_long_neighbors_may_be_silent():
-    flown = mission(talking(graph="ring", silence_s=1.5, deadline_s=0.02))
+    flown = mission(talking(graph="complete", silence_s=1.5, deadline_s=0.02))
     guidance = make_experiment(flown).agents[0].guidance
     assert (guidance.silence, guidance.deadline) == (1.5, 0.02)
 

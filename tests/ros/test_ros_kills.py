@@ -51,7 +51,7 @@ ALL = [
     ("pickup_delivery", "agent_2"),
     ("swap_ten", "agent_3"),
 ]
-"""All examples of several drones with layers: ``CRAZYCHOIR_ALL_KILLS=1 pytest tests/ros/test_ros_kills.py``.
+"""All examples of several drones with layers: ``CRAZYCHOIR_ALL_FLIGHTS=1 pytest tests/ros/test_ros_kills.py``.
 
 Their delays are in docs/ros.md.
 """
@@ -67,7 +67,7 @@ DELAYS = dict.fromkeys(["task_assignment", "pickup_delivery"], 0.5 + 1.0)
 """What comes on top (s): a table finds out by whoever does not ask for its list, start delay and deadline."""
 
 
-@pytest.mark.parametrize(("scheme", "victim"), ALL if os.environ.get("CRAZYCHOIR_ALL_KILLS") else FAST)
+@pytest.mark.parametrize(("scheme", "victim"), ALL if os.environ.get("CRAZYCHOIR_ALL_FLIGHTS") else FAST)
 def test_one_that_is_killed_is_missed_and_all_land(scheme, victim, tmp_path):
     text = MISSION.format(example=EXAMPLES / f"{scheme}.yaml", start=START_S)
     flight = Flight(tmp_path, text, "--processes", "per-drone", patience=2.0)

@@ -206,10 +206,10 @@ def test_any_follower_may_be_missing(killed):
 
 
 FOLLOWERS = [3, 2, 4]
-"""The first of them is flown always, all with ``CRAZYCHOIR_ALL_KILLS=1``."""
+"""The first of them is flown always, all with ``CRAZYCHOIR_ALL_FLIGHTS=1``."""
 
 
-@pytest.mark.parametrize("killed", FOLLOWERS if os.environ.get("CRAZYCHOIR_ALL_KILLS") else FOLLOWERS[:1])
+@pytest.mark.parametrize("killed", FOLLOWERS if os.environ.get("CRAZYCHOIR_ALL_FLIGHTS") else FOLLOWERS[:1])
 def test_when_a_follower_is_killed_the_others_make_their_formation_and_it_joins_again(killed, tmp_path):
     """All nodes of one drone die at once, while the formation is being made."""
     name = f"agent_{killed}"

@@ -45,10 +45,10 @@ MISSIONS = {
     "tasks": COMMON.format(layers=TASKS, start=12.0, count=5),
     "deliveries": COMMON.format(layers=DELIVERIES, start=26.0, count=3),
 }
-"""The second is flown with ``CRAZYCHOIR_ALL_KILLS=1`` only."""
+"""The second is flown with ``CRAZYCHOIR_ALL_FLIGHTS=1`` only."""
 
 
-@pytest.mark.parametrize("kind", MISSIONS if os.environ.get("CRAZYCHOIR_ALL_KILLS") else ["tasks"])
+@pytest.mark.parametrize("kind", MISSIONS if os.environ.get("CRAZYCHOIR_ALL_FLIGHTS") else ["tasks"])
 def test_a_table_that_is_killed_and_started_again_gives_out_all_of_its_tasks(kind, tmp_path):
     flight = Flight(tmp_path, MISSIONS[kind], "--processes", "per-drone", "--restart")
     try:
