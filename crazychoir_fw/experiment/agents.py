@@ -86,6 +86,7 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any, schedule: 
         "update_frequency": float(mission.layers.rate),
         "is_leader": leads(mission, i),
         "deadline": mission.layers.communication_of(name).deadline_s,
+        "silence": mission.layers.communication_of(name).silence_s,
     }
     if schedule is not None:
         arguments["schedule"] = schedule

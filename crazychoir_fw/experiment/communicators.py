@@ -60,6 +60,13 @@ def schedule_of(mission: LayeredMission, begin: float = 0.0, positions: Position
     )
 
 
+def goes_by_distance(mission: LayeredMission) -> bool:
+    """Return whether it depends on everybody's position who hears whom."""
+    return any(
+        getattr(communication.graph, "within_distance", None) is not None for communication, _ in _parts(mission)
+    )
+
+
 def _parts(mission: LayeredMission) -> list[tuple[Communication, list[int]]]:
     """Return each rule of communication, with the numbers of those whom it is for."""
     names = [drone.id for drone in mission.fleet]
@@ -118,8 +125,8 @@ def _schedule(
         return RandomEdges(largest, drawn.probability, drawn.seed, drawn.rounds)
     if positions is None:
         raise MissionError(
-            "layers.communication.graph: within_distance needs everybody's position, which only one process that has "
-            "all drones knows; fly without --ros, or take a schedule"
+            "layers.communication.graph: within_distance needs everybody's position, which nobody knows here; take a "
+            "schedule"
         )
     return WithinDistance(largest, chosen.within_distance, lambda: positions()[numbers])
 
@@ -190,13 +197,18 @@ def statistics_of(agents: Sequence[Any]) -> dict[str, Any] | None:
     """Return what the communicators of a flight have seen, for summary.json: by drone, and in total.
 
     Args:
-        agents: See `crazychoir_fw.experiment.agent`; guidance in another process tells nothing.
+        agents: See `crazychoir_fw.experiment.agent`.
     """
-    found = {}
+    found: dict[str, dict[str, Any]] = {}
     for agent in agents:
         communicator = getattr(agent.guidance, "communicator", None)
         if communicator is not None and communicator.in_neighbors + communicator.out_neighbors:
             found[agent.name] = dict(vars(communicator.statistics))
     if not found:
         return None
-    return {"total": {key: sum(one[key] for one in found.values()) for key in next(iter(found.values()))}, **found}
+    total = {key: sum(one[key] for one in found.values()) for key in next(iter(found.values()))}
+    for agent in agents:
+        took = getattr(getattr(agent.guidance, "communicator", None), "round_ms", None)
+        if took is not None:
+            found[agent.name]["round_ms"] = took
+    return {"total": total, **found}

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.experiment.agent import Agent, Phase
 from crazychoir_fw.experiment.backend import Backend, one_of
+from crazychoir_fw.experiment.communicators import statistics_of
 from crazychoir_fw.experiment.control_group import ControlGroup
 from crazychoir_fw.experiment.services import Service
 from crazychoir_fw.finite import are_finite
@@ -538,6 +539,10 @@ class Experiment:
             [*log.events, *(happening.as_dict() for happening in self.happenings)], key=lambda event: event["time"]
         )
         return log
+
+    def communication(self) -> dict[str, Any] | None:
+        """Return what the communicators have seen, by drone and in total; None if there are none."""
+        return statistics_of(self.agents)
 
 
 _WANTED = tuple(f"layers.{name}" for name in ("x", "y", "z", "ax", "ay", "az"))

@@ -145,6 +145,10 @@ class Communication(Section):
     deadline_s: Annotated[float, number(0.001, 10.0, "s")] = 0.05
     """Longest wait for a neighbor in a round; who is not heard of then is left out until he is heard again."""
 
+    silence_s: Annotated[float, number(0.01, 60.0, "s")] = 0.5
+    """After which a neighbor that is not heard is lost: it is reported, and nobody waits for it. Where simulated time
+    stands still, in lockstep over ROS, by the clock on the wall."""
+
     differentiated_topics: Annotated[bool, switch()] = False
     """One topic per receiver, so that guidance may send each neighbor something else."""
 

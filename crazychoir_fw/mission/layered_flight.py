@@ -18,7 +18,6 @@ from crazychoir_fw.experiment.agents import (
     names_of,
 )
 from crazychoir_fw.experiment.backend import Backend
-from crazychoir_fw.experiment.communicators import statistics_of
 from crazychoir_fw.experiment.criteria import Judge, Window
 from crazychoir_fw.experiment.experiment import Experiment
 from crazychoir_fw.experiment.services import make_services
@@ -264,7 +263,7 @@ class _Flight:
             "expected_failures": expected,
             "faults": log.metadata.get("faults", []),
         }
-        talk = statistics_of(experiment.agents)
+        talk = experiment.communication()
         if talk is not None:
             summary["communication"] = talk
         mirror = getattr(self._backend, "mirror", None)

@@ -35,6 +35,7 @@ _NAMES_IN = {
     ),
     "crazychoir_fw.ros.buttons": "Buttons",
     "crazychoir_fw.ros.controller": "CrazyflieController HierarchicalController VelocityController",
+    "crazychoir_fw.ros.closest": "ClosestRobotGetter",
     "crazychoir_fw.ros.formations": (
         "ContainmentGuidance DistributedControlGuidance FormationControlGuidance MPCGuidance SimpleDIControl "
         "TargetListGuidance TimeVaryingContainmentGuidance"
@@ -50,7 +51,7 @@ _NAMES_IN = {
         "RadioHandlerXYZLightHouse"
     ),
     "crazychoir_fw.ros.safety": (
-        "ClosestRobotGetter CollisionAvoidance DoubleIntegratorCollisionAvoidance SafeHierarchicalController "
+        "CollisionAvoidance DoubleIntegratorCollisionAvoidance SafeHierarchicalController "
         "SingleIntegratorCollisionAvoidance UnicycleCollisionAvoidance"
     ),
     "crazychoir_fw.ros.simulation": "Pace SimulationNode",

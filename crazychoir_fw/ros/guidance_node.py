@@ -29,6 +29,7 @@ from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, ODOM, REFERENC
 from crazychoir_fw.ros.outlet import Outlet
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.stalling import StallingClock
+from crazychoir_fw.ros.statistics import StatisticsTeller
 from crazychoir_fw.ros.wire import EMPTY, reference_bytes
 
 _SAME_PRESS = 0.05  # [s]
@@ -94,6 +95,11 @@ class GuidanceNode(LedByPoses, CommunicatingNode):
         is_paced = getattr(self.guidance, "is_paced_by_rounds", True)
         self._has_rounds = hasattr(self.guidance, "begin_round") and is_paced
         self._in_round = False
+        self._has_answered = False  # the step, while its round is open
+        # messages that get lost on purpose are not worth holding time: rounds end by the deadline of simulated time
+        self._answers_early: bool = self.declare(
+            "answers_early", False, "whether a step is answered while its round waits for neighbors"
+        )
         self._longest_step, self._is_led = CLOSE / update_frequency, False
         self._time = StallingClock(self._latest_time, self.patience)
         self._lost: frozenset[int] = frozenset()
@@ -102,6 +108,10 @@ class GuidanceNode(LedByPoses, CommunicatingNode):
         self._last_press: tuple[str, float] | None = None
         self.team: GuidanceTeam | None = None
         """With whom it decides together."""
+        communicator = getattr(self.guidance, "communicator", None)
+        self._statistics: StatisticsTeller | None = None
+        if communicator is not None and communicator.in_neighbors + communicator.out_neighbors:
+            self._statistics = StatisticsTeller(self, communicator)
         self._announce(input_topic)
         self._hear_poses(pose_handler, pose_topic, pose_callback)
         self._hear_buttons()
@@ -138,7 +148,7 @@ class GuidanceNode(LedByPoses, CommunicatingNode):
             self.create_timer(_LOOK_EVERY, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         else:
             self.hub.when_looking(self._look)
-            self.hub.when_settling(self, self._try_to_finish, lambda: self._in_round)
+            self.hub.when_settling(self, self._try_to_finish, lambda: self._in_round and not self._has_answered)
 
     # ---------------------------------------------------------------- in
 
@@ -190,15 +200,21 @@ class GuidanceNode(LedByPoses, CommunicatingNode):
     def _work(self) -> None:
         if not self._has_pose:
             return
+        self._has_answered = False
         if not self._has_rounds:
             self._send(self.guidance.step(self._time.now()))
         elif self._in_round:
             self._try_to_finish()
         else:
+            if self._statistics is not None:
+                self._statistics.round_begins()
             self.guidance.begin_round(self._time.begin())
             self._in_round = True
             if self.hub is None or not self.hub.is_working:
                 self._try_to_finish()
+        if self._in_round and self._answers_early:
+            self.answer()
+            self._has_answered = True
 
     def _try_to_finish(self) -> None:
         if self._in_round:
@@ -214,6 +230,9 @@ class GuidanceNode(LedByPoses, CommunicatingNode):
     def _finish(self, now: float) -> None:
         self._in_round = False
         self.take_outputs(self.guidance.finish_round(now))
+        self._has_answered = False
+        if self._statistics is not None:
+            self._statistics.round_ends(now)
 
     # ---------------------------------------------------------------- in a team
 
@@ -274,7 +293,8 @@ class GuidanceNode(LedByPoses, CommunicatingNode):
         if idle != self._idle:
             self._idle = idle
             self._idle_publisher.publish(Bool(data=idle))
-        self.answer()
+        if not self._has_answered:
+            self.answer()
 
     def _encode_points(self, points: Any) -> bytes:
         return bytes(serialize_message(points_to_joint_trajectory(points, self.agent_id)))

@@ -21,17 +21,24 @@ from std_msgs.msg import Empty, String
 
 from crazychoir_fw.errors import CrazychoirError
 from crazychoir_fw.experiment.agent import Agent, Phase
-from crazychoir_fw.experiment.agents import is_only_watched, names_of, what_it_follows
+from crazychoir_fw.experiment.agents import graph_of, is_only_watched, names_of, what_it_follows
 from crazychoir_fw.experiment.experiment import Experiment, Names
-from crazychoir_fw.guidance import Outputs
-from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
-from crazychoir_fw.ros.conversions import joint_trajectory_to_points, points_to_joint_trajectory
+from crazychoir_fw.messages import Pose, TrajectoryPoint
+from crazychoir_fw.ros.conversions import points_to_joint_trajectory
 from crazychoir_fw.ros.drone_states import StateTeller
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.parts import Part, has_table, one_command
+from crazychoir_fw.ros.remote import (
+    HostedDrones,
+    RemoteGroup,
+    RemoteGuidance,
+    neighbors_taker,
+    points_taker,
+    reference_taker,
+)
 from crazychoir_fw.ros.simulation import Pace, SimulationNode
+from crazychoir_fw.ros.statistics import RemoteCommunicator, StatisticsCollector
 from crazychoir_fw.ros.tasks import EVERYTHING, HAPPENINGS, LAST_TABLE, MEMORY
-from crazychoir_fw.ros.wire import bytes_to_reference
 
 ANSWERED = "answered"
 """Topic on which a guidance answers each tick in lock step."""
@@ -40,96 +47,12 @@ READY = "/ready"
 """Topic on which each process says that it has found its partners."""
 
 _COMMANDS = (("control", "cmd_vel"), ("avoidance", "cmd_vel"))
-_SILENCE_S = 0.2  # [s], after which a drone counts as abandoned, as by the handlers of the radio
 _HOLD_S = 0.5  # [s], within which it comes to rest
 _SHORTEST_LANDING_S = 1.0
 _DESCENT_SPEED = 0.4  # [m/s], of a drone that nobody but the host lands
 _WARM_UP_ROUNDS = 10
 _WARM_UP_S = 20.0  # [s], wall, at most
 _PAUSE_S = 0.3  # [s], wall: the longest round while somebody has not been heard of
-
-
-class RemoteGuidance:
-    """A guidance somewhere else: what it has asked for, as far as that was heard here."""
-
-    def __init__(self) -> None:
-        """Nothing has been heard."""
-        self.reference: Reference | None = None
-        self.points: list[TrajectoryPoint] | None = None
-        self.lost: frozenset[int] = frozenset()
-        self.is_new = False
-        """Whether anything was heard since somebody looked."""
-
-    def set_pose(self, pose: Pose) -> None:
-        """It hears its pose by topic."""
-
-    def step(self, now: float) -> Outputs:
-        """Return what was heard."""
-        del now
-        points, self.points = self.points, None
-        return Outputs(self.reference, points)
-
-
-class RemoteGroup:
-    """The controllers of all drones, somewhere else."""
-
-    def __init__(self, node: SimulationNode, kind: str) -> None:
-        """Take commands of a node."""
-        self._node = node
-        self.kind = kind
-        self.indices = np.arange(len(node.host.names))
-        self.commanded = np.full(len(self.indices), -np.inf)
-        """When the latest command was passed on, or the motors did not turn (s), shape (N,)."""
-        self.unheard: set[int] = set()
-        """Whose commands are not passed on, since the host lands them itself."""
-
-    def step(
-        self,
-        agents: Sequence[Agent],
-        accelerations: NDArray[np.float64],
-        turning: NDArray[np.bool_],
-        poses: Pose,
-        now: float,
-    ) -> tuple[NDArray[np.intp], Twist] | None:
-        """Return who has sent commands, of those whose motors turn, and these."""
-        del agents, accelerations, poses
-        indices, twist = self._node.take_commands()
-        chosen = turning[indices]
-        if self.unheard:
-            chosen &= ~np.isin(indices, list(self.unheard))
-        self.commanded[indices] = self.commanded[~turning] = now
-        if not chosen.any():
-            return None
-        return indices[chosen], Twist(twist.linear[chosen], twist.angular[chosen])
-
-
-class _Drones:
-    """A backend as the node sees it: it says how things are; the experiment does the rest."""
-
-    def __init__(self, backend: Any) -> None:
-        self._backend = backend
-        self.names = backend.names
-
-    @property
-    def time(self) -> float:
-        return float(self._backend.time)
-
-    def poses(self) -> Pose:
-        poses = self._backend.poses()
-        # a drone that nobody has seen of late has no odometry; what is not finite is refused by whoever reads it
-        return poses
-
-    def send(self, indices: Sequence[int], twist: Twist, kind: str) -> None:
-        """Commands go through the experiment."""
-
-    def go_to(self, index: int, point: TrajectoryPoint) -> None:
-        """So do points."""
-
-    def advance(self, seconds: float) -> None:
-        """So does time."""
-
-    def stop(self, indices: Sequence[int]) -> None:
-        """So does this."""
 
 
 class HostedExperiment(Experiment):
@@ -161,7 +84,7 @@ class HostedExperiment(Experiment):
         if kind != "xyz":
             answers["cmd_vel"] = range(count)
         self.node = SimulationNode(
-            _Drones(backend),
+            HostedDrones(backend),
             command=kind,
             rate=layers.rate,
             pace=pace,
@@ -179,6 +102,7 @@ class HostedExperiment(Experiment):
         self._remote = None if kind == "xyz" else RemoteGroup(self.node, kind)
         groups = [] if self._remote is None else [self._remote]
         super().__init__(backend, agents, groups, layers.rate, mission.log_rate, observe)  # type: ignore[arg-type]
+        self._command_timeout = mission.layers.command_timeout_s
         self._held: set[int] = set()
         self._guidance_ended: set[int] = set()  # whose process is gone, so that no button reaches it
         self._parts: dict[str, Part] = {}
@@ -193,6 +117,7 @@ class HostedExperiment(Experiment):
             self.node.announce(TRAJ_PARAMS, self.node.topic_of(i, "traj_params")) for i in range(count)
         ]
         self._listen(mission, remote, kind)
+        self._statistics = self._collector(mission, remote)
         self.ready: set[str] = set()
         """Processes that have found their partners."""
         # many say it at once, and none of them may push another one out
@@ -213,16 +138,28 @@ class HostedExperiment(Experiment):
                 where = node.topic_of(i, topic.name.lstrip("/"))
                 node.listen(topic, lambda _, pressed=name, i=i: self._pressed(pressed, i), where)
         for i, guidance in enumerate(remote):
-            node.create_subscription(
-                String, node.topic_of(i, "lost_neighbors"), _neighbors_taker(guidance, numbers), 10
-            )
+            node.create_subscription(String, node.topic_of(i, "lost_neighbors"), neighbors_taker(guidance, numbers), 10)
             if kind == "xyz":
-                node.listen(TRAJ_PARAMS, _points_taker(guidance), node.topic_of(i, "traj_params"))
+                node.listen(TRAJ_PARAMS, points_taker(guidance), node.topic_of(i, "traj_params"))
                 continue
             follows = what_it_follows(mission, i)
             topic = REFERENCES[follows]
-            node.hear(topic, node.topic_of(i, topic.name), _reference_taker(node, guidance, follows))
+            node.hear(topic, node.topic_of(i, topic.name), reference_taker(node, guidance, follows))
         node.members.invite()
+
+    def _collector(self, mission: Any, remote: Sequence[RemoteGuidance]) -> StatisticsCollector:
+        graph = graph_of(mission)
+        for i, guidance in enumerate(remote):
+            if graph.in_neighbors(i) or graph.out_neighbors(i):
+                guidance.communicator = RemoteCommunicator(graph.in_neighbors(i), graph.out_neighbors(i))
+        communicators = {i: one.communicator for i, one in enumerate(remote) if one.communicator is not None}
+        return StatisticsCollector(self.node, communicators)
+
+    def communication(self) -> dict[str, Any] | None:
+        """See `Experiment`; asks the processes, and takes what was told last by those that are gone."""
+        alive = [agent.index for agent in self.agents if agent.index not in self._guidance_ended]
+        self._statistics.ask(alive, lambda: self._executor.spin_once(timeout_sec=0.05))
+        return super().communication()
 
     def _hear_of(self, message: String) -> None:
         """Something happened at a table."""
@@ -427,11 +364,11 @@ class HostedExperiment(Experiment):
         now = self.time
         for agent in self.agents:
             i = agent.index
-            if now - commanded[i] <= _SILENCE_S or not agent.is_up:
+            if now - commanded[i] <= self._command_timeout or not agent.is_up:
                 self._held.discard(i)
             elif i not in self._held:
                 self._held.add(i)
-                sentence = f"no command for {_SILENCE_S:g} s, stays where it is"
+                sentence = f"no command for {self._command_timeout:g} s, stays where it is"
                 self.node.get_logger().warning(f"{agent.name}: {sentence}")
                 self._note("held", agent, sentence)
                 if agent.phase is Phase.LANDING:
@@ -450,32 +387,3 @@ class HostedExperiment(Experiment):
         x, y, z = self.backend.pose_of(agent.index).position
         duration = max(_SHORTEST_LANDING_S, (z - agent.floor) / _DESCENT_SPEED)
         self._guarded(agent, self.backend.go_to, agent.index, TrajectoryPoint(duration, np.array([x, y, agent.floor])))
-
-
-def _neighbors_taker(guidance: RemoteGuidance, numbers: dict[str, int]) -> Any:
-    def take(message: String) -> None:
-        word, _, name = message.data.partition(" ")
-        if name in numbers:
-            one = frozenset([numbers[name]])
-            guidance.lost = guidance.lost | one if word == "lost" else guidance.lost - one
-
-    return take
-
-
-def _points_taker(guidance: RemoteGuidance) -> Any:
-    def take(message: Any) -> None:
-        guidance.points = joint_trajectory_to_points(message)
-        guidance.is_new = True
-
-    return take
-
-
-def _reference_taker(node: SimulationNode, guidance: RemoteGuidance, kind: str) -> Any:
-    def take(data: bytes) -> None:
-        try:
-            guidance.reference = bytes_to_reference(data, kind)
-            guidance.is_new = True
-        except CrazychoirError as error:
-            node.complain(kind, error)
-
-    return take

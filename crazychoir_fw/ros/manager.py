@@ -47,8 +47,9 @@ class RosOptions:
     """Whether simulated time waits for everybody's answer."""
     deadline: float = 2.0
     """Longest wait for an answer (s, wall)."""
-    patience: float = 0.5
-    """Longest wait of a guidance for its neighbors while simulated time stands still (s, wall)."""
+    patience: float | None = None
+    """Longest wait of a guidance for its neighbors while simulated time stands still (s, wall); None is
+    `communication.silence_s` of the mission."""
     restart: bool = False
     """Whether processes that end are started again."""
     folder: Path | None = None
@@ -125,8 +126,12 @@ def fly_as_processes(
         print("Interrupted: all processes end", flush=True)
         return 130
     finally:
+        # whoever asks twice, as `timeout` does, must not keep it from ending the processes: that takes seconds at most
+        interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
         supervisor.stop()
         signal.signal(signal.SIGTERM, before)
+        signal.signal(signal.SIGINT, interrupt)
 
 
 def _interrupt(*_: Any) -> None:

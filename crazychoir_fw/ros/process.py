@@ -17,7 +17,7 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
 from crazychoir_fw.experiment import agents
-from crazychoir_fw.experiment.communicators import disturbed
+from crazychoir_fw.experiment.communicators import disturbed, goes_by_distance
 from crazychoir_fw.experiment.services import make_table
 from crazychoir_fw.guidance import TimeVaryingCommunicator
 from crazychoir_fw.ros.communicator import RosTransport
@@ -30,6 +30,7 @@ from crazychoir_fw.ros.safety_parts import make_avoidance_node, make_control_nod
 from crazychoir_fw.ros.tasks import TableDesk, TaskTable
 from crazychoir_fw.ros.teams import make_teams
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
+from crazychoir_fw.ros.whereabouts import Whereabouts
 
 _LOOK_EVERY = 0.05  # [s], wall: whether all partners are there
 _LOOK_AT_CLOCK = 0.5  # [s], wall: whether somebody still publishes it
@@ -47,7 +48,12 @@ _TRAFFIC = (
 
 
 def make_nodes(
-    mission: Any, part: Part, lockstep: bool, patience: float, context: Context | None = None, hub: Hub | None = None
+    mission: Any,
+    part: Part,
+    lockstep: bool,
+    patience: float | None,
+    context: Context | None = None,
+    hub: Hub | None = None,
 ) -> list[Node]:
     """Return the nodes of a part.
 
@@ -55,7 +61,8 @@ def make_nodes(
         mission: The mission.
         part: Which of its layers.
         lockstep: Whether guidance answers each tick.
-        patience: How long a guidance waits for neighbors while simulated time stands still (s, wall).
+        patience: How long a guidance waits for neighbors while simulated time stands still (s, wall); None: as long
+            as the mission says, `communication.silence_s`.
         context: Context of rclpy.
         hub: What the nodes share.
 
@@ -88,12 +95,15 @@ def make_nodes(
     return nodes
 
 
-def _guidance(mission: Any, i: int, lockstep: bool, patience: float, common: dict[str, Any]) -> GuidanceNode:
+def _guidance(mission: Any, i: int, lockstep: bool, patience: float | None, common: dict[str, Any]) -> GuidanceNode:
     graph, settings = agents.graph_of(mission), mission.layers.communication_of(mission.fleet[i].id)
 
-    schedule = agents.schedule_of(mission)
+    whereabouts = Whereabouts(graph.size) if goes_by_distance(mission) else None
+    schedule = agents.schedule_of(mission, positions=None if whereabouts is None else whereabouts.positions)
 
     def build(node: GuidanceNode) -> Any:
+        if whereabouts is not None:
+            whereabouts.watch(node, sorted({i, *graph.in_neighbors(i), *graph.out_neighbors(i)}))
         communicator = None
         if graph.in_neighbors(i) or graph.out_neighbors(i):
             communicator = node.make_communicator(
@@ -116,12 +126,17 @@ def _guidance(mission: Any, i: int, lockstep: bool, patience: float, common: dic
             made.connect(TableDesk(node))
         return made
 
-    parameters = {"use_sim_time": True, "lockstep": lockstep, "patience": patience}
+    parameters = {
+        "use_sim_time": True,
+        "lockstep": lockstep,
+        "patience": settings.silence_s if patience is None else patience,
+        "answers_early": settings.is_disturbed,
+    }
     return GuidanceNode(build, update_frequency=float(mission.layers.rate), **{**common, "parameters": parameters})
 
 
 def run_part(
-    mission: Any, part: Part, lockstep: bool = True, patience: float = 0.5, leave_after: float | None = None
+    mission: Any, part: Part, lockstep: bool = True, patience: float | None = None, leave_after: float | None = None
 ) -> int:
     """Be a process of a mission until ROS is shut down.
 

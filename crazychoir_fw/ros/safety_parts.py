@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from crazychoir_fw.experiment import agents
+from crazychoir_fw.ros.closest import ClosestRobotGetter
 from crazychoir_fw.ros.controller import CrazyflieController
 from crazychoir_fw.ros.safety import (
-    ClosestRobotGetter,
     CollisionAvoidance,
     DesiredVelocityController,
     EveryRound,

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from crazychoir_fw import control
 from crazychoir_fw.experiment import agents
+from crazychoir_fw.experiment.communicators import goes_by_distance
 from crazychoir_fw.guidance import BearingFormation, GuidanceGroup
 from crazychoir_fw.messages import Pose, Reference, Twist
 from crazychoir_fw.ros.controller import CrazyflieController
@@ -25,8 +26,9 @@ Array = NDArray[np.float64]
 def make_teams(mission: Any, nodes: Sequence[Any]) -> None:
     """Let nodes of one hub work together, as far as they are equal."""
     guidance = [node for node in nodes if isinstance(node, GuidanceNode)]
-    # who talks to other processes goes by their pace
-    if len(guidance) == len(mission.fleet) > 1 and all(type(node.guidance) is BearingFormation for node in guidance):
+    # who talks to other processes goes by their pace, and who hears only those near by has to look where they are
+    alike = not goes_by_distance(mission) and all(type(node.guidance) is BearingFormation for node in guidance)
+    if alike and len(guidance) == len(mission.fleet) > 1:
         GuidanceTeam(guidance)
     members = [node for node in nodes if type(node) is CrazyflieController and has_no_memory(node.controller)]
     if len(members) > 1:

@@ -30,6 +30,12 @@ def test_graphs_by_distance_need_positions():
     assert experiment.agents[0].guidance.schedule.neighbors_at(0, 0.0, 0)[0] == (1,)
 
 
+def test_a_mission_says_how_long_neighbors_may_be_silent():
+    flown = mission(talking(graph="complete", silence_s=1.5, deadline_s=0.02))
+    guidance = make_experiment(flown).agents[0].guidance
+    assert (guidance.silence, guidance.deadline) == (1.5, 0.02)
+
+
 def test_a_formation_bears_losses_and_edges_that_come_and_go():
     data = talking(
         graph={"random_edges": {"probability": 0.8, "rounds": 5}}, loss=0.2, duplication=0.1, differentiated_topics=True

@@ -13,10 +13,13 @@ from rclpy.context import Context
 from rclpy.node import Node
 from ros_domains import reserve_domain
 from rosgraph_msgs.msg import Clock
+from std_msgs.msg import String
 
-from crazychoir_fw.ros.names import qos
+from crazychoir_fw.ros.hosting import READY
+from crazychoir_fw.ros.names import LATEST, qos
 from crazychoir_fw.ros.process import make_executor
 
+ONLOOKER = "onlooker"
 PATIENCE = 240.0  # [s], of the wall clock, for what must come
 
 
@@ -31,7 +34,10 @@ class Flight:
         # nobody is given up because the machine is busy
         code = (
             "from functools import partial; from crazychoir_fw.cli import app; from crazychoir_fw.ros import manager; "
-            f"manager.RosOptions = partial(manager.RosOptions, deadline={PATIENCE}, patience={patience}); app()"
+            f"manager.RosOptions = partial(manager.RosOptions, deadline={PATIENCE}, patience={patience}); "
+            # nor does the flight begin before the onlooker sees it
+            "from crazychoir_fw.ros.hosting import HostedExperiment as Host; alone = Host.wait_for; "
+            f"Host.wait_for = lambda host, names, timeout: alone(host, [*names, {ONLOOKER!r}], timeout); app()"
         )
         command = [sys.executable, "-c", code, "fly", str(self.file), "--ros", "--no-video", "--out", str(self.out)]
         self.log = folder / "log.txt"
@@ -39,22 +45,30 @@ class Flight:
             self.process = subprocess.Popen([*command, "--domain", str(domain), *options], stdout=log, stderr=log)
         self.context = Context()
         rclpy.init(args=[], context=self.context, domain_id=domain)
-        self.node = Node("onlooker", context=self.context)
+        self.node = Node(ONLOOKER, context=self.context)
         self.executor = make_executor(self.context)
         self.executor.add_node(self.node)
         self.time = 0.0
+        self._said = None
         self.node.create_subscription(Clock, "/clock", self._take_time, qos(10))
 
     def _take_time(self, message):
         self.time = message.clock.sec + message.clock.nanosec / 1e9
 
     def until(self, condition, what):
-        """Work until something is so."""
+        """Work until something is so; the flight begins with the first call."""
+        self.begin()
         deadline = time.monotonic() + PATIENCE
         while not condition():
             assert time.monotonic() < deadline, f"{what}: not within {PATIENCE} s\n{self.log.read_text()[-3000:]}"
             assert self.process.poll() is None, f"{what}: the flight has ended\n{self.log.read_text()[-3000:]}"
             self.executor.spin_once(timeout_sec=0.05)
+
+    def begin(self):
+        """Let the flight begin, now that all is subscribed to that must be heard."""
+        if self._said is None:
+            self._said = self.node.create_publisher(String, READY, LATEST)
+            self._said.publish(String(data=ONLOOKER))
 
     def numbers(self):
         """Return who is which process."""

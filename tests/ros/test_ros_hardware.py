@@ -75,3 +75,32 @@ def test_a_radio_node_takes_off_flies_and_lands(uris, bench):
     assert abs(place()[1] - start[1]) < 0.1
     land.publish(Empty())
     bench.until(lambda: place()[2] < 0.1)
+
+
+TASKS = """
+name: tasks_over_the_radio
+backend: hardware
+seed: 2
+drones:
+  - {{id: agent_0, position: [0.0, 0.0], uri: "{cf1}"}}
+  - {{id: agent_1, position: [0.5, 0.0], uri: "{cf2}"}}
+layers:
+  communication: {{graph: complete, deadline_s: 0.2}}
+  guidance: {{class: TaskGuidance, height: 0.4, options: {{max_iterations: 8, speed: 0.8}}}}
+  tasks: {{seed: 4, low: [-0.3, -0.3], high: [0.8, 0.3], probability: 1.0, generations: 3}}
+flight:
+  - takeoff: {{duration: 1.5}}
+  - start: {{duration: 4.0}}
+  - land: {{duration: 1.5}}
+criteria: {{tasks_completed: 1, min_distance_m: 0.0}}
+"""
+
+
+@pytest.mark.skipif("CRAZYCHOIR_ALL_FLIGHTS" not in os.environ, reason="takes long: CRAZYCHOIR_ALL_FLIGHTS=1 flies it")
+def test_tasks_are_shared_out_over_the_radio(uris, tmp_path):
+    file, out = tmp_path / "mission.yaml", tmp_path / "out"
+    file.write_text(TASKS.format(**uris))
+    command = [sys.executable, "-c", "from crazychoir_fw.cli import app; app()", "fly", str(file)]
+    command += ["--no-video", "--out", str(out)]
+    flown = subprocess.run(command, capture_output=True, text=True, timeout=PATIENCE_S)
+    assert flown.returncode == 0, flown.stdout + flown.stderr

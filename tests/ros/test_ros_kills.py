@@ -26,28 +26,51 @@ flight:
   - land: {{duration: 2.0}}
 """
 
-VICTIMS = {
-    "aggregative": "agent_1",
-    "mpc": "agent_2",
-    "task_assignment": "agent_5",
-    "collision_vel": "agent_1",
-}
-"""One scheme of a kind. Flown by hand in the same way: `bearing_formation`, `distance_formation`, `containment`,
-`pickup_delivery`; see docs/ros.md. A killed follower of a bearing formation is in `test_ros_swarm`."""
+FAST = [
+    ("aggregative", "agent_1"),
+    ("mpc", "agent_2"),
+    ("task_assignment", "agent_5"),
+    ("collision_vel", "agent_1"),
+]
+"""Who is killed in which example: one scheme of a kind. A follower of a bearing formation is in `test_ros_swarm`."""
+
+ALL = [
+    *FAST,
+    ("aggregative_lighthouse", "agent_1"),
+    ("aggregative_moving_intruders", "agent_1"),
+    ("aggregative_moving_intruders", "intruder_0"),
+    ("bearing_formation", "agent_0"),  # a leader
+    ("bearing_formation", "agent_2"),
+    ("bearing_formation", "agent_3"),
+    ("collision", "agent_1"),
+    ("containment", "agent_0"),  # a leader
+    ("containment", "agent_5"),
+    ("containment_time_varying", "agent_5"),
+    ("distance_formation", "agent_2"),
+    ("goto", "agent_1"),
+    ("pickup_delivery", "agent_2"),
+    ("swap_ten", "agent_3"),
+]
+"""All examples of several drones with layers: ``CRAZYCHOIR_ALL_FLIGHTS=1 pytest tests/ros/test_ros_kills.py``.
+
+Their delays are in docs/ros.md.
+"""
 
 SOONEST_S = 1.0
 """Simulated, within which a loss must be told."""
-TOLD_BY = {"aggregative": "lost", "mpc": "lost", "task_assignment": "gone", "collision_vel": "held"}
-"""Kind of event by which others than the supervisor tell: neighbors, table, host."""
-DELAYS = {"task_assignment": 0.5 + 1.0}
+TOLD_BY = {
+    **dict.fromkeys(["task_assignment", "pickup_delivery"], "gone"),
+    **dict.fromkeys(["collision", "collision_vel", "goto", "swap_ten"], "held"),
+}
+"""Kind of event by which others than the supervisor tell: table or host; else neighbors, by ``lost``."""
+DELAYS = dict.fromkeys(["task_assignment", "pickup_delivery"], 0.5 + 1.0)
 """What comes on top (s): a table finds out by whoever does not ask for its list, start delay and deadline."""
 
 
-@pytest.mark.parametrize("scheme", VICTIMS)
-def test_one_that_is_killed_is_missed_and_all_land(scheme, tmp_path):
+@pytest.mark.parametrize(("scheme", "victim"), ALL if os.environ.get("CRAZYCHOIR_ALL_FLIGHTS") else FAST)
+def test_one_that_is_killed_is_missed_and_all_land(scheme, victim, tmp_path):
     text = MISSION.format(example=EXAMPLES / f"{scheme}.yaml", start=START_S)
     flight = Flight(tmp_path, text, "--processes", "per-drone", patience=2.0)
-    victim = VICTIMS[scheme]
     try:
         begun = []
         flight.node.create_subscription(Empty, "/experiment_trigger", lambda _: begun.append(flight.time), qos(10))
@@ -70,7 +93,7 @@ def test_one_that_is_killed_is_missed_and_all_land(scheme, tmp_path):
     # on a busy machine somebody else may be missed for a moment as well
     others = [
         event
-        for event in told(TOLD_BY[scheme])
+        for event in told("held" if victim.startswith("intruder") else TOLD_BY.get(scheme, "lost"))
         if victim == event["drone"] or event["details"].get("reason") == f"lost {victim}"
     ]
     assert others

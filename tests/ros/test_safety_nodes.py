@@ -12,16 +12,14 @@ from crazychoir_fw.control import FPQRSender, GeometryAttitudeCtrl, SafeFlatness
 from crazychoir_fw.errors import CrazychoirError, RangeError
 from crazychoir_fw.messages import Pose
 from crazychoir_fw.planning import PositionTraj
+from crazychoir_fw.ros.closest import ClosestRobotGetter, closest_bytes, closest_of_bytes
 from crazychoir_fw.ros.conversions import pose_to_odometry
 from crazychoir_fw.ros.safety import (
-    ClosestRobotGetter,
     CollisionAvoidance,
     EveryRound,
     Gathering,
     SafeHierarchicalController,
     SingleIntegratorCollisionAvoidance,
-    closest_bytes,
-    closest_of_bytes,
 )
 from crazychoir_fw.safety import DoubleIntegratorCBF, SingleIntegratorCBF
 

@@ -13,7 +13,7 @@ from crazychoir_fw.mission.layers.safety import SafetyLayer
 from crazychoir_fw.mission.layers.tables import DeliveryLayer, TasksLayer
 from crazychoir_fw.mission.layers.values import Rate
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice
+from crazychoir_fw.mission.values import choice, number
 
 ODOMETRY = ("estimate", "truth", "mocap")
 
@@ -23,6 +23,10 @@ class Layers(Section):
 
     rate: Rate = 100
     """Rounds per second (Hz)."""
+
+    command_timeout_s: Annotated[float, number(0.02, 10.0, "s")] = 0.2
+    """After which a simulated drone that nobody commands any more stays where it is, by its planner on board:
+    a layer of it in another process was killed. Over the radio its handler has a time-out of its own."""
 
     odometry: Annotated[str, choice(*ODOMETRY)] = "estimate"
     """Where the layers know the poses from: `estimate` of the onboard filter, `truth`, or `mocap`, noisy poses whose

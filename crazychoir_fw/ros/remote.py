@@ -1,0 +1,142 @@
+"""Layers that live in other processes, as the experiment of the host sees them: what was heard of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from std_msgs.msg import String
+
+from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.experiment.agent import Agent
+from crazychoir_fw.guidance import Outputs
+from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
+from crazychoir_fw.ros.conversions import joint_trajectory_to_points
+from crazychoir_fw.ros.simulation import SimulationNode
+from crazychoir_fw.ros.statistics import RemoteCommunicator
+from crazychoir_fw.ros.wire import bytes_to_reference
+
+
+class RemoteGuidance:
+    """A guidance somewhere else: what it has asked for, as far as that was heard here."""
+
+    def __init__(self) -> None:
+        """Nothing has been heard."""
+        self.reference: Reference | None = None
+        self.points: list[TrajectoryPoint] | None = None
+        self.lost: frozenset[int] = frozenset()
+        self.is_new = False
+        """Whether anything was heard since somebody looked."""
+        self.communicator: RemoteCommunicator | None = None
+        """What it tells of its communicator, if it has neighbors."""
+
+    def set_pose(self, pose: Pose) -> None:
+        """It hears its pose by topic."""
+
+    def step(self, now: float) -> Outputs:
+        """Return what was heard."""
+        del now
+        points, self.points = self.points, None
+        return Outputs(self.reference, points)
+
+
+class RemoteGroup:
+    """The controllers of all drones, somewhere else."""
+
+    def __init__(self, node: SimulationNode, kind: str) -> None:
+        """Take commands of a node."""
+        self._node = node
+        self.kind = kind
+        self.indices = np.arange(len(node.host.names))
+        self.commanded = np.full(len(self.indices), -np.inf)
+        """When the latest command was passed on, or the motors did not turn (s), shape (N,)."""
+        self.unheard: set[int] = set()
+        """Whose commands are not passed on, since the host lands them itself."""
+
+    def step(
+        self,
+        agents: Sequence[Agent],
+        accelerations: NDArray[np.float64],
+        turning: NDArray[np.bool_],
+        poses: Pose,
+        now: float,
+    ) -> tuple[NDArray[np.intp], Twist] | None:
+        """Return who has sent commands, of those whose motors turn, and these."""
+        del agents, accelerations, poses
+        indices, twist = self._node.take_commands()
+        chosen = turning[indices]
+        if self.unheard:
+            chosen &= ~np.isin(indices, list(self.unheard))
+        self.commanded[indices] = self.commanded[~turning] = now
+        if not chosen.any():
+            return None
+        return indices[chosen], Twist(twist.linear[chosen], twist.angular[chosen])
+
+
+class HostedDrones:
+    """A backend as the node sees it: it says how things are; the experiment does the rest."""
+
+    def __init__(self, backend: Any) -> None:
+        """Look at a backend."""
+        self._backend = backend
+        self.names = backend.names
+
+    @property
+    def time(self) -> float:
+        """Time (s)."""
+        return float(self._backend.time)
+
+    def poses(self) -> Pose:
+        """Return where all drones are, stacked."""
+        poses = self._backend.poses()
+        # a drone that nobody has seen of late has no odometry; what is not finite is refused by whoever reads it
+        return poses
+
+    def send(self, indices: Sequence[int], twist: Twist, kind: str) -> None:
+        """Commands go through the experiment."""
+
+    def go_to(self, index: int, point: TrajectoryPoint) -> None:
+        """So do points."""
+
+    def advance(self, seconds: float) -> None:
+        """So does time."""
+
+    def stop(self, indices: Sequence[int]) -> None:
+        """So does this."""
+
+
+def neighbors_taker(guidance: RemoteGuidance, numbers: dict[str, int]) -> Any:
+    """Return what takes the words of a guidance on `lost_neighbors`, by the numbers of namespaces."""
+
+    def take(message: String) -> None:
+        word, _, name = message.data.partition(" ")
+        if name in numbers:
+            one = frozenset([numbers[name]])
+            guidance.lost = guidance.lost | one if word == "lost" else guidance.lost - one
+
+    return take
+
+
+def points_taker(guidance: RemoteGuidance) -> Any:
+    """Return what takes the points of a guidance."""
+
+    def take(message: Any) -> None:
+        guidance.points = joint_trajectory_to_points(message)
+        guidance.is_new = True
+
+    return take
+
+
+def reference_taker(node: SimulationNode, guidance: RemoteGuidance, kind: str) -> Any:
+    """Return what takes the references of a guidance, of a kind, as bytes."""
+
+    def take(data: bytes) -> None:
+        try:
+            guidance.reference = bytes_to_reference(data, kind)
+            guidance.is_new = True
+        except CrazychoirError as error:
+            node.complain(kind, error)
+
+    return take
