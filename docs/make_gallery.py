@@ -96,10 +96,21 @@ def shrink(source: Path, target: Path) -> None:
         Path(temporary).write_bytes(content.getvalue())
 
 
+def backend_option(name: str, result: dict) -> str:
+    """Return what the command needs where the file's own backend is that of real drones."""
+    from crazychoir_fw.mission import load_mission
+
+    if "error" in result or load_mission(path_of(name)).backend == result["backend"]:
+        return ""
+    return f" --backend {result['backend']}"
+
+
 def section(name: str, result: dict) -> str:
     """Return what the page says about a scenario."""
     file = os.path.relpath(path_of(name), PAGE.parent)
-    lines = [f"## {name}", "", f"{result['sentence']}: [{path_of(name).relative_to(ROOT)}]({file}).", ""]
+    path = path_of(name).relative_to(ROOT)
+    lines = [f"## {name}", "", f"{result['sentence']}: [{path}]({file}).", ""]
+    lines += ["```console", f"$ crazychoir fly {path}{backend_option(name, result)}", "```", ""]
     if "error" in result:
         return "\n".join([*lines, f"Not flown: {result['error']}", ""])
     drones = f"{result['drones']} drone{'s' if result['drones'] > 1 else ''}"

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -57,12 +58,40 @@ class SafeFlatnessCtrl(FlatnessCtrl):
     altered: NDArray[np.bool_] = np.zeros((), bool)
     """Whose acceleration the filter has changed in the last step, shape (...)."""
 
-    def make_safe(self, safety_filter: AccelerationFilter | None, max_acceleration: float | None) -> None:
-        """Take the filter; None as acceleration is that of the filter.
+    def __init__(
+        self,
+        agent_id: int = 0,
+        update_frequency: float = 100.0,
+        safety_filter: AccelerationFilter | None = None,
+        max_acceleration: float | None = None,
+        vicon: bool = False,
+        *,
+        gains: str | PositionGains | None = None,
+        mass: ArrayLike = DEFAULT_MASS,
+        gravity: float = STANDARD_GRAVITY,
+    ) -> None:
+        """Choose filter, gains and vehicle.
+
+        Args:
+            agent_id: Number of the drone; nothing depends on it.
+            update_frequency: How often `control` is called (Hz).
+            safety_filter: Filter of accelerations; needed.
+            max_acceleration: Largest horizontal acceleration that is asked for (m/s^2); None is that of the filter.
+            vicon: Short for ``gains="vicon"``.
+            gains: See `FlatnessCtrl`.
+            mass: See `FlatnessCtrl`.
+            gravity: See `FlatnessCtrl`.
 
         Raises:
-            RangeError: If there is no filter of accelerations, or the acceleration is not above zero.
+            RangeError: If there is no filter of accelerations, or a number is outside its range.
+            UnknownNameError: If there is no such gain set.
         """
+        super().__init__(update_frequency, vicon, gains=gains, mass=mass, gravity=gravity)
+        self.agent_id = agent_id
+        self.make_safe(safety_filter, max_acceleration)
+
+    def make_safe(self, safety_filter: AccelerationFilter | None, max_acceleration: float | None) -> None:
+        """Take the filter; arguments and errors are those of the constructor."""
         who = type(self).__name__
         if not hasattr(safety_filter, "max_acceleration"):
             given = type(safety_filter).__name__
@@ -135,46 +164,14 @@ class SafeFlatnessPositionCtrl(SafeFlatnessCtrl, FlatnessPositionCtrl):
     disturbance: Array | float = 0.0
     """Horizontal acceleration by what is not the rotors, as far as it is known (m/s^2), shape (..., 2)."""
 
-    def __init__(
-        self,
-        agent_id: int = 0,
-        update_frequency: float = 100.0,
-        safety_filter: AccelerationFilter | None = None,
-        max_acceleration: float | None = None,
-        vicon: bool = False,
-        *,
-        gains: str | PositionGains | None = None,
-        mass: ArrayLike = DEFAULT_MASS,
-        gravity: float = STANDARD_GRAVITY,
-    ) -> None:
-        """Choose filter, gains and vehicle.
-
-        Args:
-            agent_id: Number of the drone; nothing depends on it.
-            update_frequency: How often `control` is called (Hz).
-            safety_filter: Filter of accelerations; needed.
-            max_acceleration: Largest horizontal acceleration that is asked for (m/s^2); None is that of the filter.
-            vicon: Short for ``gains="vicon"``.
-            gains: See `FlatnessCtrl`.
-            mass: See `FlatnessCtrl`.
-            gravity: See `FlatnessCtrl`.
-
-        Raises:
-            RangeError: If there is no filter, or a number is outside its range.
-            UnknownNameError: If there is no such gain set.
-        """
-        super().__init__(update_frequency, vicon, gains=gains, mass=mass, gravity=gravity)
-        self.agent_id = agent_id
-        self.make_safe(safety_filter, max_acceleration)
-        self.finish_position()
-
-    def finish_position(self) -> None:
-        """Bound the horizontal errors that count."""
+    @cached_property
+    def _reach(self) -> Array:
+        """The horizontal error that counts at most (m), shape (..., 1)."""
         k_p, k_v = (np.asarray(k) / self._mass for k in (self._k_p, self._k_v))
         with np.errstate(divide="ignore", invalid="ignore"):
             # at this error it flies at a k_v / k_p towards its place, and stops within half of it
             reach = self.max_acceleration * np.nan_to_num((k_v / k_p)[..., :2], nan=np.inf, posinf=np.inf) ** 2
-        self._reach = np.min(reach, axis=-1, keepdims=True)
+        return np.min(reach, axis=-1, keepdims=True)
 
     def force(self, current_pose: Pose, desired_reference: Reference) -> Array:
         """See `FlatnessCtrl`."""
@@ -210,20 +207,3 @@ class SafeFlatnessPositionCtrl(SafeFlatnessCtrl, FlatnessPositionCtrl):
 
 class SafeFlatnessAccelerationCtrl(SafeFlatnessCtrl, FlatnessAccelerationCtrl):
     """Makes an acceleration as `FlatnessAccelerationCtrl`, as far as it is safe."""
-
-    def __init__(
-        self,
-        agent_id: int = 0,
-        update_frequency: float = 100.0,
-        safety_filter: AccelerationFilter | None = None,
-        max_acceleration: float | None = None,
-        vicon: bool = False,
-        *,
-        gains: str | PositionGains | None = None,
-        mass: ArrayLike = DEFAULT_MASS,
-        gravity: float = STANDARD_GRAVITY,
-    ) -> None:
-        """See `SafeFlatnessPositionCtrl`."""
-        super().__init__(update_frequency, vicon, gains=gains, mass=mass, gravity=gravity)
-        self.agent_id = agent_id
-        self.make_safe(safety_filter, max_acceleration)

@@ -171,6 +171,13 @@ class Judge:
         return slice(int(first), int(last)) if last > first else None
 
     @property
+    def judged(self) -> tuple[float, float] | None:
+        """From when to when final figures are averaged (s)."""
+        if self._final is None:
+            return None
+        return float(self.log.time[self._final.start]), float(self.log.time[self._final.stop - 1])
+
+    @property
     def final_positions(self) -> Array | None:
         """Where all drones are at the end, on average over the last second (m), shape (N, 3)."""
         return None if self._final is None else np.mean(self._at[self._final], axis=0)

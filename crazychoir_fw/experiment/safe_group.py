@@ -89,4 +89,3 @@ class SafeBothFlatnessLaws(SafeFlatnessPositionCtrl, BothFlatnessLaws):
         """See `BothFlatnessLaws` and `SafeFlatnessPositionCtrl`."""
         BothFlatnessLaws.__init__(self, is_accelerated, **arguments)
         self.make_safe(safety_filter, None)
-        self.finish_position()

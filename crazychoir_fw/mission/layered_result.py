@@ -49,7 +49,7 @@ class LayeredResult(FlightResult):
         mean[flies], largest[flies] = np.nanmean(errors[flies], axis=1), np.nanmax(errors[flies], axis=1)
         pairs = list(self.judge.formation.graph.pairs)  # type: ignore[union-attr]
         end = self.judge.final_positions
-        return ErrorCurve(label, mean, largest, limit, self.judge.places(), end, pairs)
+        return ErrorCurve(label, mean, largest, limit, self.judge.places(), end, pairs, judged=self.judge.judged)
 
     @property
     def _surveillance_curve(self) -> ErrorCurve | None:

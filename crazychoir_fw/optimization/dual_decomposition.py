@@ -1,11 +1,14 @@
 r"""Dual decomposition: minimum of :math:`\sum_i f_i(x)` where every agent has constraints of its own.
 
 .. math::
-    x_i = \arg\min_{x \in X_i} f_i(x) + \mu_i^T x, \qquad \mu_i^+ = \mu_i + \alpha \sum_j (x_i - x_j)
+    x_i = \arg\min_{x \in X_i} f_i(x) + \mu_i^T x, \qquad \mu_i = \sum_j \lambda_{ij}, \qquad
+    \lambda_{ij}^+ = \lambda_{ij} + \alpha (x_i - x_j)
 
-over an undirected graph, from :math:`\mu_i = 0`: prices that make agents agree. Both ends of an edge must take the same
-step, so that rounds are in lock step and no message may be lost; undirected graphs that change are fine. `ADMM` bears
-losses.
+over an undirected graph, from :math:`\lambda_{ij} = 0`: prices that make agents agree. The two ends of an edge pay
+each other, :math:`\lambda_{ji} = -\lambda_{ij}`, or the sum of all prices would drift and the optimum with it. So the
+end with the smaller number holds the price of the edge and tells the other end, which takes the same step from there:
+in lock step both have the same, and where messages get lost the next one sets it right. What agents know of each other
+is then old, which smaller steps make up for (bounded delays: Low, Lapsley 1999).
 """
 
 from __future__ import annotations
@@ -21,8 +24,10 @@ from crazychoir_fw.optimization.algorithm import Algorithm, Array, positive
 class DualDecomposition(Algorithm):
     """The agent's problem has `minimize(linear, curvature)` and `size`, such as `QuadraticProblem`.
 
-    It converges for steps below 2 m / L, where all costs curve at least with m (the least eigenvalue of 2 P) and L is
-    the largest eigenvalue of the graph's Laplacian, at most twice the largest degree.
+    In lock step it converges for steps below 2 m / L, where all costs curve at least with m (the least eigenvalue of
+    2 P) and L is the largest eigenvalue of the graph's Laplacian, at most twice the largest degree. For steps up to
+    half of that, the points of all agents are together within c / sqrt(alpha m k) of the optimum after k rounds, where
+    c is the length of the prices that are to be found.
     """
 
     def __init__(self, agent: Agent, enable_log: bool = False, *, stepsize: float = 0.1) -> None:
@@ -41,15 +46,21 @@ class DualDecomposition(Algorithm):
         super().__init__(agent, enable_log)
         self.stepsize = positive("stepsize", stepsize)
         problem = agent.needed_problem("DualDecomposition")
-        self.price = np.zeros(problem.size)
+        self._prices = {one: np.zeros(problem.size) for one in agent.all_in_neighbors}
         self.x: Array = problem.minimize()
 
-    def _message(self) -> Array:
-        return self.x
+    @property
+    def price(self) -> Array:
+        """What a unit of its point costs the agent, all edges together, shape (n,)."""
+        return sum(self._prices.values(), np.zeros_like(self.x))
 
-    def _update(self, received: Mapping[int, Array]) -> None:
-        for one in sorted(received):
-            self.price = self.price + self.stepsize * (self.x - received[one])
+    def _message(self) -> tuple[Array, dict[int, Array]]:
+        return self.x, dict(self._prices)
+
+    def _update(self, received: Mapping[int, tuple[Array, Mapping[int, Array]]]) -> None:
+        for one, (x, prices) in received.items():
+            held = self._prices[one] if self.agent.id < one else -np.asarray(prices[self.agent.id])
+            self._prices[one] = held + self.stepsize * (self.x - np.asarray(x))
         self.x = self.agent.problem.minimize(self.price)
 
     def get_result(self) -> Array:

@@ -18,7 +18,7 @@ class ErrorCurve:
     mean: NDArray[np.float64]  # (T,)
     largest: NDArray[np.float64]  # (T,)
     limit: float | None = None
-    """What is allowed at the end."""
+    """What is allowed."""
     places: NDArray[np.float64] | None = None  # (N, 3)
     """Where drones shall be at the end (m), NaN where nobody knows."""
     ends: NDArray[np.float64] | None = None  # (N, 3)
@@ -31,3 +31,5 @@ class ErrorCurve:
     """Whether it is shown on a logarithmic scale; otherwise from zero."""
     note: str = "mean, shaded up to the largest"
     """What line and shade are."""
+    judged: tuple[float, float] | None = None
+    """From when to when the limit counts (s); None is all the time."""

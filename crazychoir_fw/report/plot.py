@@ -77,6 +77,8 @@ def plot_flight(
     else:
         _draw_error(axes[3], log.time, curve, stride)
         _draw_formation(above, curve)
+    _leave_room(above)
+    figure.align_ylabels(axes)
     _explain_lines(space, reference is not None)
     _name_drones(figure, above, log.drone_ids, colors)
     figure.suptitle(title, fontsize=15, fontweight="bold", color=_INK, parse_math=False)
@@ -132,7 +134,7 @@ def _draw_paths(
     """Draw the paths in space with their shadow on the floor, start (ring) and end (dot)."""
     axes.set_xlabel("x (m)")
     axes.set_ylabel("y (m)")
-    axes.set_zlabel("z (m)", labelpad=-1.0)
+    axes.set_zlabel("z (m)", labelpad=3.0)
     for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
         axis.set_pane_color((0.96, 0.97, 0.98, 1.0))
         axis._axinfo["grid"].update(color="#DDE1E6", linewidth=0.6)
@@ -177,7 +179,6 @@ def _draw_from_above(
     """Draw the paths in the plane of the floor."""
     _tidy(axes, "y (m)")
     axes.set_xlabel("x (m)", color=_INK)
-    axes.margins(x=0.06, y=0.06)
     width = _width(len(colors))
     for drone, color in enumerate(colors):
         if reference is not None:
@@ -186,11 +187,16 @@ def _draw_from_above(
         if truth is not None:
             x, y, _ = truth[:, drone].T
             axes.plot(x, y, color=color, linewidth=width)
-    # a hover is not a cloud of noise
-    for low, high, set_limits in ((*axes.get_xlim(), axes.set_xlim), (*axes.get_ylim(), axes.set_ylim)):
-        if high - low < 0.4:
-            set_limits((low + high) / 2.0 - 0.2, (low + high) / 2.0 + 0.2)
-    axes.set_autoscale_on(True)  # limits that are set are fixed, and matplotlib warns when it has to widen those
+
+
+def _leave_room(axes: Axes) -> None:
+    """Make one meter one meter in both directions, with some room around all that was drawn."""
+    low, high = axes.dataLim.get_points()
+    if np.isfinite([low, high]).all():
+        # with equal scales matplotlib looks at the data and knows no margins; and a hover is not a cloud of noise
+        half = np.maximum((high - low) / 2.0 + 0.04 * (high - low).max(), 0.2)
+        axes.update_datalim([(low + high) / 2.0 - half, (low + high) / 2.0 + half])
+        axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")
 
 
@@ -232,7 +238,7 @@ def _draw_motors(axes: Axes, log: FlightLog, colors: Sequence[str]) -> None:
     if len(colors) == 1:
         for k, color in enumerate(_FEW[:4]):
             axes.plot(log.time, percent[:, 0, k], color=color, linewidth=0.9, label=f"M{k + 1}")
-        axes.legend(loc="lower right", ncols=4, fontsize=8, frameon=False)
+        axes.legend(loc="lower center", ncols=4, fontsize=8, frameon=False)
         return
     few = len(colors) <= len(_FEW)
     for drone, color in enumerate(colors):
@@ -241,15 +247,17 @@ def _draw_motors(axes: Axes, log: FlightLog, colors: Sequence[str]) -> None:
             axes.fill_between(log.time, low, high, color=color, alpha=0.18, linewidth=0)
         axes.plot(log.time, percent[:, drone].mean(axis=-1), color=color, linewidth=0.6 * _width(len(colors)))
     note = "mean of four, range shaded" if few else "mean of four"
-    axes.text(0.995, 0.04, note, transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT)
+    _note(axes, note)
 
 
 def _draw_formation(axes: Axes, curve: ErrorCurve) -> None:
     """Draw at the end of the flight who looks at whom, and crosses where each shall be."""
     if curve.ends is not None:
+        # many pairs are a web that shall not hide the paths
+        width = float(np.clip(10.0 / max(1, len(curve.pairs)), 0.25, 0.7))
         for pair in curve.pairs:
             x, y, _ = curve.ends[list(pair)].T
-            axes.plot(x, y, color="#9AA3AD", linewidth=0.7, zorder=0.5)
+            axes.plot(x, y, color="#9AA3AD", linewidth=width, zorder=0.5)
     if curve.places is not None and np.isfinite(curve.places).any():
         x, y, _ = curve.places.T
         axes.scatter(x, y, marker="x", s=36.0, color=_INK, linewidths=1.0, zorder=6)
@@ -271,9 +279,22 @@ def _draw_error(axes: Axes, time: NDArray[np.float64], curve: ErrorCurve, stride
         axes.text(
             0.005, curve.limit, "allowed ", transform=axes.get_yaxis_transform(), va="bottom", fontsize=8, color=_FEW[1]
         )
+        if curve.judged is not None:
+            # what comes later, such as the landing, may be off
+            axes.axvspan(*curve.judged, color=_FEW[1], alpha=0.15, linewidth=0)
+            axes.text(
+                curve.judged[0],
+                0.93,
+                "judged ",
+                transform=axes.get_xaxis_transform(),
+                ha="right",
+                va="top",
+                fontsize=8,
+                color=_FEW[1],
+            )
     if not curve.is_logarithmic:
         axes.set_ylim(bottom=0.0)
-    axes.text(0.995, 1.02, curve.note, transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT)
+    _note(axes, curve.note)
 
 
 def _draw_marks(axes: Axes, marks: Sequence[Mark], colors: Sequence[str]) -> None:
@@ -350,9 +371,7 @@ def _draw_stints(axes: Axes, story: Story, colors: Sequence[str]) -> None:
                     clip_on=True,
                     zorder=4,
                 )
-    axes.text(
-        0.995, 1.02, "filled: done; empty: handed on", transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT
-    )
+    _note(axes, "filled: done; empty: handed on")
 
 
 def _tidy(axes: Axes, label: str) -> None:
@@ -363,6 +382,11 @@ def _tidy(axes: Axes, label: str) -> None:
     axes.tick_params(colors=_INK, labelsize=9)
     axes.margins(x=0.01)
     axes.yaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]))
+
+
+def _note(axes: Axes, text: str) -> None:
+    """Say above the row what its lines and shades are."""
+    axes.text(0.995, 1.02, text, transform=axes.transAxes, ha="right", fontsize=8, color=_SOFT)
 
 
 def _explain_lines(space: Axes3D, with_reference: bool) -> None:

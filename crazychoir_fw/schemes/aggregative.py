@@ -23,6 +23,7 @@ from crazychoir_fw.guidance.communicator import TopicCommunicator
 from crazychoir_fw.guidance.outputs import Outputs
 from crazychoir_fw.messages import Pose, Reference
 from crazychoir_fw.optimization import Agent, SurveillanceProblem
+from crazychoir_fw.schemes.ranges import above_zero
 from crazychoir_fw.schemes.sightings import Sightings
 
 Array = NDArray[np.float64]
@@ -119,26 +120,18 @@ class AggregativeGuidance(CFGuidance):
         super().__init__(
             agent_id, init_pos=init_pos, height=height, takeoff_time=takeoff_time, update_frequency=update_frequency
         )
+        who = f"agent {agent_id}"
         if communicator.rank != agent_id:
-            raise RangeError(f"agent {agent_id}: the communicator is that of agent {communicator.rank}")
+            raise RangeError(f"{who}: the communicator is that of agent {communicator.rank}")
         if set(communicator.in_neighbors) != set(communicator.out_neighbors):
-            raise RangeError(f"agent {agent_id}: hears others than hear it, allowed: an undirected graph")
-        limits = {
-            "stepsize": (stepsize, math.inf),
-            "iterations_per_second": (iterations_per_second, update_frequency),
-            "freq_reference": (freq_reference, update_frequency),
-            "reference_time": (reference_time, 60.0),
-            "deadline": (deadline, math.inf),
-            "silence": (silence, math.inf),
-        }
-        for name, (value, most) in limits.items():
-            if not (math.isfinite(value) and 0.0 < value <= most):
-                upper = f", at most {most:g}" if math.isfinite(most) else ""
-                raise RangeError(f"agent {agent_id}: {name} is {value}, allowed: above 0{upper}")
+            raise RangeError(f"{who}: hears others than hear it, allowed: an undirected graph")
+        above_zero(who, stepsize=stepsize, deadline=deadline, silence=silence)
+        above_zero(who, 60.0, reference_time=reference_time)
+        above_zero(who, update_frequency, iterations_per_second=iterations_per_second, freq_reference=freq_reference)
         if max_iterations is not None and max_iterations < 1:
-            raise RangeError(f"agent {agent_id}: max_iterations is {max_iterations}, allowed: 1 or more")
+            raise RangeError(f"{who}: max_iterations is {max_iterations}, allowed: 1 or more")
         if references not in REFERENCES:
-            raise UnknownNameError(f"agent {agent_id}: references is '{references}', allowed: {', '.join(REFERENCES)}")
+            raise UnknownNameError(f"{who}: references is '{references}', allowed: {', '.join(REFERENCES)}")
         self.communicator = communicator
         self.stepsize = stepsize
         self.max_iterations = max_iterations
@@ -154,20 +147,18 @@ class AggregativeGuidance(CFGuidance):
         SurveillanceProblem((0.0, 0.0), **self._gammas)  # refuses weights now, and not in flight
         self._make = _optimizer(optimizer, agent_id)
         if optimizer in OPTIMIZERS[:2] and not communicator.synchronous_mode:
-            raise RangeError(
-                f"agent {agent_id}: optimizer is {optimizer}, allowed in asynchronous mode: {OPTIMIZERS[2]}"
-            )
+            raise RangeError(f"{who}: optimizer is {optimizer}, allowed in asynchronous mode: {OPTIMIZERS[2]}")
         neighbors = communicator.in_neighbors
         self._weights = dict.fromkeys(neighbors, 1.0 / (1 + len(neighbors))) if weights is None else weights
         self._agent = Agent(communicator=communicator, in_weights=self._weights, out_weights=self._weights)
         if intruder_id is None and self.intruder_moves:
             intruder_id = agent_id + (communicator.size if team is None else len(team))
         if intruder_id is not None and (intruder_id < 0 or intruder_id == agent_id or intruder is not None):
-            raise RangeError(f"agent {agent_id}: intruder_id is {intruder_id}, allowed: another drone, and no intruder")
+            raise RangeError(f"{who}: intruder_id is {intruder_id}, allowed: another drone, and no intruder")
         self.watched: tuple[int, ...] = () if intruder_id is None else (intruder_id,)
         """Numbers of drones whose poses it is told by `see`."""
         if target is None and intruder is None and not self.watched:
-            raise RangeError(f"agent {agent_id}: there is neither intruder nor target, allowed: at least one")
+            raise RangeError(f"{who}: there is neither intruder nor target, allowed: at least one")
 
         self.round_open = False
         self.results: list[Array] = []

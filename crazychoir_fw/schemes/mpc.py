@@ -24,6 +24,7 @@ from crazychoir_fw.guidance.communicator import TopicCommunicator
 from crazychoir_fw.guidance.velocity_feedback import VelocityFeedback
 from crazychoir_fw.messages import Reference
 from crazychoir_fw.schemes.mpc_problem import MPCProblem, Plan
+from crazychoir_fw.schemes.ranges import above_zero
 
 Array = NDArray[np.float64]
 
@@ -86,14 +87,9 @@ class MPCGuidance(VelocityFeedback):
             _own(who, name, value, communicator)
             for name, value in (("input_cost", input_cost), ("largest_input", largest_input))
         )
-        for name, value in (
-            ("sampling_period", sampling_period),
-            ("state_cost", state_cost),
-            ("largest_state", largest_state),
-            ("coupling", coupling),
-        ):
-            if not (math.isfinite(value) and value > 0.0):
-                raise RangeError(f"{who}: {name} is {value}, allowed: above 0")
+        above_zero(
+            who, sampling_period=sampling_period, state_cost=state_cost, largest_state=largest_state, coupling=coupling
+        )
         if not 0.0 <= margin < coupling:
             raise RangeError(f"{who}: margin is {margin}, allowed: at least 0, below the coupling, {coupling} m")
         goal = np.asarray(goal, np.float64)

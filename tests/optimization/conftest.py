@@ -72,10 +72,23 @@ def in_any_order() -> Callable[..., None]:
 
 @pytest.fixture(scope="session")
 def jointly_connected() -> Callable[..., tuple[np.ndarray, ListedGraphs]]:
-    """Return a connected graph and a schedule of parts of it that are connected together only."""
+    """Return a (strongly) connected graph and a schedule of parts: each three in a row have all its edges together."""
 
-    def make(size: int, seed: int) -> tuple[np.ndarray, ListedGraphs]:
-        largest = graphs.binomial_random_graph(size, 0.5, seed)
-        return largest, ListedGraphs(graphs.binomial_random_graph_sequence(largest, 12, 0.3, period=3, seed=seed))
+    def make(size: int, seed: int, kind: str = "undirected") -> tuple[np.ndarray, ListedGraphs]:
+        largest = graphs.binomial_random_graph(size, 0.5, seed, kind)
+        parts = graphs.binomial_random_graph_sequence(largest, 12, 0.3, period=3, seed=seed, link_type=kind)
+        return largest, ListedGraphs(parts)
 
     return make
+
+
+@pytest.fixture(scope="session")
+def factor_per_round() -> Callable[..., float]:
+    """Return the factor by which errors shrink in a round: the slope of their logarithms, above rounding."""
+
+    def fit(errors: Sequence[float], after: int = 0, least: float = 1e-10) -> float:
+        logarithms = np.log(np.array([error for error in errors[after:] if error > least]))
+        assert len(logarithms) > 20, "too few errors above rounding for a slope"
+        return float(np.exp(np.polyfit(np.arange(len(logarithms)), logarithms, 1)[0]))
+
+    return fit

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.optimization import (
     AggregativeTracking,
+    ResilientAggregativeTracking,
     RobustAggregativeTracking,
     SurveillanceProblem,
     graphs,
@@ -93,6 +94,17 @@ def test_robust_tracking_bears_losses(team, in_any_order, seed, size):
     algorithms = [RobustAggregativeTracking(agent, np.zeros(2), stepsize=0.02) for agent in agents]
     in_any_order(algorithms, 600, seed)
     np.testing.assert_allclose([one.get_result() for one in algorithms], optimum(problems), atol=1e-3)
+
+
+@pytest.mark.parametrize("kind", [AggregativeTracking, ResilientAggregativeTracking])
+def test_tracking_by_what_was_said_last_misses_the_optimum_with_losses(team, in_any_order, kind):
+    """What one takes the other has to give: sums do not survive a lost message that nobody is told of."""
+    problems = random_problems(4, 2, 3)
+    algorithms = [
+        kind(agent, np.ones(2) * agent.id, stepsize=0.02) for agent in team(graphs.ring_graph(4), problems, loss=0.2)
+    ]
+    in_any_order(algorithms, 600)
+    assert np.abs(np.array([one.x for one in algorithms]) - optimum(problems)).max() > 1e-2
 
 
 def test_an_optimum_that_moved_is_found_again(team):

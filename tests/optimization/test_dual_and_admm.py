@@ -18,7 +18,7 @@ from crazychoir_fw.optimization import (
 SEEDS = st.integers(0, 10_000)
 
 
-def problems(size, seed, n=2):
+def problems(size, seed, n=2, slack=(0.05, 0.5)):
     """Parts with half-planes around a common point, and the optimum of them all."""
     dice = np.random.default_rng(seed)
     inside = dice.normal(size=n)
@@ -26,7 +26,7 @@ def problems(size, seed, n=2):
     for _ in range(size):
         A = dice.normal(size=(2, n))
         P = np.diag(dice.uniform(0.5, 1.5, n))
-        parts.append(QuadraticProblem(P, dice.uniform(-3, 3, n), A=A, b=A @ inside + dice.uniform(0.05, 0.5, 2)))
+        parts.append(QuadraticProblem(P, dice.uniform(-3, 3, n), A=A, b=A @ inside + dice.uniform(*slack, 2)))
     whole = QuadraticProblem(
         sum(one.P for one in parts),
         sum(one.q for one in parts),
@@ -53,12 +53,46 @@ def test_prices_make_agents_agree(team, seed, size):
     check(algorithms, optimum, 1e-2)
 
 
-def test_prices_over_graphs_that_change(team, jointly_connected):
-    parts, optimum = problems(4, 4)
-    largest, schedule = jointly_connected(4, 3)
+@settings(max_examples=2)
+@given(seed=SEEDS)
+def test_prices_over_graphs_that_change(team, jointly_connected, seed):
+    parts, optimum = problems(4, seed)
+    largest, schedule = jointly_connected(4, seed)
     algorithms = [DualDecomposition(agent, stepsize=0.4) for agent in team(largest, parts, schedule=schedule)]
-    run_together(algorithms, 600)
-    check(algorithms, optimum, 1e-4)
+    run_together(algorithms, 500)
+    check(algorithms, optimum, 1e-3)
+
+
+@settings(max_examples=4)
+@given(seed=SEEDS, size=st.integers(2, 4))
+def test_prices_with_losses(team, in_any_order, seed, size):
+    """As near as half the step comes without losses, which is slow where constraints are nearly parallel."""
+    parts, optimum = problems(size, seed, slack=(0.3, 1.0))
+    adjacency = graphs.binomial_random_graph(size, 0.6, seed)
+    lossy = [DualDecomposition(agent, stepsize=0.4) for agent in team(adjacency, parts, loss=0.2, seed=seed)]
+    in_any_order(lossy, 300, seed)
+    calm = [DualDecomposition(agent, stepsize=0.2) for agent in team(adjacency, parts)]
+    run_together(calm, 300)
+    error = max(np.abs(one.get_result() - optimum).max() for one in calm)
+    check(lossy, optimum, 1e-3 + 2.0 * error)
+
+
+def test_the_ends_of_an_edge_pay_each_other(team):
+    """Prices add up to nothing in every round of a lock step, and again after a message that was lost."""
+    parts, _ = problems(3, 1)
+    algorithms = [DualDecomposition(agent, stepsize=0.2) for agent in team(graphs.path_graph(3), parts, loss=0.0)]
+    for _ in range(10):
+        run_together(algorithms, 1)
+        np.testing.assert_allclose(sum(one.price for one in algorithms), 0.0, atol=1e-12)
+    deaf = algorithms[2]
+    for one in algorithms:
+        one.begin_round()
+    deaf.agent.collect()
+    for one in algorithms:
+        one.finish_round()
+    assert np.abs(sum(one.price for one in algorithms)).max() > 1e-4
+    run_together(algorithms, 1)
+    np.testing.assert_allclose(sum(one.price for one in algorithms), 0.0, atol=1e-12)
 
 
 @settings(max_examples=6)
@@ -80,11 +114,13 @@ def test_admm_with_losses(team, in_any_order, seed, size):
     check(algorithms, optimum, 1e-3)
 
 
-def test_admm_over_graphs_that_change(team, jointly_connected):
-    parts, optimum = problems(5, 2)
-    largest, schedule = jointly_connected(5, 2)
+@settings(max_examples=2)
+@given(seed=SEEDS)
+def test_admm_over_graphs_that_change(team, jointly_connected, seed):
+    parts, optimum = problems(4, seed)
+    largest, schedule = jointly_connected(4, seed)
     algorithms = [ADMM(agent) for agent in team(largest, parts, schedule=schedule)]
-    run_together(algorithms, 1200)
+    run_together(algorithms, 600)
     check(algorithms, optimum, 1e-3)
 
 

@@ -16,6 +16,7 @@ from crazychoir_fw.guidance.communicator import TopicCommunicator
 from crazychoir_fw.guidance.outputs import Outputs
 from crazychoir_fw.optimization import Agent, DistributedSimplex, LinearProblem
 from crazychoir_fw.optimization.algorithm import Array
+from crazychoir_fw.schemes.ranges import above_zero
 from crazychoir_fw.schemes.tasks.dispatch_table import LABELS_SKIPPED, Offer
 
 ROUNDS_PER_LIST = 10_000
@@ -124,8 +125,7 @@ class DispatchGuidance(CFGuidance):
             takeoff_time=takeoff_time,
             update_frequency=update_frequency,
         )
-        if not (math.isfinite(deadline) and deadline > 0.0):
-            raise RangeError(f"agent {agent_id}: deadline is {deadline}, allowed: above 0 s")
+        above_zero(f"agent {agent_id}", deadline=deadline)
         if not 1 <= max_iterations < ROUNDS_PER_LIST // 100:
             raise RangeError(
                 f"agent {agent_id}: max_iterations is {max_iterations}, allowed: [1, {ROUNDS_PER_LIST // 100 - 1}]"

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from crazychoir_fw.errors import RangeError
+from crazychoir_fw.schemes.ranges import above_zero
 
 LABELS_SKIPPED = 100
 """By a table that goes on from a memory, so that its lists are newer than any that were announced meanwhile, and agents
@@ -60,9 +61,7 @@ class DispatchTable(ABC):
         """
         if agents < 1:
             raise RangeError(f"table: agents is {agents}, allowed: 1 or more")
-        for name, value in (("deadline", deadline), ("patience", patience)):
-            if not (math.isfinite(value) and value > 0.0):
-                raise RangeError(f"table: {name} is {value}, allowed: above 0 s")
+        above_zero("table", deadline=deadline, patience=patience)
         if not (math.isfinite(start_delay) and start_delay >= 0.0):
             raise RangeError(f"table: start_delay is {start_delay}, allowed: 0 s or more")
         self.agents = agents
