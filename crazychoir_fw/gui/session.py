@@ -232,6 +232,8 @@ class Session:
             now = self.experiment.time
             if self.flying is not None:
                 self.flying.step(now)
+                while self.flying.problems:
+                    self.say("error", self.flying.problems.pop(0))
                 if self.flying.is_over:
                     self.say("flown", f"'{self.flying.name}' has been flown")
                     self.flying = None

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.errors import StateError, UnknownNameError
 from crazychoir_fw.messages import Pose
+
+if TYPE_CHECKING:
+    from crazychoir_fw.planning import Polynomial
 
 _PLAIN_LOGS = (
     *("position.x", "position.y", "position.z", "velocity.x", "velocity.y", "velocity.z"),
@@ -125,9 +128,22 @@ class Access:
         del index
         return ""
 
-    def fly_uploaded(self, index: int, rows: NDArray[np.float32]) -> None:
-        """Write a trajectory into the memory on board and fly it from now on; (n, 33), as `to_pieces` makes it."""
-        del rows
+    def begin_upload(self, index: int, curve: Polynomial) -> None:
+        """Begin to write a trajectory into the memory on board."""
+        del curve
+        raise StateError(f"{self.names[index]}: a drone of this backend has no trajectory memory")
+
+    def is_uploaded(self, index: int) -> bool:
+        """Return whether the trajectory is there.
+
+        Raises:
+            CrazychoirError: If it could not be written; the text says why.
+        """
+        del index
+        return True
+
+    def fly_uploaded(self, index: int) -> None:
+        """Fly the uploaded trajectory from now on."""
         raise StateError(f"{self.names[index]}: a drone of this backend has no trajectory memory")
 
     def remember(self) -> Any:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
-from typing import Any
+import threading
+from concurrent.futures import Future
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,11 +14,16 @@ from crazychoir_fw.errors import CrazychoirError, StateError
 from crazychoir_fw.experiment.hardware_backend import SUPERVISOR
 from crazychoir_fw.gui.access.access import Access, DroneState, Variable
 
+if TYPE_CHECKING:
+    from crazychoir_fw.planning import Polynomial
+
 _BITS = (
     *("can be armed", "armed", "auto-armed", "can fly", "flying", "tumbled", "locked", "crashed"),
     *("high-level control is flying", "high-level trajectory finished", "high-level control disabled"),
 )
 """Bits of ``supervisor.info``, from the lowest."""
+
+_TRAJECTORY = 1  # id of the one that the page uploads
 
 
 class HardwareAccess(Access):
@@ -28,6 +35,7 @@ class HardwareAccess(Access):
     def __init__(self, backend: Any) -> None:
         super().__init__(backend)
         self._drones = list(backend.handler)
+        self._uploads: dict[int, Future[float]] = {}
 
     def _latest(self, index: int, name: str) -> float:
         seen = self._drones[index].latest.get(name)
@@ -91,3 +99,32 @@ class HardwareAccess(Access):
         if name in super().log_names():
             return super().log_value(index, name)
         return self._latest(index, name)
+
+    def begin_upload(self, index: int, curve: Polynomial) -> None:
+        """See `Access`: in a thread for each drone, since the flight goes on meanwhile."""
+        drone = self._drones[index]
+        if not hasattr(drone, "upload_trajectory"):
+            raise StateError(f"{self.names[index]}: its radio handler streams set-points; a mission with "
+                             "layers.planning streams curves, one without layers.control uploads them")  # fmt: skip
+        future: Future[float] = Future()
+        self._uploads[index] = future
+
+        def write() -> None:
+            from crazychoir_fw.planning import to_pieces
+
+            try:
+                future.set_result(drone.upload_trajectory(_TRAJECTORY, to_pieces(curve).rows))
+            except Exception as error:  # told to whoever asks
+                future.set_exception(error)
+
+        threading.Thread(target=write, name=f"upload-{self.names[index]}", daemon=True).start()
+
+    def is_uploaded(self, index: int) -> bool:
+        """See `Access`."""
+        future = self._uploads[index]
+        return future.done() and future.result() is not None
+
+    def fly_uploaded(self, index: int) -> None:
+        """See `Access`."""
+        if not self._drones[index].start_trajectory(_TRAJECTORY):
+            raise StateError(f"{self.names[index]}: takes no trajectory now, {self._drones[index].mode}")

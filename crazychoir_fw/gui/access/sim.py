@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,11 @@ from crazychoir_fw.messages import Pose
 from crazychoir_fw.simulation.targets import Targets
 from crazychoir_fw.variables import parameter_table
 
+if TYPE_CHECKING:
+    from crazychoir_fw.planning import Polynomial
+
 _UPRIGHT = 0.9  # cosine of the tilt, below which a drone lies on its side
+_TRAJECTORY = 1  # id of the one that the page uploads
 _FLOOR_M = 0.1  # what is higher does not stand on the floor
 
 
@@ -102,11 +106,15 @@ class SimAccess(Access):
         """See `Access`."""
         return self._drones[index].console
 
-    def fly_uploaded(self, index: int, rows: NDArray[np.float32]) -> None:
+    def begin_upload(self, index: int, curve: Polynomial) -> None:
         """See `Access`."""
-        commander = self._drones[index].high_level_commander
-        commander.upload_trajectory(1, rows)
-        commander.start_trajectory(1)
+        from crazychoir_fw.planning import to_pieces
+
+        self._drones[index].high_level_commander.upload_trajectory(_TRAJECTORY, to_pieces(curve).rows)
+
+    def fly_uploaded(self, index: int) -> None:
+        """See `Access`."""
+        self._drones[index].high_level_commander.start_trajectory(_TRAJECTORY)
 
     def remember(self) -> Any:
         """See `Access`. The journal begins anew: an hour of it would be copied into every moment otherwise."""
