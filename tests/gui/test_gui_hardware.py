@@ -160,9 +160,8 @@ def test_the_others_fly_when_one_cannot_be_uploaded(lockstep, api, until, tmp_pa
     drones = session.experiment.agents
     assert all(agent.is_up for agent in drones)
     # the end of the circle, and where the other one waits: the begin of its own
-    assert (
-        np.linalg.norm(world.positions()[0, :2] - (CENTERS[0] + 0.3 * np.array([np.cos(5.027), np.sin(5.027)]))) < 0.1
-    )
+    end = np.array([np.cos(1.6 * np.pi), np.sin(1.6 * np.pi)])
+    assert np.linalg.norm(world.positions()[0, :2] - (CENTERS[0] + 0.3 * end)) < 0.1
     assert np.linalg.norm(world.positions()[1, :2] - (CENTERS[1] + np.array([0.3, 0.0]))) < 0.1
 
 
