@@ -7,10 +7,13 @@ import typer
 
 from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of, console
 
+DEFAULT_PORT = 8080
+"""Where the page is if nobody says otherwise."""
+
 
 def gui(
     mission: Annotated[Path, typer.Argument(help="Mission file (YAML).", metavar="MISSION.yaml")],
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0 is any free one.")] = 8080,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0 is any free one.")] = DEFAULT_PORT,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
     host: Annotated[
         str, typer.Option(help="Address to listen at; others than this machine need --token.")
