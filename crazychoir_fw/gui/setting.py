@@ -30,6 +30,7 @@ def setting_of(session: Session) -> dict[str, Any]:
         "log_names": session.access.log_names(),
         "trail": session.branches.path(session.branches.present.number, now - _TRAIL_S),
         "is_real_time": session.experiment.backend.is_real_time,
+        "has_software": session.access.has_software,
         "height": mission.layers.guidance.height,
     }
 

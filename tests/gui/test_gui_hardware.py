@@ -13,6 +13,7 @@ pytest.importorskip("cflib")
 sys.path.append(str(Path(__file__).parents[1] / "experiment"))
 from served_drones import Served
 
+from crazychoir_fw.errors import StateError
 from crazychoir_fw.experiment.agent import Phase
 from crazychoir_fw.gui import session as session_module
 from crazychoir_fw.gui.access.hardware import HardwareAccess
@@ -163,6 +164,61 @@ def test_the_others_fly_when_one_cannot_be_uploaded(lockstep, api, until, tmp_pa
     end = np.array([np.cos(1.6 * np.pi), np.sin(1.6 * np.pi)])
     assert np.linalg.norm(world.positions()[0, :2] - (CENTERS[0] + 0.3 * end)) < 0.1
     assert np.linalg.norm(world.positions()[1, :2] - (CENTERS[1] + np.array([0.3, 0.0]))) < 0.1
+
+
+def test_what_a_link_cannot_switch_is_said(lockstep, api, until, tmp_path):
+    session, world = lockstep(ONBOARD, "xyz")
+    client = api(session, tmp_path / "drawings")
+    assert client.get("/api/setting").json()["has_software"]
+    # nothing is wrong with them
+    assert client.command(name="reboot") == {"ok": True, "text": "REBOOT: all 2 drones; told that it may fly"}
+    session.ask(world.drones[1].emergency_stop).result()
+    until(lambda: world.drones[1].supervisor_state == "Locked")
+    answer = client.command(name="reboot")
+    assert not answer["ok"]
+    assert answer["text"] == (
+        "right: is locked, and over udp:// its power cannot be switched; start crazychoir serve again, or a real "
+        "drone by its button"
+    )
+
+
+def test_a_real_drone_is_switched_off_and_on(lockstep, api, until, tmp_path, monkeypatch):
+    from crazychoir_fw.gui.access import hardware
+
+    session, _ = lockstep(ONBOARD, "xyz")
+    client = api(session, tmp_path / "drawings")
+    monkeypatch.setattr(hardware, "can_switch", lambda uri: True)
+    goes_on, rebooted = threading.Event(), []
+
+    def reboot():
+        goes_on.wait(20.0)
+        rebooted.append(True)
+        raise StateError("the radio chip does not answer")
+
+    monkeypatch.setattr(session.access._drones[0], "reboot", reboot)
+    assert client.command(name="reboot", drones=["left"])["text"] == "REBOOT: left; back in about 10 s"
+    assert session.access.state(0).failure == "restarting"
+    assert "restarting already" in client.command(name="reboot", drones=["left"])["text"]
+    goes_on.set()
+    until(lambda: session.access.state(0).failure == "the radio chip does not answer")
+    assert len(rebooted) == 1
+
+
+def test_arming_over_the_radio(lockstep, api, until, tmp_path):
+    session, world = lockstep(ONBOARD.replace("id: right,", "id: right, platform: cf21bl,"), "xyz")
+    client = api(session, tmp_path / "drawings")
+    drone = world.drones[1]
+    until(lambda: drone.can_arm)
+    assert not drone.can_fly
+    assert client.command(name="arm", drones=["right"]) == {"ok": True, "text": "ARM: right"}
+    until(lambda: drone.can_fly)
+    assert client.command(name="arm", drones=["right"], armed=False)["text"] == "DISARM: right"
+    until(lambda: not drone.can_fly)
+    session.ask(drone.emergency_stop).result()
+    until(lambda: "locked" in session.access.state(1).supervisor)
+    assert client.command(name="arm", drones=["right"])["text"].startswith(
+        "right: cannot be armed now, its supervisor says: locked"
+    )
 
 
 @pytest.mark.parametrize(

@@ -57,6 +57,9 @@ class Access:
     is_slow = False
     """Parameters take their time on the way to the drone: nobody may ask for them between two rounds."""
 
+    has_software = False
+    """There is onboard software, which is armed and rebooted."""
+
     can_rewind = True
     """Time can be turned back."""
 
@@ -90,8 +93,8 @@ class Access:
         """Arm or disarm."""
         raise StateError(f"{self.names[index]}: a drone of this backend has nothing to arm")
 
-    def reboot(self, index: int) -> None:
-        """Start the onboard software again."""
+    def reboot(self, index: int) -> str:
+        """Start the onboard software again; returns what to expect, in a few words."""
         raise StateError(f"{self.names[index]}: a drone of this backend has no software that could start again")
 
     def stop_now(self, indices: list[int]) -> None:

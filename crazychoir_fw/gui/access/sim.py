@@ -26,6 +26,8 @@ _FLOOR_M = 0.1  # what is higher does not stand on the floor
 class SimAccess(Access):
     """All of it is known here, the truth too."""
 
+    has_software = True
+
     def __init__(self, backend: Any) -> None:
         super().__init__(backend)
         self._world = backend.world
@@ -69,7 +71,7 @@ class SimAccess(Access):
         """See `Access`."""
         self._drones[index].arm(is_armed)
 
-    def reboot(self, index: int) -> None:
+    def reboot(self, index: int) -> str:
         """Start the onboard software again; a drone that lies on its side is set upright, as a hand would do."""
         drone = self._drones[index]
         w, x, y, z = drone.true_quat_wxyz
@@ -79,6 +81,7 @@ class SimAccess(Access):
         elif place[2] > 2 * _FLOOR_M:
             raise StateError(f"{drone.id}: is {place[2]:.2f} m high; a drone is rebooted on the floor")
         drone.reboot()
+        return "ready in 2 s"
 
     def parameters(self, index: int) -> list[Variable]:
         """See `Access`."""
