@@ -1,11 +1,15 @@
 """`crazychoir gui`: a page in the browser to draw, preview, fly, watch and rewind a mission."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of, console
+from crazychoir_fw.cli.signals import stop_at_signals
+
+if TYPE_CHECKING:
+    from crazychoir_fw.gui.session import Session
 
 DEFAULT_PORT = 8080
 """Where the page is if nobody says otherwise."""
@@ -32,6 +36,10 @@ def gui(
     ] = None,
     speed: Annotated[float, typer.Option(min=0.0, max=100.0, help="Simulated seconds per second; 0 pauses.")] = 1.0,
     drawings: Annotated[Path, typer.Option(help="Folder in which drawings are saved.")] = Path("drawings"),
+    log: Annotated[
+        Path | None,
+        typer.Option(help="File in which the flight is logged when the page ends.", metavar="FILE.mcap|csv|npz"),
+    ] = None,
     seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
 ) -> None:
     """Open the page of a mission: nothing flies until somebody presses a button there."""
@@ -41,10 +49,13 @@ def gui(
     try:
         check_host(host, token)
         require_nicegui()
+        from crazychoir_fw.gui.flight_record import check_format
         from crazychoir_fw.gui.opening import open_mission
         from crazychoir_fw.gui.server import make_server
         from crazychoir_fw.gui.session import Session
 
+        if log is not None:
+            check_format(log.name)
         session = Session(open_mission(mission, uri_base, backend=backend, seed=seed), speed)
         port = _free_port(host, port)
         server = make_server(session, host, port, token, drawings)
@@ -56,13 +67,33 @@ def gui(
             console.print(f"The page is at {address} (Ctrl-C ends it)", soft_wrap=True, markup=False)
             if not no_browser:
                 _open_soon(address)
-            server.run()
+            with stop_at_signals(lambda: None):  # which the server hears
+                server.run()
+        if log is not None:
+            _write_log(session, log)
     except CrazychoirError as error:
         complain_of(error)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:
         complain(f"--host {host} --port {port}: {error.strerror}")
         raise typer.Exit(BAD_INPUT) from None
+
+
+def _write_log(session: "Session", path: Path) -> None:
+    """Write what was flown.
+
+    Raises:
+        CrazychoirError: If nothing was, or the file cannot be written.
+    """
+    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.gui.flight_record import record_of, write_record
+
+    record = record_of(session)
+    try:
+        write_record(record, path)
+    except OSError as error:
+        raise CrazychoirError(f"--log {path} cannot be written: {error.strerror}") from None
+    console.print(f"{record.duration_s:.1f} s of flight are in {path}", soft_wrap=True, markup=False)
 
 
 def _free_port(host: str, port: int) -> int:

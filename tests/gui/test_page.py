@@ -106,7 +106,7 @@ def test_draw_preview_fly_land(open_page, session, until):
     until(lambda: all(agent.phase is Phase.LANDED for agent in session.experiment.agents), 120.0)
 
     times = np.array(session.branches.present.times)
-    paths = np.array(session.branches.present.samples)
+    paths = np.array([sample.position for sample in session.branches.present.samples])
     on_curve = (times >= flying.started) & (times <= flying.started + flying.duration)
     for leg, center in zip(legs, CENTERS, strict=True):
         flown = paths[on_curve, leg.drone]
@@ -173,7 +173,7 @@ def test_rewind_changes_the_future_and_keeps_the_past(open_page, session, until)
     until(lambda: session.frame.time > moment + 5.5)
     assert session.branches.present is not old
     assert abs(session.frame.position[0, 1] - 0.5) < 0.15
-    assert abs(old.samples[-1][0, 1] + 1.5) < 0.1
+    assert abs(old.samples[-1].position[0, 1] + 1.5) < 0.1
 
 
 def test_two_browsers_and_a_reload_in_flight(open_page, session, until):

@@ -57,6 +57,9 @@ class Access:
     is_slow = False
     """Parameters take their time on the way to the drone: nobody may ask for them between two rounds."""
 
+    knows_truth = True
+    """Where drones are is where they are, and not what they believe."""
+
     has_software = False
     """There is onboard software, which is armed and rebooted."""
 

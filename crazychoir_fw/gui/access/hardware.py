@@ -38,6 +38,7 @@ class HardwareAccess(Access):
     """What the radio handler says; parameters and memories take their time."""
 
     is_slow = True
+    knows_truth = False
     has_software = True
     can_rewind = False
 
