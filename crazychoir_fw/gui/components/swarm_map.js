@@ -225,6 +225,9 @@ export default {
       const box = [left - 2, y - 1, left + wide + 2, y + 14];
       if (this.written.some((one) => box[0] < one[2] && one[0] < box[2] && box[1] < one[3] && one[1] < box[3])) return;
       this.written.push(box);
+      c.strokeStyle = cc.isDark() ? "rgba(20,24,29,0.8)" : "rgba(255,255,255,0.8)"; c.lineWidth = 3; // legible over curves
+      c.lineJoin = "round";
+      c.strokeText(text, x, y);
       c.fillText(text, x, y);
       c.textBaseline = "alphabetic";
     },
