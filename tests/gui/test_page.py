@@ -216,6 +216,20 @@ def test_an_answer_that_got_lost_does_not_fly_twice(open_page, session, until):
     assert sum(happening.kind == "takeoff" for happening in session.experiment.happenings) == 4
 
 
+def test_the_log_is_downloaded(open_page, session, until):
+    page = open_page()
+    session.speed = 5.0
+    until(lambda: len(session.branches.present.times) > 5)
+    tab(page, "Console")
+    page.get_by_label("Download the log of the flight").click()
+    with page.expect_download() as download:
+        page.get_by_test_id("log-csv").click()
+    assert download.value.suggested_filename == "draw.csv"
+    head, *rows = download.value.path().read_text().splitlines()
+    assert head.startswith("time,drone,sim.x,sim.y,sim.z")
+    assert len(rows) >= 5 * 4
+
+
 def test_every_tab_fits_a_phone(open_page):
     page = open_page(has_touch=True)
     page.set_viewport_size({"width": 390, "height": 780})

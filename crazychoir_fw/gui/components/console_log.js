@@ -10,7 +10,7 @@ export default {
       <div class="cc-row"><q-input dense class="cc-name" v-model="search" label="Search" clearable />
         <q-btn outline no-caps icon="download" label="LOG" aria-label="Download the log of the flight">
           <q-menu auto-close><q-list dense>
-            <q-item v-for="kind in kinds" :key="kind.name" clickable tag="a" :href="'/api/log.' + kind.name" :data-testid="'log-' + kind.name" download>
+            <q-item v-for="kind in kinds" :key="kind.name" clickable :data-testid="'log-' + kind.name" @click="download(kind.name)">
               <q-item-section><b>{{ kind.name.toUpperCase() }}</b><span class="cc-hint">{{ kind.text }}</span></q-item-section>
             </q-item>
           </q-list></q-menu>
@@ -39,4 +39,17 @@ export default {
     this.update();
   },
   unmounted() { this.off(); },
+  methods: {
+    async download(kind) {
+      try {
+        const response = await fetch(`/api/log.${kind}`);
+        if (!response.ok) { cc.toast((await response.json()).text, false); return; }
+        const link = document.createElement("a");
+        link.href = URL.createObjectURL(await response.blob());
+        link.download = (/filename="([^"]+)"/.exec(response.headers.get("content-disposition")) || [])[1] || `flight.${kind}`;
+        link.click();
+        setTimeout(() => URL.revokeObjectURL(link.href), 60000);
+      } catch { cc.toast("The log did not come: is `crazychoir gui` still running?", false); }
+    },
+  },
 };
