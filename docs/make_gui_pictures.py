@@ -16,6 +16,10 @@ from playwright.sync_api import sync_playwright
 
 HERE = Path(__file__).parent
 PORT = 8479
+READY = (
+    "window.cc && cc.frame && cc.setting && cc.words.cards"
+    " && document.querySelector('.cc-status').textContent.includes('real time')"
+)
 ARGUMENTS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 
 
@@ -53,7 +57,7 @@ def take(browser, address, out):
     page.set_default_timeout(180_000)
     page.on("pageerror", lambda error: print("error on the page:", error))
     page.goto(address)
-    page.wait_for_function("window.cc && cc.frame && cc.setting && cc.words.cards")
+    page.wait_for_function(READY)
     show(page, "Draw")
     page.get_by_text("EXAMPLE: LETTERING").click()
     time.sleep(0.6)
@@ -105,13 +109,13 @@ def take(browser, address, out):
     phone = browser.new_page(viewport={"width": 390, "height": 780}, device_scale_factor=1.5, has_touch=True)
     phone.set_default_timeout(180_000)
     phone.goto(address)
-    phone.wait_for_function("window.cc && cc.frame && cc.setting && cc.words.cards")
+    phone.wait_for_function(READY)
     time.sleep(1.5)
     phone.screenshot(path=out / "phone.png")
     phone.close()
     projector = browser.new_page(viewport={"width": 1920, "height": 1080})
     projector.goto(address)
-    projector.wait_for_function("window.cc && cc.frame && cc.setting && cc.words.cards")
+    projector.wait_for_function(READY)
     time.sleep(1.5)
     projector.screenshot(path=out / "projector.png")
     projector.close()

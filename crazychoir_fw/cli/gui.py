@@ -7,16 +7,20 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of, console
+from crazychoir_fw.cli.signals import stop_at_signals
 
 if TYPE_CHECKING:
     from crazychoir_fw.gui.session import Session
+
+DEFAULT_PORT = 8080
+"""Where the page is if nobody says otherwise."""
 
 _READY_S = 240.0  # whatever keeps drones from being ready for so long says so itself
 
 
 def gui(
     mission: Annotated[Path, typer.Argument(help="Mission file (YAML).", metavar="MISSION.yaml")],
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0 is any free one.")] = 8080,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0 is any free one.")] = DEFAULT_PORT,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
     host: Annotated[
         str, typer.Option(help="Address to listen at; others than this machine need --token.")
@@ -35,6 +39,10 @@ def gui(
     ] = None,
     speed: Annotated[float, typer.Option(min=0.0, max=100.0, help="Simulated seconds per second; 0 pauses.")] = 1.0,
     drawings: Annotated[Path, typer.Option(help="Folder in which drawings are saved.")] = Path("drawings"),
+    log: Annotated[
+        Path | None,
+        typer.Option(help="File in which the flight is logged when the page ends.", metavar="FILE.mcap|csv|npz"),
+    ] = None,
     seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
     ros: Annotated[
         bool,
@@ -69,10 +77,13 @@ def gui(
     try:
         check_host(host, token)
         require_nicegui()
+        from crazychoir_fw.gui.flight_record import check_format
         from crazychoir_fw.gui.opening import open_mission
 
         loaded = open_mission(mission, uri_base, backend=backend, seed=seed)
-        page = Page(host, _free_port(host, port), token, drawings, not no_browser)
+        if log is not None:
+            check_format(log.name)
+        page = Page(host, _free_port(host, port), token, drawings, not no_browser, log)
         if ros or ros_join:
             from crazychoir_fw.cli.gui_ros import OverRos, show_over_ros
 
@@ -95,19 +106,20 @@ def gui(
 
 @dataclass(frozen=True)
 class Page:
-    """Where the page of a flight is."""
+    """Where the page of a flight is, and where its log goes."""
 
     host: str
     port: int
     token: str | None
     drawings: Path
     opens_browser: bool
+    log: Path | None
 
     def show(self, session: "Session") -> None:
         """Open a flight, and serve its page until somebody presses Ctrl-C.
 
         Raises:
-            CrazychoirError: If there is no flight.
+            CrazychoirError: If there is no flight, or its log cannot be written.
         """
         from crazychoir_fw.gui.server import make_server
 
@@ -120,7 +132,27 @@ class Page:
             console.print(f"The page is at {address} (Ctrl-C ends it)", soft_wrap=True, markup=False)
             if self.opens_browser:
                 _open_soon(address)
-            server.run()
+            with stop_at_signals(lambda: None):  # which the server hears
+                server.run()
+        if self.log is not None:
+            _write_log(session, self.log)
+
+
+def _write_log(session: "Session", path: Path) -> None:
+    """Write what was flown.
+
+    Raises:
+        CrazychoirError: If nothing was, or the file cannot be written.
+    """
+    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.gui.flight_record import record_of, write_record
+
+    record = record_of(session)
+    try:
+        write_record(record, path)
+    except OSError as error:
+        raise CrazychoirError(f"--log {path} cannot be written: {error.strerror}") from None
+    console.print(f"{record.duration_s:.1f} s of flight are in {path}", soft_wrap=True, markup=False)
 
 
 def _free_port(host: str, port: int) -> int:

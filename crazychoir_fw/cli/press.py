@@ -1,5 +1,6 @@
 """`crazychoir press`: what the buttons of the page do, from a terminal or a script."""
 
+import http.client
 import json
 import os
 import urllib.error
@@ -10,6 +11,7 @@ from typing import Annotated, Any
 import typer
 
 from crazychoir_fw.cli.console import BAD_INPUT, complain, console
+from crazychoir_fw.cli.gui import DEFAULT_PORT
 
 _BUTTONS = ("takeoff", "land", "stop", "start", "arm", "disarm", "reboot", "pause", "goto", "speed", "set", "rewind")
 _PATIENCE_S = 35.0
@@ -22,7 +24,10 @@ def press(
         typer.Argument(help="goto: X Y Z [SECONDS]; speed: FACTOR; set: PARAMETER VALUE; rewind: SECONDS [BRANCH]."),
     ] = None,
     drones: Annotated[str | None, typer.Option(help="Names, with commas between them; otherwise all drones.")] = None,
-    address: Annotated[str, typer.Option(help="Where the page is.")] = "http://127.0.0.1:8080",
+    port: Annotated[int, typer.Option(min=1, max=65535, help="Port of a page on this machine.")] = DEFAULT_PORT,
+    address: Annotated[
+        str | None, typer.Option(help="Where the page is, if not on this machine.", metavar="http://HOST:PORT")
+    ] = None,
     token: Annotated[str | None, typer.Option(help="Token of the page; otherwise $CRAZYCHOIR_TOKEN.")] = None,
 ) -> None:
     """Press a button of a page that `crazychoir gui` serves."""
@@ -37,20 +42,50 @@ def press(
     headers = {"content-type": "application/json"}
     if token := token or os.environ.get("CRAZYCHOIR_TOKEN"):
         headers["authorization"] = f"Bearer {token}"
+    if address is not None and port != DEFAULT_PORT:
+        complain("--port and --address both say where the page is; give one of them")
+        raise typer.Exit(BAD_INPUT)
+    address = address or f"http://127.0.0.1:{port}"
     if not address.startswith(("http://", "https://")):
         complain(f"--address {address}: allowed: http://HOST:PORT")
         raise typer.Exit(BAD_INPUT)
     request = urllib.request.Request(f"{address.rstrip('/')}/api/command", body, headers)
     try:
         with urllib.request.urlopen(request, timeout=_PATIENCE_S) as response:
-            console.print(json.load(response)["text"], markup=False, soft_wrap=True)
+            answer = _text_of(response.read())
     except urllib.error.HTTPError as error:
-        text = error.read().decode(errors="replace")
-        complain(json.loads(text)["text"] if text.startswith("{") else text)
-        raise typer.Exit(1) from None
-    except (OSError, ValueError) as error:
-        complain(f"there is no page at {address}: {error}; start one with crazychoir gui MISSION.yaml")
+        body = error.read()
+        refusal = _text_of(body)
+        if error.headers.get_content_type() == "text/plain":  # who may not ask at all is told so
+            refusal = body.decode(errors="replace").strip()[:300]
+        complain(refusal or f"what answers at {address} is no page of crazychoir gui: status {error.code}")
+        raise typer.Exit(1 if refusal else BAD_INPUT) from None
+    except (OSError, ValueError, http.client.HTTPException) as error:
+        complain(f"there is no page at {address}: {_reason(error)}; start one with crazychoir gui MISSION.yaml")
         raise typer.Exit(BAD_INPUT) from None
+    if answer is None:
+        complain(f"what answers at {address} is no page of crazychoir gui")
+        raise typer.Exit(BAD_INPUT)
+    console.print(answer, markup=False, soft_wrap=True)
+
+
+def _text_of(body: bytes) -> str | None:
+    """Return the sentence of an answer; None if it is none of ours."""
+    try:
+        text = json.loads(body)["text"]
+    except (ValueError, KeyError, TypeError):
+        return None
+    return text if isinstance(text, str) else None
+
+
+def _reason(error: Exception) -> str:
+    """Return in words why there was no answer."""
+    inner = error.reason if isinstance(error, urllib.error.URLError) else error
+    if isinstance(inner, ConnectionRefusedError):
+        return "nobody listens there"
+    if isinstance(inner, TimeoutError):
+        return f"no answer within {_PATIENCE_S:g} s"
+    return getattr(inner, "strerror", None) or str(inner)
 
 
 def command_of(button: str, values: list[str]) -> dict[str, Any]:

@@ -148,6 +148,8 @@ class HardwareBackend:
                 drone.make_ready()
 
         chosen = {self._drones[i].agent_id: int(i) for i in indices}
+        for i in chosen.values():  # another attempt
+            self._refusals.pop(i, None)
         refused = in_parallel([self._drones[i] for i in indices], make_ready)
         for drone, error in refused:
             if not isinstance(error, CrazychoirError):

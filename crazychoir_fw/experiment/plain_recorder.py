@@ -52,15 +52,16 @@ class PlainRecorder:
 
     def finish(self, metadata: dict[str, Any]) -> FlightLog:
         """Return everything recorded so far."""
-        signals = _motion("stateEstimate", self._told)
+        signals = motion_signals("stateEstimate", self._told)
         if self._true and self._true[0] is not None:
-            signals |= _motion("sim", [pose for pose in self._true if pose is not None])
+            signals |= motion_signals("sim", [pose for pose in self._true if pose is not None])
         for name in self._extra[0] if self._extra else ():
             signals[name] = np.array([sample[name] for sample in self._extra], np.float32)
         return FlightLog(self.times, self._names, signals, metadata)
 
 
-def _motion(group: str, poses: Sequence[Pose]) -> dict[str, Array]:
+def motion_signals(group: str, poses: Sequence[Pose]) -> dict[str, Array]:
+    """Return positions (m), velocities (m/s) and angles (deg) as signals, (T, N) each; the poses are (N, ...)."""
     signals = {}
     for prefix, part in (("", "position"), ("v", "velocity")):
         values = np.array([getattr(pose, part) for pose in poses])

@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Any
 
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
-from starlette.responses import JSONResponse, PlainTextResponse, Response
+from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 
-from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
+from crazychoir_fw.errors import CrazychoirError, RangeError, StateError, UnknownNameError
 from crazychoir_fw.gui import requests as asked
 from crazychoir_fw.gui.drawings import EXAMPLES
+from crazychoir_fw.gui.flight_record import FORMATS, check_format, parts_of, record_of
 from crazychoir_fw.gui.previews import about, dry_run
 from crazychoir_fw.gui.setting import setting_of
 
@@ -54,6 +55,7 @@ class Api:
             Route("/api/dry_run", _spoken(self._dry_run), methods=["POST"]),
             Route("/api/parameters", _spoken(self._parameters), methods=["GET"]),
             Route("/api/path", _spoken(self._path), methods=["GET"]),
+            Route("/api/log.{kind}", _spoken(self._log), methods=["GET"]),
             WebSocketRoute("/api/live", self._live.serve),
         ]
 
@@ -144,6 +146,20 @@ class Api:
         except (KeyError, ValueError):
             raise RangeError("a path needs ?branch=NUMBER, and perhaps &begin=SECONDS") from None
         return _answer(await run_in_threadpool(self._session.branches.path, number, begin))
+
+    async def _log(self, request: Request) -> Response:
+        session = self._session
+        if not session.is_ready:
+            raise StateError(session.error or "the drones are not ready yet")
+        try:
+            number = int(request.query_params["branch"]) if "branch" in request.query_params else None
+        except ValueError:
+            raise RangeError("a log needs ?branch=NUMBER, or nothing for the branch that is flown") from None
+        kind = check_format(f"log.{request.path_params['kind']}")
+        log = await run_in_threadpool(record_of, session, number)
+        name = "".join(c if c.isalnum() and c.isascii() else "_" for c in session.mission.name)
+        headers = {"content-disposition": f'attachment; filename="{name}.{kind}"'}
+        return StreamingResponse(parts_of(log, kind), headers=headers, media_type=FORMATS[kind])
 
 
 async def _result(future: Future[Any]) -> Any:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +15,21 @@ MOST_MOMENTS = 400
 """Of a branch: when there are more, every second one is forgotten."""
 MOST_BRANCHES = 8
 _MOST_SAMPLES = 36_000  # an hour at 10 Hz
+
+
+class Sample(NamedTuple):
+    """What N drones did at an instant."""
+
+    position: NDArray[np.float32]
+    """(N, 3), m, world."""
+    orientation: NDArray[np.float32]
+    """(N, 4), xyzw."""
+    velocity: NDArray[np.float32]
+    """(N, 3), m/s, world; NaN where nobody knows."""
+    reference: NDArray[np.float32]
+    """(N, 3), m, world; NaN where there is none."""
+    watched: dict[tuple[int, str], float] | None
+    """Log variables that somebody plotted then, by drone and name."""
 
 
 @dataclass
@@ -41,17 +56,17 @@ class Branch:
     moments: list[Moment] = field(default_factory=list)
     times: list[float] = field(default_factory=list)
     """Of the samples (s)."""
-    samples: list[NDArray[np.float32]] = field(default_factory=list)
-    """Where the drones were (m, world), shape (N, 3) each."""
+    samples: list[Sample] = field(default_factory=list)
+    """What the drones did."""
     marks: list[dict[str, Any]] = field(default_factory=list)
     """What was commanded, for the timeline."""
 
-    def sample(self, time: float, positions: NDArray[np.float64]) -> None:
-        """Remember where the drones are."""
+    def sample(self, time: float, sample: Sample) -> None:
+        """Remember what the drones do."""
         if len(self.times) >= _MOST_SAMPLES:
             del self.times[::2], self.samples[::2]
         self.times.append(time)
-        self.samples.append(positions.astype(np.float32))
+        self.samples.append(sample)
 
     def add(self, moment: Moment) -> None:
         """Remember an instant."""
@@ -119,6 +134,39 @@ class Branches:
         """Return all as plain data."""
         return [branch.about() for branch in list(self.all.values())]
 
+    def lineage(self, number: int) -> tuple[list[float], list[Sample]]:
+        """Return times (s) and samples of a branch, after those of the branches that it comes from.
+
+        Raises:
+            StateError: If there is no such branch.
+        """
+        times: list[float] = []
+        samples: list[Sample] = []
+        for branch, end in reversed(self._ancestors(number)):
+            own = [(time, sample) for time, sample in zip(branch.times[:], branch.samples[:], strict=False)
+                   if time < end and (not times or time > times[-1])]  # fmt: skip
+            times += [time for time, _ in own]
+            samples += [sample for _, sample in own]
+        return times, samples
+
+    def marks_of(self, number: int) -> list[dict[str, Any]]:
+        """Return what was commanded in a branch, and before it in those that it comes from."""
+        return [
+            mark for branch, end in reversed(self._ancestors(number)) for mark in branch.marks if mark["time"] <= end
+        ]
+
+    def _ancestors(self, number: int) -> list[tuple[Branch, float]]:
+        """Return a branch and those that it comes from, with the time (s) up to which each of them belongs to it."""
+        branch = self.all.get(number)
+        if branch is None:
+            raise StateError(f"there is no branch {number}, but {', '.join(map(str, self.all))}")
+        found, end = [], np.inf
+        while branch is not None:
+            found.append((branch, end))
+            end = min(end, branch.begin)
+            branch = None if branch.parent is None else self.all.get(branch.parent)
+        return found
+
     def path(self, number: int, begin: float = 0.0, most: int = 3000) -> dict[str, Any]:
         """Return where the drones were in a branch: times (s), shape (T,), and positions (m), shape (T, N, 3).
 
@@ -135,5 +183,5 @@ class Branches:
         return {
             "branch": number,
             "times": [round(times[k], 3) for k in chosen],
-            "positions": [np.round(samples[k], 3).tolist() for k in chosen],
+            "positions": [np.round(samples[k].position, 3).tolist() for k in chosen],
         }

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crazychoir_fw.errors import StateError, UnknownNameError
+from crazychoir_fw.errors import CrazychoirError, StateError, UnknownNameError
 from crazychoir_fw.experiment.agent import Phase
 from crazychoir_fw.gui import requests as asked
 from crazychoir_fw.gui.flying import Flying, Leg, cannot_go, duration_of, go_to
@@ -133,11 +133,18 @@ class Commands:
             agent = session.experiment.agents[i]
             if agent.is_up:
                 raise StateError(f"{agent.name} flies; LAND or STOP it before REBOOT")
+        expected, problems = [], []
         for i in chosen:
+            try:
+                expected.append(session.access.reboot(i))
+            except CrazychoirError as error:  # the others are not to wait for this one
+                problems.append(str(error))
+                continue
             agent = session.experiment.agents[i]
-            session.access.reboot(i)
             agent.phase, agent.failure, agent.reference = Phase.GROUND, None, None
-        return f"REBOOT: {self._whom(chosen)}; ready in 2 s"
+        if problems:
+            raise StateError("; ".join(problems[:5]))
+        return f"REBOOT: {self._whom(chosen)}; {', '.join(dict.fromkeys(expected))}"
 
     @carry_out.register
     def _(self, command: asked.SetParameter) -> str:

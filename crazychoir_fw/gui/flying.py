@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crazychoir_fw.errors import StateError
+from crazychoir_fw.errors import CrazychoirError, StateError
 from crazychoir_fw.messages import TrajectoryPoint
 
 if TYPE_CHECKING:
@@ -68,6 +68,8 @@ class Flying:
         self.phase = "climb"
         self.started: float | None = None
         """When the curves began (s)."""
+        self.problems: list[str] = []
+        """Why drones were left out, sentences that nobody has been told yet."""
         self.duration = max(leg.curve.duration for leg in legs)
         self._experiment = experiment
         self._access = access
@@ -101,14 +103,38 @@ class Flying:
         if self.phase == "climb":
             self.phase = "approach"
             self._until = now + self._approach() + _SETTLE_S
+            # not earlier: what they fly by then is no trajectory of that memory
+            self._of_all(self._begin_upload)
         elif self.phase == "approach":
+            if not all(self._of_all(self._is_uploaded)):
+                return
             self.phase = "curves"
             self.started = now
             self._until = now + self.duration
-            for leg in self.legs:
-                follow(self._experiment, self._access, leg.drone, leg.curve, now)
+            self._of_all(lambda leg: follow(self._experiment, self._access, leg.drone, leg.curve, now))
         else:
             self.phase = "done"
+
+    def _of_all(self, do: Callable[[Leg], Any]) -> list[Any]:
+        """Do something for each leg; one for which it cannot be done is left out, and the others go on."""
+        answers = []
+        for leg in list(self.legs):
+            try:
+                answers.append(do(leg))
+            except CrazychoirError as error:
+                self.legs.remove(leg)
+                self.problems.append(f"'{self.name}' is flown without {error}")
+        return answers
+
+    def _is_onboard(self, leg: Leg) -> bool:
+        return self._experiment.agents[leg.drone].planner is None
+
+    def _begin_upload(self, leg: Leg) -> None:
+        if self._is_onboard(leg):
+            self._access.begin_upload(leg.drone, leg.curve)
+
+    def _is_uploaded(self, leg: Leg) -> bool:
+        return not self._is_onboard(leg) or self._access.is_uploaded(leg.drone)
 
     def _approach(self) -> float:
         position = self._experiment.backend.poses().position
@@ -123,12 +149,10 @@ class Flying:
 
 
 def follow(experiment: Experiment, access: Access, drone: int, curve: Polynomial, now: float) -> None:
-    """Let a drone follow a curve from now on: its trajectory handler streams it, or its planner on board has it."""
+    """Let a drone follow a curve from now on: its trajectory handler streams it, or it is on board already."""
     agent = experiment.agents[drone]
     if agent.planner is None:
-        from crazychoir_fw.planning import to_pieces
-
-        access.fly_uploaded(drone, to_pieces(curve).rows)
+        access.fly_uploaded(drone)
     elif hasattr(agent.planner, "set_curve"):
         agent.planner.set_curve(curve, now)
     else:  # of a user's, that knows points only

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.errors import CrazychoirError, StateError
 from crazychoir_fw.experiment.agents import graph_of
 from crazychoir_fw.gui.access import Access, open_access
-from crazychoir_fw.gui.branches import Branches, Moment
+from crazychoir_fw.gui.branches import Branches, Moment, Sample
 from crazychoir_fw.gui.memory import Memory
 from crazychoir_fw.mission.layered_flight import make_experiment
 
@@ -245,11 +245,13 @@ class Session:
             now = self.experiment.time
             if self.flying is not None:
                 self.flying.step(now)
+                while self.flying.problems:
+                    self.say("error", self.flying.problems.pop(0))
                 if self.flying.is_over:
                     self.say("flown", f"'{self.flying.name}' has been flown")
                     self.flying = None
-            self._remember(now)
             self._sample_plots(now)
+            self._remember(now)
         self._hear()
         clock = wall.perf_counter()
         if clock >= self._next_frame:
@@ -297,7 +299,7 @@ class Session:
         self._remembered = now
         if now >= self._next_sample:
             self._next_sample = now + SAMPLE_S - 1e-6
-            self.branches.present.sample(now, self.access.true_pose().position)
+            self.branches.present.sample(now, self._sample(now))
         if now >= self._next_moment and self.no_rewind is None:
             begin = wall.perf_counter()
             try:
@@ -306,6 +308,29 @@ class Session:
                 self.no_rewind = f"time cannot be turned back here: {type(error).__name__}: {error}"
             cost = wall.perf_counter() - begin
             self._next_moment = now + min(max(MOMENT_S, cost / MOMENT_SHARE * max(self.speed, 1.0)), 4 * MOMENT_S)
+
+    def _sample(self, now: float) -> Sample:
+        """Return what the drones do, small enough for hours of it."""
+        pose = self.access.true_pose()
+        velocity = np.full_like(pose.position, np.nan) if pose.velocity is None else pose.velocity
+        watched = None
+        if self.watched and self.plotted and self.plotted[-1][0] > now - SAMPLE_S:
+            watched = self.plotted[-1][1]
+        parts = (pose.position, pose.orientation, velocity, self._references())
+        return Sample(*(part.astype(np.float32) for part in parts), watched)
+
+    def _references(self) -> Array:
+        """Return where the drones are wanted (m, world), shape (N, 3); NaN where nobody says."""
+        reference = self.access.references()
+        if reference is None:
+            reference = np.full((len(self.names), 3), np.nan)
+        for agent in self.experiment.agents:
+            given = None if agent.reference is None else agent.reference.position
+            if agent.is_up and given is not None:
+                reference[agent.index] = given
+            elif not agent.is_up:
+                reference[agent.index] = np.nan
+        return reference
 
     def take_moment(self) -> Moment:
         """Return this instant."""
@@ -374,21 +399,12 @@ class Session:
         self._pace.append((now, clock))
         (t0, c0), elapsed = self._pace[0], clock - self._pace[0][1]
         pose = access.true_pose()
-        reference = access.references()
-        if reference is None:
-            reference = np.full((len(self.names), 3), np.nan)
-        for agent in experiment.agents:
-            given = None if agent.reference is None else agent.reference.position
-            if agent.is_up and given is not None:
-                reference[agent.index] = given
-            elif not agent.is_up:
-                reference[agent.index] = np.nan
         phase = np.array([PHASES.index(agent.phase.value) for agent in experiment.agents], np.int8)
         self._shown += 1
         rate = (now - t0) / elapsed if elapsed > 0.0 else 0.0
         del c0
         self.frame = Frame(
-            self._shown, now, rate, pose.position.copy(), pose.orientation.copy(), reference, phase
+            self._shown, now, rate, pose.position.copy(), pose.orientation.copy(), self._references(), phase
         )  # fmt: skip
 
     def listen_to_consoles(self) -> None:

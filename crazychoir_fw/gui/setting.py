@@ -31,6 +31,7 @@ def setting_of(session: Session) -> dict[str, Any]:
         "trail": session.branches.path(session.branches.present.number, now - _TRAIL_S),
         "missing": session.access.missing(),
         "is_real_time": session.experiment.backend.is_real_time,
+        "has_software": session.access.has_software,
         "height": mission.layers.guidance.height,
     }
 

@@ -20,33 +20,36 @@ class _Work:
     begin: float
     end: float | None = None
     owner: int | None = None
-    since: float = 0.0
+    since: float = field(init=False)
     link: np.ndarray | None = None
     worked_on_since: float = -np.inf  # a load that nobody has on board is not being delivered
     marks: list[Mark] = field(default_factory=list)
     stints: list[Stint] = field(default_factory=list)
 
-    def hand_to(self, drone: int | None, now: float, is_finished: bool = False) -> None:
+    def __post_init__(self) -> None:
+        self.since = self.begin
+
+    def hand_to(self, drone: int | None, now: float) -> None:
         """Somebody else's from now on, or nobody's any more."""
-        if self.end is not None or (drone == self.owner and not is_finished):
-            return
-        begin = self.begin if self.owner is None else self.since
-        if now > begin:
-            self.marks.append(Mark(self.position, self.label, begin, now, self.owner, self.link))
-            busy = max(begin, self.worked_on_since)
-            if self.owner is not None and now > busy:
-                self.stints.append(Stint(self.owner, busy, now, self.label, is_finished))
-        if self.owner is None:
-            self.begin = now
-        self.owner, self.since = drone, now
+        if self.end is None and drone != self.owner:
+            self._mark_until(now, False)
+            self.owner, self.since = drone, now
 
     def close(self, now: float, is_finished: bool, by: int | None = None) -> None:
         """Done, or taken back."""
         if self.end is None:
-            if is_finished and by is not None and by != self.owner:
+            if is_finished and by is not None:
                 self.hand_to(by, now)
-            self.hand_to(None, now, is_finished)
+            self._mark_until(now, is_finished)
             self.end = now
+
+    def _mark_until(self, now: float, is_finished: bool) -> None:
+        """Mark it as what it was: its owner's, or nobody's."""
+        if now > self.since:
+            self.marks.append(Mark(self.position, self.label, self.since, now, self.owner, self.link))
+            busy = max(self.since, self.worked_on_since)
+            if self.owner is not None and now > busy:
+                self.stints.append(Stint(self.owner, busy, now, self.label, is_finished))
 
 
 def story_of(events: Sequence[Mapping[str, Any]], drones: Sequence[str], end: float) -> Story | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
 
@@ -21,6 +22,7 @@ from crazychoir_fw.radio.odometry import Odometry
 from crazychoir_fw.radio.options import Options
 from crazychoir_fw.radio.parameters import ParameterValue, get_parameter, set_parameters
 from crazychoir_fw.radio.poses import PoseGate, usable_pose
+from crazychoir_fw.radio.power import BOOT_S, can_switch, power_cycle
 from crazychoir_fw.radio.sender import Send, Sender
 from crazychoir_fw.radio.set_up import set_up
 from crazychoir_fw.radio.supervisor import IS_FLYING, supervisor_bits
@@ -230,6 +232,25 @@ class RadioDrone:
             RadioError: If the drone is not connected.
         """
         self._send_now(lambda cf: cf.supervisor.send_crash_recovery_request())
+
+    def reboot(self) -> None:
+        """Switch a drone that stands off and on, and connect again; over ``radio://`` only. Takes about 10 s.
+
+        Not from a callback. It takes commands again after `takeoff` or `resume`.
+
+        Raises:
+            StateError: If it flies, or this link cannot switch its power.
+            RadioError: If its radio chip does not answer, or the drone does not come back.
+        """
+        if not can_switch(self.uri):
+            raise StateError(f"{self._who}: its power can be switched over radio:// only")
+        if self._link.is_connected and self.is_flying:
+            raise StateError(f"{self._who}: it flies; it is rebooted on the floor")
+        self._link.close()
+        self._flight.restart()
+        power_cycle(self._who, self.uri)
+        time.sleep(BOOT_S)
+        self.connect()
 
     def emergency_stop(self) -> None:
         """Stop the motors until the drone is restarted; nothing else brings it back.

@@ -200,6 +200,15 @@ class Flight:
             if not resumes and self.mode is not Mode.STOPPED:
                 self._become(Mode.LOST, reason)
 
+    def restart(self) -> None:
+        """The drone starts anew, and knows nothing of what was sent before."""
+        with self._lock:
+            self._sender.forget()
+            self.is_active = self.is_ready = self._armed_here = False
+            self._emergency_stop_due = math.inf
+            self._sender.has_streamed = False
+            self._become(Mode.LOST, "restarted")
+
     def note(self, kind: str, text: str) -> None:
         """Remember what happened, for the next `emit`."""
         self._events.append((kind, text))

@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.finite import finite, three
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 from crazychoir_fw.radio.drone import RadioDrone
 from crazychoir_fw.radio.handler import RadioHandler
 from crazychoir_fw.radio.modes import Mode
+from crazychoir_fw.radio.uploads import HIGHEST_ID, checked_pieces, upload
 from crazychoir_fw.radio.vel import KALMAN, POSE_DEVIATION
+
+_SAMPLES = 20  # of a piece, when it is looked whether it stays inside
 
 
 class XYZDrone(RadioDrone):
@@ -65,6 +71,67 @@ class XYZDrone(RadioDrone):
     def command_point(self, position: Sequence[float], duration: float, yaw: float = 0.0) -> bool:
         """The same for a vector (m, world), shape (3,)."""
         return self.command(*three(self._call("command_point"), "position", position), duration, yaw)
+
+    def upload_trajectory(self, trajectory_id: int, pieces: ArrayLike, timeout_s: float = 10.0) -> float:
+        """Write a trajectory into the memory on board, and wait until it is there. Not from a callback.
+
+        It takes the place of the one before: do not call it while the drone flies one.
+
+        Args:
+            trajectory_id: 0 to 30.
+            pieces: Shape (n, 33), up to 31 rows: 8 ascending coefficients of x, y, z (m, world) and yaw (rad), then
+                the duration (s).
+            timeout_s: How long it may take (s).
+
+        Returns:
+            Duration of the trajectory (s).
+
+        Raises:
+            RangeError: If the pieces are none, or lead out of a safety area.
+            RadioError: If the drone is not connected, has no such memory, or does not confirm in time.
+        """
+        who = self._call("upload_trajectory")
+        _check_id(who, trajectory_id)
+        rows = checked_pieces(who, pieces)
+        if self._options.safety_area is not None:
+            self._check_inside(who, rows)
+        self._sender.outbox.flush(timeout_s)  # the command that it flies now leaves first
+        upload(self.cf, who, trajectory_id, rows, timeout_s)
+        return float(rows[:, -1].sum())
+
+    def start_trajectory(self, trajectory_id: int) -> bool:
+        """Fly a trajectory that was uploaded, where it is in the world, from its first point on.
+
+        Returns:
+            Whether it is taken: not from the floor before the motors may run, nor after a stop or landing.
+
+        Raises:
+            RangeError: If the id is none.
+        """
+        _check_id(self._call("start_trajectory"), trajectory_id)
+        if not (self.is_connected and self._flight.is_ready):
+            return False
+
+        def send(cf: LinkedCrazyflie) -> None:
+            self._sender.release_if_streamed(cf)
+            cf.high_level_commander.start_trajectory(trajectory_id)
+
+        return self._flight.send_goal(send)
+
+    def _check_inside(self, who: str, rows: np.ndarray) -> None:
+        """See that a trajectory stays in the safety area: once it flies, nobody bends it."""
+        area = self._options.safety_area
+        for row in rows.astype(float):
+            powers = np.linspace(0.0, row[-1], _SAMPLES)[:, None] ** np.arange(8)
+            for point in powers @ row[:24].reshape(3, 8).T:
+                if not area.contains(point):
+                    shown = ", ".join(f"{value:.2f}" for value in point)
+                    raise RangeError(f"{who}: it leads to ({shown}) m, outside of the safety area {area}")
+
+
+def _check_id(who: str, trajectory_id: int) -> None:
+    if not (isinstance(trajectory_id, int) and 0 <= trajectory_id <= HIGHEST_ID):
+        raise RangeError(f"{who}: trajectory_id is {trajectory_id!r}, allowed: 0 to {HIGHEST_ID}")
 
 
 class RadioHandlerXYZ(RadioHandler):

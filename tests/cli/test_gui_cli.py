@@ -1,5 +1,9 @@
 """`crazychoir gui` and `crazychoir press`, as far as they go without a browser."""
 
+import json
+import threading
+from http.server import BaseHTTPRequestHandler, HTTPServer
+
 import pytest
 from typer.testing import CliRunner
 
@@ -52,3 +56,53 @@ def test_what_cannot_be_pressed_is_one_sentence(words, sentence):
     result = run("press", *words.split(), "--address", "http://127.0.0.1:9")
     assert result.exit_code == 2
     assert sentence in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        (["--port", "9"], "there is no page at http://127.0.0.1:9: nobody listens there; start one with"),
+        (["--port", "9", "--address", "http://127.0.0.1:9"], "--port and --address both say where the page is"),
+        (["--port", "70000"], "less than or equal to 65535"),
+        (["--address", "127.0.0.1:9"], "--address 127.0.0.1:9: allowed: http://HOST:PORT"),
+        (["--address", "http://127.0.0.1:nine"], "nonnumeric port: 'nine'"),
+    ],
+)
+def test_where_there_is_no_page_is_said(options, sentence):
+    result = run("press", "takeoff", *options)
+    assert result.exit_code == 2
+    assert sentence in " ".join(result.stderr.replace("│", " ").split())
+
+
+@pytest.mark.parametrize(
+    ("status", "kind", "body", "code", "said"),
+    [
+        (200, "application/json", '{"ok": true, "text": "STOP: all 2 drones"}', 0, "STOP: all 2 drones"),
+        (409, "application/json", '{"ok": false, "text": "nobody flies"}', 1, "nobody flies"),
+        (401, "text/plain", "a token is needed", 1, "a token is needed"),
+        (404, "text/html", "<h1>somebody else</h1>", 2, "is no page of crazychoir gui: status 404"),
+        (200, "application/json", "[]", 2, "is no page of crazychoir gui"),
+    ],
+)
+def test_answers_are_shown(status, kind, body, code, said):
+    class Answers(BaseHTTPRequestHandler):
+        def do_POST(self):
+            asked.append((self.path, json.loads(self.rfile.read(int(self.headers["content-length"])))))
+            self.send_response(status)
+            self.send_header("content-type", kind)
+            self.end_headers()
+            self.wfile.write(body.encode())
+
+        def log_message(self, *_):
+            pass
+
+    asked = []
+    with HTTPServer(("127.0.0.1", 0), Answers) as server:
+        thread = threading.Thread(target=server.handle_request)
+        thread.start()
+        result = run("press", "stop", "--port", server.server_port)
+        thread.join()
+    assert asked[0][0] == "/api/command"
+    assert asked[0][1]["command"] == {"name": "stop", "drones": None}
+    assert result.exit_code == code
+    assert said in (result.stdout if code == 0 else result.stderr)

@@ -31,6 +31,12 @@ def test_buttons_answer_in_sentences(client, session):
     assert not any(agent.is_up for agent in session.experiment.agents)
 
 
+@pytest.mark.parametrize("word", ["arm", "reboot"])
+def test_point_masses_have_nothing_to_arm_or_to_reboot(client, word):
+    assert client.get("/api/setting").json()["has_software"] is False
+    assert client.command(name=word)["text"].startswith("agent_0: a drone of this backend has no")
+
+
 def test_a_command_is_carried_out_once(client, session):
     before = len(session.experiment.happenings)
     answers = [client.command("the-same", name="takeoff", drones=["agent_0"]) for _ in range(5)]

@@ -106,7 +106,7 @@ def test_draw_preview_fly_land(open_page, session, until):
     until(lambda: all(agent.phase is Phase.LANDED for agent in session.experiment.agents), 120.0)
 
     times = np.array(session.branches.present.times)
-    paths = np.array(session.branches.present.samples)
+    paths = np.array([sample.position for sample in session.branches.present.samples])
     on_curve = (times >= flying.started) & (times <= flying.started + flying.duration)
     for leg, center in zip(legs, CENTERS, strict=True):
         flown = paths[on_curve, leg.drone]
@@ -173,7 +173,7 @@ def test_rewind_changes_the_future_and_keeps_the_past(open_page, session, until)
     until(lambda: session.frame.time > moment + 5.5)
     assert session.branches.present is not old
     assert abs(session.frame.position[0, 1] - 0.5) < 0.15
-    assert abs(old.samples[-1][0, 1] + 1.5) < 0.1
+    assert abs(old.samples[-1].position[0, 1] + 1.5) < 0.1
 
 
 def test_two_browsers_and_a_reload_in_flight(open_page, session, until):
@@ -214,6 +214,20 @@ def test_an_answer_that_got_lost_does_not_fly_twice(open_page, session, until):
     assert len(lost) == 1
     until(lambda: session.frame.time > 0.0)
     assert sum(happening.kind == "takeoff" for happening in session.experiment.happenings) == 4
+
+
+def test_the_log_is_downloaded(open_page, session, until):
+    page = open_page()
+    session.speed = 5.0
+    until(lambda: len(session.branches.present.times) > 5)
+    tab(page, "Console")
+    page.get_by_label("Download the log of the flight").click()
+    with page.expect_download() as download:
+        page.get_by_test_id("log-csv").click()
+    assert download.value.suggested_filename == "draw.csv"
+    head, *rows = download.value.path().read_text().splitlines()
+    assert head.startswith("time,drone,sim.x,sim.y,sim.z")
+    assert len(rows) >= 5 * 4
 
 
 def test_every_tab_fits_a_phone(open_page):

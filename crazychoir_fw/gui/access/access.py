@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.errors import StateError, UnknownNameError
 from crazychoir_fw.messages import Pose
+
+if TYPE_CHECKING:
+    from crazychoir_fw.planning import Polynomial
 
 _PLAIN_LOGS = (
     *("position.x", "position.y", "position.z", "velocity.x", "velocity.y", "velocity.z"),
@@ -63,6 +66,12 @@ class Access:
     where = ""
     """By which way the page knows the drones, if not by itself, in words."""
 
+    knows_truth = True
+    """Where drones are is where they are, and not what they believe."""
+
+    has_software = False
+    """There is onboard software, which is armed and rebooted."""
+
     def __init__(self, backend: Any) -> None:
         self.backend = backend
         self.names: list[str] = list(backend.names)
@@ -101,8 +110,8 @@ class Access:
         """Arm or disarm."""
         raise StateError(f"{self.names[index]}: a drone of this backend has nothing to arm")
 
-    def reboot(self, index: int) -> None:
-        """Start the onboard software again."""
+    def reboot(self, index: int) -> str:
+        """Start the onboard software again; returns what to expect, in a few words."""
         raise StateError(f"{self.names[index]}: a drone of this backend has no software that could start again")
 
     def stop_now(self, indices: list[int]) -> None:
@@ -139,9 +148,22 @@ class Access:
         del index
         return ""
 
-    def fly_uploaded(self, index: int, rows: NDArray[np.float32]) -> None:
-        """Write a trajectory into the memory on board and fly it from now on; (n, 33), as `to_pieces` makes it."""
-        del rows
+    def begin_upload(self, index: int, curve: Polynomial) -> None:
+        """Begin to write a trajectory into the memory on board."""
+        del curve
+        raise StateError(f"{self.names[index]}: a drone of this backend has no trajectory memory")
+
+    def is_uploaded(self, index: int) -> bool:
+        """Return whether the trajectory is there.
+
+        Raises:
+            CrazychoirError: If it could not be written; the text says why.
+        """
+        del index
+        return True
+
+    def fly_uploaded(self, index: int) -> None:
+        """Fly the uploaded trajectory from now on."""
         raise StateError(f"{self.names[index]}: a drone of this backend has no trajectory memory")
 
     def remember(self) -> Any:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import contextlib
-from typing import Any
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +14,12 @@ from numpy.typing import NDArray
 from crazychoir_fw.errors import CrazychoirError, StateError
 from crazychoir_fw.experiment.hardware_backend import SUPERVISOR
 from crazychoir_fw.gui.access.access import Access, DroneState, Variable
+from crazychoir_fw.radio.link import LinkState
+from crazychoir_fw.radio.power import can_switch
+from crazychoir_fw.radio.supervisor import CAN_BE_ARMED, IS_ARMED, IS_AUTO_ARMED, IS_LOCKED, supervisor_bits
+
+if TYPE_CHECKING:
+    from crazychoir_fw.planning import Polynomial
 
 _BITS = (
     *("can be armed", "armed", "auto-armed", "can fly", "flying", "tumbled", "locked", "crashed"),
@@ -18,16 +27,28 @@ _BITS = (
 )
 """Bits of ``supervisor.info``, from the lowest."""
 
+_TRAJECTORY = 1  # id of the one that the page uploads
+
+
+def _words(bits: float) -> str:
+    return ", ".join(word for k, word in enumerate(_BITS) if int(bits) >> k & 1)
+
 
 class HardwareAccess(Access):
     """What the radio handler says; parameters and memories take their time."""
 
     is_slow = True
     no_rewind = "the time of real drones cannot be turned back"
+    knows_truth = False
+    has_software = True
 
     def __init__(self, backend: Any) -> None:
         super().__init__(backend)
         self._drones = list(backend.handler)
+        self._uploads: dict[int, Future[float]] = {}
+        self._lock = threading.Lock()
+        self._restarting: set[int] = set()
+        self._problems: dict[int, str] = {}
 
     def _latest(self, index: int, name: str) -> float:
         seen = self._drones[index].latest.get(name)
@@ -36,27 +57,64 @@ class HardwareAccess(Access):
     def state(self, index: int) -> DroneState:
         """See `Access`."""
         drone, bits = self._drones[index], self._latest(index, SUPERVISOR)
-        words = "" if np.isnan(bits) else ", ".join(w for k, w in enumerate(_BITS) if int(bits) >> k & 1)
+        words = "" if np.isnan(bits) else _words(bits)
         link = str(drone.link_state)
         if drone.is_connected:
             with contextlib.suppress(CrazychoirError):  # it broke meanwhile
                 link += f", {1000.0 * drone.link_latency_s:.0f} ms"
-        return DroneState(words or str(drone.mode), self._latest(index, "pm.vbat"), link=link, failure=drone.reason)
+        failure = "restarting" if index in self._restarting else self._problems.get(index) or drone.reason
+        return DroneState(words or str(drone.mode), self._latest(index, "pm.vbat"), link=link, failure=failure)
 
     def batteries(self) -> NDArray[np.float64]:
         """See `Access`."""
         return np.array([self._latest(i, "pm.vbat") for i in range(len(self._drones))])
 
     def arm(self, index: int, is_armed: bool) -> None:
-        """See `Access`."""
+        """See `Access`. What the drone would refuse without a word is refused here."""
+        bits = self._latest(index, SUPERVISOR)
+        if is_armed and not np.isnan(bits) and not int(bits) & (CAN_BE_ARMED | IS_ARMED | IS_AUTO_ARMED):
+            raise StateError(
+                f"{self.names[index]}: cannot be armed now, its supervisor says: {_words(bits) or 'nothing'}"
+            )
         self._drones[index].arm(is_armed)
 
-    def reboot(self, index: int) -> None:
-        """Tell a drone that has crashed that it may fly; restarting is done by hand."""
+    def reboot(self, index: int) -> str:
+        """Switch a real drone off and on; where the link cannot, tell one that has crashed that it may fly."""
         drone = self._drones[index]
+        if can_switch(drone.uri):
+            self._later(index, drone.reboot)
+            return "back in about 10 s"
+        if drone.link_state in (LinkState.DISCONNECTED, LinkState.CLOSED):
+            self._later(index, drone.connect)
+            return "called again"
         if not drone.is_connected:
-            raise StateError(f"{self.names[index]}: the link is {drone.link_state}; switch it off and on")
+            raise StateError(f"{self.names[index]}: the link is {drone.link_state}; wait until it is there")
+        bits = supervisor_bits(drone.cf)
+        if bits is not None and bits & IS_LOCKED:
+            raise StateError(
+                f"{self.names[index]}: is locked, and over {drone.uri.partition('://')[0]}:// its power cannot be "
+                "switched; start crazychoir serve again, or a real drone by its button"
+            )
         drone.recover()
+        return "told that it may fly"
+
+    def _later(self, index: int, do: Callable[[], None]) -> None:
+        """Do something that takes its time in a thread of its own: once, until it is done."""
+        with self._lock:
+            if index in self._restarting:
+                raise StateError(f"{self.names[index]}: is restarting already")
+            self._restarting.add(index)
+        self._problems.pop(index, None)
+
+        def work() -> None:
+            try:
+                do()
+            except Exception as error:  # told by its card
+                self._problems[index] = str(error)
+            finally:
+                self._restarting.discard(index)
+
+        threading.Thread(target=work, name=f"restart-{self.names[index]}", daemon=True).start()
 
     def stop_now(self, indices: list[int]) -> None:
         """See `Access`."""
@@ -91,3 +149,32 @@ class HardwareAccess(Access):
         if name in super().log_names():
             return super().log_value(index, name)
         return self._latest(index, name)
+
+    def begin_upload(self, index: int, curve: Polynomial) -> None:
+        """See `Access`: in a thread for each drone, since the flight goes on meanwhile."""
+        drone = self._drones[index]
+        if not hasattr(drone, "upload_trajectory"):
+            raise StateError(f"{self.names[index]}: its radio handler streams set-points; a mission with "
+                             "layers.planning streams curves, one without layers.control uploads them")  # fmt: skip
+        future: Future[float] = Future()
+        self._uploads[index] = future
+
+        def write() -> None:
+            from crazychoir_fw.planning import to_pieces
+
+            try:
+                future.set_result(drone.upload_trajectory(_TRAJECTORY, to_pieces(curve).rows))
+            except Exception as error:  # told to whoever asks
+                future.set_exception(error)
+
+        threading.Thread(target=write, name=f"upload-{self.names[index]}", daemon=True).start()
+
+    def is_uploaded(self, index: int) -> bool:
+        """See `Access`."""
+        future = self._uploads[index]
+        return future.done() and future.result() is not None
+
+    def fly_uploaded(self, index: int) -> None:
+        """See `Access`."""
+        if not self._drones[index].start_trajectory(_TRAJECTORY):
+            raise StateError(f"{self.names[index]}: takes no trajectory now, {self._drones[index].mode}")

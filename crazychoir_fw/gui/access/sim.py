@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,12 +15,18 @@ from crazychoir_fw.messages import Pose
 from crazychoir_fw.simulation.targets import Targets
 from crazychoir_fw.variables import parameter_table
 
+if TYPE_CHECKING:
+    from crazychoir_fw.planning import Polynomial
+
 _UPRIGHT = 0.9  # cosine of the tilt, below which a drone lies on its side
+_TRAJECTORY = 1  # id of the one that the page uploads
 _FLOOR_M = 0.1  # what is higher does not stand on the floor
 
 
 class SimAccess(Access):
     """All of it is known here, the truth too."""
+
+    has_software = True
 
     def __init__(self, backend: Any) -> None:
         super().__init__(backend)
@@ -69,7 +75,7 @@ class SimAccess(Access):
         """See `Access`."""
         self._drones[index].arm(is_armed)
 
-    def reboot(self, index: int) -> None:
+    def reboot(self, index: int) -> str:
         """Start the onboard software again; a drone that lies on its side is set upright, as a hand would do."""
         drone = self._drones[index]
         w, x, y, z = drone.true_quat_wxyz
@@ -79,6 +85,7 @@ class SimAccess(Access):
         elif place[2] > 2 * _FLOOR_M:
             raise StateError(f"{drone.id}: is {place[2]:.2f} m high; a drone is rebooted on the floor")
         drone.reboot()
+        return "ready in 2 s"
 
     def parameters(self, index: int) -> list[Variable]:
         """See `Access`."""
@@ -106,11 +113,15 @@ class SimAccess(Access):
         """See `Access`."""
         return self._drones[index].console
 
-    def fly_uploaded(self, index: int, rows: NDArray[np.float32]) -> None:
+    def begin_upload(self, index: int, curve: Polynomial) -> None:
         """See `Access`."""
-        commander = self._drones[index].high_level_commander
-        commander.upload_trajectory(1, rows)
-        commander.start_trajectory(1)
+        from crazychoir_fw.planning import to_pieces
+
+        self._drones[index].high_level_commander.upload_trajectory(_TRAJECTORY, to_pieces(curve).rows)
+
+    def fly_uploaded(self, index: int) -> None:
+        """See `Access`."""
+        self._drones[index].high_level_commander.start_trajectory(_TRAJECTORY)
 
     def remember(self) -> Any:
         """See `Access`. The journal begins anew: an hour of it would be copied into every moment otherwise."""

@@ -10,15 +10,17 @@ export default {
       <q-btn color="positive" icon="play_arrow" label="START" @click="press('start')"><q-tooltip>Begin what the mission is for</q-tooltip></q-btn>
       <q-btn color="negative" icon="dangerous" label="STOP THESE" @click="press('stop')"><q-tooltip>Motors off at once: they fall</q-tooltip></q-btn>
       <div v-if="noArm" class="cc-hint" data-testid="no-arm">{{ noArm }}</div>
-      <q-btn v-if="!noArm" outline label="ARM" @click="send({ name: 'arm', armed: true })" />
-      <q-btn v-if="!noArm" outline label="DISARM" @click="send({ name: 'arm', armed: false })" />
-      <q-btn v-if="!noArm" outline label="REBOOT" @click="send({ name: 'reboot' })"><q-tooltip>Onboard software starts again; in simulation a fallen drone is set upright</q-tooltip></q-btn>
+      <template v-else-if="hasSoftware">
+      <q-btn outline label="ARM" @click="send({ name: 'arm', armed: true })" />
+      <q-btn outline label="DISARM" @click="send({ name: 'arm', armed: false })" />
+      <q-btn outline label="REBOOT" @click="send({ name: 'reboot' })"><q-tooltip>Onboard software starts again; in simulation a fallen drone is set upright, a real one is switched off and on</q-tooltip></q-btn>
+      </template>
       <label class="cc-slider">Height of GO TO: {{ height.toFixed(2) }} m
         <q-slider v-model="height" :min="0.1" :max="3" :step="0.05" aria-label="Height of GO TO in metres" @update:model-value="setHeight" />
       </label>
       <div class="cc-hint">Click on the map: the drones go there. Click on a drone: only this one is meant; Shift adds another.</div>
     </div>`,
-  data: () => ({ whom: "All drones", count: 0, height: 1.0, noArm: "" }),
+  data: () => ({ whom: "All drones", count: 0, height: 1.0, noArm: "", hasSoftware: true }),
   mounted() {
     const choose = () => {
       this.count = cc.selection.size;
@@ -30,7 +32,12 @@ export default {
   },
   unmounted() { this.offs.forEach((off) => off()); },
   methods: {
-    begin() { if (cc.setting) { this.height = cc.height; this.noArm = cc.setting.missing.arm || ""; } },
+    begin() {
+      if (!cc.setting) return;
+      this.height = cc.height;
+      this.noArm = cc.setting.missing.arm || "";
+      this.hasSoftware = cc.setting.has_software;
+    },
     press: (name) => cc.press(name),
     send: (command) => cc.command({ ...command, drones: cc.chosen() }),
     all: () => cc.selectAll(),

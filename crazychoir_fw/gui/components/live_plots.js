@@ -68,7 +68,7 @@ export default {
           const i = this.names.indexOf(drone), known = this.data[`${i}:${variable}`] || { times: [], values: [] };
           return { name: drone, color: cc.color(i), ...known };
         });
-        cc.plot(canvas, { title: variable, series });
+        cc.plot(canvas, { title: variable, series, room: 30 });
       }
     },
   },

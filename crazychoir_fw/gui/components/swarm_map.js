@@ -29,6 +29,8 @@ export default {
     this.offs = ["frame", "branch"].map((name) => cc.on(name, () => this.mark()));
     for (const name of ["drawings", "selection"]) this.offs.push(cc.on(name, () => this.mark(true)));
     this.offs.push(cc.on("setting", () => this.fit()));
+    // what has left the map is shown again, unless a hand has chosen what is seen
+    if (this.mode === "goto") this.offs.push(cc.on("words", () => { if (this.isOutside()) this.fit(); }));
     this.sizes = new ResizeObserver(() => (this.isMoved ? this.mark() : this.fit()));
     this.sizes.observe(this.$el);
     if (cc.setting) this.fit();
@@ -59,6 +61,7 @@ export default {
         x0 = Math.min(x0, x - pad); x1 = Math.max(x1, x + pad); y0 = Math.min(y0, y - pad); y1 = Math.max(y1, y + pad);
       };
       for (const drone of cc.frame ? cc.frame.drones : []) take(drone.position, 0.5);
+      for (const mark of cc.words.marks || []) take(mark.position, 0.4);
       const area = cc.setting && cc.setting.safety_area;
       if (area) { take(area.low, 0.2); take(area.high, 0.2); }
       for (const drawing of cc.drawings.drawings) drawing.points.forEach((point) => take(point, 0.2));
@@ -66,6 +69,14 @@ export default {
       this.isMoved = false;
       this.tell();
       this.mark(true);
+    },
+    isOutside() {
+      const [w, h] = this.size();
+      if (w < 2 || h < 2 || this.isMoved || this.pointers.size || !cc.frame) return false;
+      return [...cc.frame.drones, ...(cc.words.marks || [])].some(({ position }) => {
+        const [x, y] = this.toScreen(position);
+        return x < 8 || y < 8 || x > w - 8 || y > h - 24;
+      });
     },
     tell() { // for tests, and for whoever measures
       Object.assign(this.canvas.dataset, { x: this.view.x, y: this.view.y, scale: this.view.scale });
@@ -214,6 +225,9 @@ export default {
       const box = [left - 2, y - 1, left + wide + 2, y + 14];
       if (this.written.some((one) => box[0] < one[2] && one[0] < box[2] && box[1] < one[3] && one[1] < box[3])) return;
       this.written.push(box);
+      c.strokeStyle = cc.isDark() ? "rgba(20,24,29,0.8)" : "rgba(255,255,255,0.8)"; c.lineWidth = 3; // legible over curves
+      c.lineJoin = "round";
+      c.strokeText(text, x, y);
       c.fillText(text, x, y);
       c.textBaseline = "alphabetic";
     },

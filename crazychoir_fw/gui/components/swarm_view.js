@@ -149,6 +149,7 @@ export default {
       const box = new THREE.Box3();
       cc.frame.drones.forEach((drone) => box.expandByPoint(new THREE.Vector3(...drone.position)));
       cc.drawings.drawings.forEach((drawing) => drawing.points.forEach(([x, y]) => box.expandByPoint(new THREE.Vector3(x, y, drawing.height))));
+      (cc.words.marks || []).forEach((mark) => box.expandByPoint(new THREE.Vector3(...mark.position)));
       box.expandByPoint(new THREE.Vector3(box.min.x, box.min.y, 1.0));
       const middle = box.getCenter(new THREE.Vector3()), away = 1.7 + 0.75 * box.getSize(new THREE.Vector3()).length();
       this.three.controls.target.set(middle.x, middle.y, 0.5);
@@ -196,11 +197,25 @@ export default {
       this.put(this.three.graph, this.show.graph ? cc.setting.graph.flatMap(([i, j]) => [[i, frame.drones[i].position], [j, frame.drones[j].position]]) : []);
       this.renderer.setClearColor(cc.isDark() ? 0x14181d : 0xf4f6f8);
       this.renderer.render(scene, camera);
-      if (this.show.names || this.hadNames || this.three.marks.children.length) this.labels.render(scene, camera);
+      if (this.show.names || this.hadNames || this.three.marks.children.length) {
+        this.spread(camera, width, height);
+        this.labels.render(scene, camera);
+      }
       this.hadNames = this.show.names;
       if (cc.isSlow()) { // waits until it is drawn, so that its cost is known
         const gl = this.renderer.getContext();
         gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
+      }
+    },
+    spread(camera, width, height) { // of labels over each other the nearest is shown
+      const labels = [...this.three.names.filter((label) => label.visible), ...this.three.marks.children.filter((thing) => thing.isCSS2DObject)];
+      const boxes = [], place = new THREE.Vector3();
+      const far = new Map(labels.map((label) => [label, camera.position.distanceToSquared(label.position)]));
+      for (const label of labels.sort((a, b) => far.get(a) - far.get(b))) {
+        place.copy(label.position).project(camera);
+        const x = (place.x * width) / 2, y = (place.y * height) / 2, half = 4 + 3.4 * label.element.textContent.length;
+        label.visible = !boxes.some((one) => Math.abs(one.x - x) < one.half + half && Math.abs(one.y - y) < 17);
+        if (label.visible) boxes.push({ x, y, half });
       }
     },
     putMarks() {

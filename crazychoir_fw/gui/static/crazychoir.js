@@ -264,8 +264,8 @@
     return power * ([1, 2, 5, 10].find((m) => m * power >= raw) || 10);
   };
 
-  // series: [{name, color, times, values, dash}]; limits: [{value, name}]; spans: [[begin, end]]
-  cc.plot = (canvas, { series, limits = [], spans = [], title = "", unit = "", from, to }) => {
+  // room: pixels at the right of the title that something else takes; series: [{name, color, times, values, dash}]; limits: [{value, name}]; spans: [[begin, end]]
+  cc.plot = (canvas, { series, limits = [], spans = [], title = "", unit = "", from, to, room = 0 }) => {
     const { context: c, width, height } = cc.canvas(canvas);
     const left = 54, right = 10, top = 24, bottom = 22;
     let t0 = Infinity, t1 = -Infinity, low = Infinity, high = -Infinity;
@@ -308,8 +308,10 @@
     }
     const stepX = nice(t1 - t0, (width - left - right) / 70);
     c.textAlign = "center"; c.textBaseline = "top";
-    for (let t = Math.ceil(t0 / stepX) * stepX; t <= t1; t += stepX)
-      c.fillText(`${Number(t.toPrecision(6))} s`, Math.min(x(t), width - 18), height - bottom + 5);
+    for (let t = Math.ceil(t0 / stepX) * stepX; t <= t1; t += stepX) {
+      const text = `${Number(t.toPrecision(6))} s`;
+      c.fillText(text, Math.min(x(t), width - c.measureText(text).width / 2 - 2), height - bottom + 5);
+    }
     for (const { value, name } of limits) {
       c.strokeStyle = "rgb(220,40,40)"; c.setLineDash([6, 4]);
       c.beginPath(); c.moveTo(left, y(value)); c.lineTo(width - right, y(value)); c.stroke();
@@ -336,13 +338,17 @@
     // the legend stays right of the title, and never over it
     let at = left + c.measureText(title + (unit ? ` (${unit})` : "")).width + 16;
     c.textAlign = "left"; c.textBaseline = "alphabetic";
-    for (const { name, color } of series.slice(0, 12)) {
-      if (!name) continue;
-      const wide = c.measureText(name).width + 22;
-      if (at + wide > width - right) break;
+    const named = series.filter(({ name }) => name).slice(0, 12), end = width - right - room;
+    const wide = (name) => c.measureText(name).width + 22;
+    // where there is no room for agent_0 and agent_1, there may be for 0 and 1
+    const shared = named.length > 1 ? named.reduce((known, { name }) => { let k = 0; while (k < known.length && known[k] === name[k]) k++; return known.slice(0, k); }, named[0].name).replace(/[^_ -]*$/, "") : "";
+    const isTight = at + named.reduce((sum, { name }) => sum + wide(name), 0) > end;
+    for (const { name, color } of named) {
+      const text = (isTight && name.slice(shared.length)) || name;
+      if (at + wide(text) > end) break;
       c.fillStyle = color; c.fillRect(at, 10, 12, 3);
-      c.fillStyle = cc.ink(0.8); c.fillText(name, at + 15, 15);
-      at += wide;
+      c.fillStyle = cc.ink(0.8); c.fillText(text, at + 15, 15);
+      at += wide(text);
     }
   };
 

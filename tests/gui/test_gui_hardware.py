@@ -1,0 +1,275 @@
+"""The page over the radio: served drones, with the client library that flies real ones."""
+
+import socket
+import sys
+import threading
+import uuid
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("cflib")
+sys.path.append(str(Path(__file__).parents[1] / "experiment"))
+from served_drones import Served
+
+from crazychoir_fw.errors import StateError
+from crazychoir_fw.experiment.agent import Phase
+from crazychoir_fw.gui import session as session_module
+from crazychoir_fw.gui.access.hardware import HardwareAccess
+from crazychoir_fw.gui.opening import open_mission
+from crazychoir_fw.gui.session import Session
+from crazychoir_fw.mission.fleet import drone_settings
+from crazychoir_fw.mission.layered_flight import make_experiment
+from crazychoir_fw.simulation import DroneConfig, World
+
+ONBOARD = """
+name: two
+seed: 3
+drones:
+  - {id: left, position: [-0.6, 0.0]}
+  - {id: right, position: [0.6, 0.0]}
+flight:
+  - takeoff: {duration: 3.0}
+layers:
+  rate: 100
+  odometry: estimate
+  guidance: {class: SimpleGuidance, height: 0.8}
+"""
+STREAMED = (
+    ONBOARD
+    + """
+  planning: {class: Spline}
+  control: {class: HierarchicalController, sender: FPQRSender, gains: mujoco}
+"""
+)
+CENTERS = [(-0.6, 0.3), (0.6, 0.3)]
+
+
+def mission_file(tmp_path, text):
+    path = tmp_path / "two.yaml"
+    path.write_text(text)
+    return path
+
+
+def free_ports(count):
+    """Return the first of so many neighboring ports that nobody has."""
+    for first in range(23000, 60000, 97):
+        sockets = []
+        try:
+            for port in range(first, first + count):
+                sockets.append(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+                sockets[-1].bind(("127.0.0.1", port))
+        except OSError:
+            continue
+        else:
+            return first
+        finally:
+            for one in sockets:
+                one.close()
+    pytest.skip("no neighboring ports are free")
+
+
+@pytest.fixture
+def lockstep(tmp_path, monkeypatch):
+    """Opens a flight over the radio whose world goes on only when the flight asks for it."""
+    opened = []
+
+    def open_one(text, kind):
+        mission = open_mission(mission_file(tmp_path, text))
+        served = []
+
+        def make(mission):
+            served.append(Served(mission, tmp_path, kind))
+            return make_experiment(mission, served[0])
+
+        monkeypatch.setattr(session_module, "make_experiment", make)
+        session = Session(mission).open()
+        opened.append(session)
+        session.wait_until_ready()
+        return session, served[0].world_there
+
+    yield open_one
+    for session in opened:
+        session.close()
+
+
+def draw_two(client):
+    """Draw four fifths of a circle for each drone."""
+    angle = np.linspace(0.0, 1.6 * np.pi, 20)
+    for name, (x, y) in zip(("left", "right"), CENTERS, strict=True):
+        points = [[x + 0.3 * np.cos(a), y + 0.3 * np.sin(a), 0.15 * k] for k, a in enumerate(angle)]
+        key = client.draw(action="add", points=points, height=0.8)["drawings"][-1]["key"]
+        client.draw(action="change", drawing=key, drone=name)
+    return client.post("/api/preview", {"time_scale": 2.5}).json()["key"]
+
+
+def rms_of(curve, times, flown, delay):
+    """Return how far a drone was from a curve that began so much later (m)."""
+    wanted = curve.position(np.clip(times - delay, 0.0, curve.duration))[:, :3]
+    return np.sqrt(((flown - wanted) ** 2).sum(axis=1).mean())
+
+
+@pytest.mark.parametrize(("text", "kind"), [(ONBOARD, "xyz"), (STREAMED, "fpqr")], ids=["uploaded", "streamed"])
+def test_a_drawn_curve_is_flown(lockstep, api, until, tmp_path, text, kind):
+    session, world = lockstep(text, kind)
+    client = api(session, tmp_path / "drawings")
+    preview = draw_two(client)
+    paths = []
+
+    def follow(frame_time):
+        paths.append((frame_time, world.positions()))
+
+    answer = client.command(name="fly", preview=preview)
+    assert answer["ok"], answer
+    assert ("uploaded to the trajectory memory" in answer["text"]) is (kind == "xyz")
+    flying = session.flying
+    legs = list(flying.legs)
+    step = session.experiment.step
+    session.experiment.step = lambda: (step(), follow(session.experiment.time))
+    until(lambda: session.flying is None)
+    assert [leg.drone for leg in flying.legs] == [0, 1], list(session.lines)
+    times = np.array([time for time, _ in paths])
+    on_curve = (times >= flying.started) & (times <= flying.started + flying.duration)
+    times, flown = times[on_curve] - flying.started, np.array([positions for _, positions in paths])[on_curve]
+    for leg in legs:
+        # on board no velocity is fed forward, so that a drone is late; aligned in time it is where it should be
+        late = min(np.arange(0.0, 0.81, 0.02), key=lambda delay: rms_of(leg.curve, times, flown[:, leg.drone], delay))
+        assert rms_of(leg.curve, times, flown[:, leg.drone], late) < 0.1
+        assert late < (0.8 if kind == "xyz" else 0.2)
+        # and against what the hand has drawn
+        angle = np.linspace(0.0, 1.6 * np.pi, 200)
+        circle = np.stack([np.cos(angle), np.sin(angle)], axis=1) * 0.3 + CENTERS[leg.drone]
+        beside = np.linalg.norm(flown[:, leg.drone, None, :2] - circle, axis=2).min(axis=1)
+        assert np.sqrt((beside**2).mean()) < 0.1
+    assert client.command(name="land")["ok"]
+    until(lambda: all(agent.phase is Phase.LANDED for agent in session.experiment.agents))
+    assert world.positions()[:, 2].max() < 0.1
+
+
+def test_the_others_fly_when_one_cannot_be_uploaded(lockstep, api, until, tmp_path, monkeypatch):
+    session, world = lockstep(ONBOARD, "xyz")
+    client = api(session, tmp_path / "drawings")
+    preview = draw_two(client)
+    monkeypatch.setattr(session.access._drones[1].cf.mem, "get_mems", lambda kind: [])
+    client.command(name="fly", preview=preview)
+    until(lambda: session.flying is None)
+    errors = [line.text for line in session.lines if line.kind == "error"]
+    assert len(errors) == 1
+    assert "is flown without right (udp://" in errors[0]
+    assert "no trajectory memory" in errors[0]
+    drones = session.experiment.agents
+    assert all(agent.is_up for agent in drones)
+    # the end of the circle, and where the other one waits: the begin of its own
+    end = np.array([np.cos(1.6 * np.pi), np.sin(1.6 * np.pi)])
+    assert np.linalg.norm(world.positions()[0, :2] - (CENTERS[0] + 0.3 * end)) < 0.1
+    assert np.linalg.norm(world.positions()[1, :2] - (CENTERS[1] + np.array([0.3, 0.0]))) < 0.1
+
+
+def test_what_a_link_cannot_switch_is_said(lockstep, api, until, tmp_path):
+    session, world = lockstep(ONBOARD, "xyz")
+    client = api(session, tmp_path / "drawings")
+    assert client.get("/api/setting").json()["has_software"]
+    # nothing is wrong with them
+    assert client.command(name="reboot") == {"ok": True, "text": "REBOOT: all 2 drones; told that it may fly"}
+    session.ask(world.drones[1].emergency_stop).result()
+    until(lambda: world.drones[1].supervisor_state == "Locked")
+    answer = client.command(name="reboot")
+    assert not answer["ok"]
+    assert answer["text"] == (
+        "right: is locked, and over udp:// its power cannot be switched; start crazychoir serve again, or a real "
+        "drone by its button"
+    )
+
+
+def test_a_real_drone_is_switched_off_and_on(lockstep, api, until, tmp_path, monkeypatch):
+    from crazychoir_fw.gui.access import hardware
+
+    session, _ = lockstep(ONBOARD, "xyz")
+    client = api(session, tmp_path / "drawings")
+    monkeypatch.setattr(hardware, "can_switch", lambda uri: True)
+    goes_on, rebooted = threading.Event(), []
+
+    def reboot():
+        goes_on.wait(20.0)
+        rebooted.append(True)
+        raise StateError("the radio chip does not answer")
+
+    monkeypatch.setattr(session.access._drones[0], "reboot", reboot)
+    assert client.command(name="reboot", drones=["left"])["text"] == "REBOOT: left; back in about 10 s"
+    assert session.access.state(0).failure == "restarting"
+    assert "restarting already" in client.command(name="reboot", drones=["left"])["text"]
+    goes_on.set()
+    until(lambda: session.access.state(0).failure == "the radio chip does not answer")
+    assert len(rebooted) == 1
+
+
+def test_arming_over_the_radio(lockstep, api, until, tmp_path):
+    session, world = lockstep(ONBOARD.replace("id: right,", "id: right, platform: cf21bl,"), "xyz")
+    client = api(session, tmp_path / "drawings")
+    drone = world.drones[1]
+    until(lambda: drone.can_arm)
+    assert not drone.can_fly
+    assert client.command(name="arm", drones=["right"]) == {"ok": True, "text": "ARM: right"}
+    until(lambda: drone.can_fly)
+    assert client.command(name="arm", drones=["right"], armed=False)["text"] == "DISARM: right"
+    until(lambda: not drone.can_fly)
+    session.ask(drone.emergency_stop).result()
+    until(lambda: "locked" in session.access.state(1).supervisor)
+    assert client.command(name="arm", drones=["right"])["text"].startswith(
+        "right: cannot be armed now, its supervisor says: locked"
+    )
+
+
+@pytest.mark.parametrize(
+    ("pieces", "sentence"),
+    [
+        (np.ones((1, 32)), "allowed: \\(n, 33\\) with n from 1 to 31"),
+        (np.ones((32, 33)), "n from 1 to 31"),
+        (np.full((1, 33), np.nan), "finite"),
+        (np.zeros((1, 33)), "longer than 0 s"),
+    ],
+)
+def test_pieces_that_are_none_are_refused(pieces, sentence):
+    from crazychoir_fw.errors import RangeError
+    from crazychoir_fw.radio.uploads import checked_pieces
+
+    with pytest.raises(RangeError, match=sentence):
+        checked_pieces("cf1", pieces)
+
+
+def test_uri_base_flies_a_served_swarm(serve, tmp_path, until):
+    """What `crazychoir gui --backend hardware --uri-base` does, in the time of the clock on the wall."""
+    import httpx
+
+    path = mission_file(tmp_path, ONBOARD)
+    world = World([DroneConfig(**drone_settings(drone)) for drone in open_mission(path).fleet], seed=4, visuals=False)
+    port = free_ports(2)
+    with world.serve(port=port, speed=4.0) as server:
+        thread = threading.Thread(target=server.run, daemon=True)
+        thread.start()
+        mission = open_mission(path, f"udp://127.0.0.1:{port}", backend="hardware")
+        assert [drone.uri for drone in mission.fleet] == [f"udp://127.0.0.1:{port + k}" for k in range(2)]
+        with Session(mission) as session:
+            session.wait_until_ready()
+            assert isinstance(session.access, HardwareAccess)
+            page = serve(session, tmp_path / "drawings")
+            with httpx.Client(base_url=page.address, timeout=40.0) as client:
+
+                def press(**command):
+                    return client.post("/api/command", json={"id": uuid.uuid4().hex, "command": command}).json()
+
+                assert client.get("/api/setting").json()["is_real_time"]
+                assert press(name="speed", factor=2.0)["text"] == "the time of real drones goes on by itself"
+                assert press(name="takeoff") == {"ok": True, "text": "TAKE-OFF: all 2 drones"}
+                until(lambda: world.positions()[:, 2].min() > 0.4)
+                assert press(name="goto", drones=["right"], x=0.9, y=0.4, z=0.7, duration=1.0)["ok"]
+                until(lambda: np.linalg.norm(world.positions()[1] - (0.9, 0.4, 0.7)) < 0.1)
+                assert abs(world.positions()[0, 0] + 0.6) < 0.1
+                assert press(name="set_parameter", parameter="posCtlPid.xKp", value=1.75)["ok"]
+                assert [drone.param["posCtlPid.xKp"] for drone in world.drones] == [1.75, 1.75]
+                assert press(name="land")["ok"]
+                until(lambda: not any(agent.is_up for agent in session.experiment.agents))
+                assert world.positions()[:, 2].max() < 0.1
+        server.stop()
+        thread.join(20.0)
