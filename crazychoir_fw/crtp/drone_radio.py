@@ -8,9 +8,7 @@ from collections import deque
 from crazychoir_fw.crtp.owner import Address, Owner
 from crazychoir_fw.crtp.server_statistics import PacketCounts
 from crazychoir_fw.crtp.station import Station
-from crazychoir_fw.crtp.toc import parameter_toc
 from crazychoir_fw.crtp.token_bucket import TokenBucket
-from crazychoir_fw.crtp.turns import Visit
 
 LOG_RATE, LOG_BURST = 5000.0, 100.0
 """Log data and console text: 16 blocks at 100 Hz are 1600 packets a second; a client takes 5000 evenly, and bursts of
@@ -39,8 +37,6 @@ class DroneRadio:
         self.private_for: Address | None = None
         self.owner = owner
         self.counts = PacketCounts()
-        self.visit = Visit(len(parameter_toc(station.line.drone.provider_number)))
-        """How far its client has come with connecting."""
         self.is_open = False
         """Whether a session has begun."""
         self.heard_by_drone_at = 0.0

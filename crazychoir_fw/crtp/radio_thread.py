@@ -19,8 +19,6 @@ from crazychoir_fw.crtp.link_model import Direction, Link
 from crazychoir_fw.crtp.owner import Address, Ruling, is_link_source
 from crazychoir_fw.crtp.packet import NULL
 from crazychoir_fw.crtp.sockets import LONGEST, is_for_one_address, open_private, read_refusals, receive, turn_to
-from crazychoir_fw.crtp.turns import SILENCE_S as TURN_S
-from crazychoir_fw.crtp.turns import Stage, Turns, Visit, takes_turns
 
 _MOST_DATAGRAMS = 64
 """Read of one socket in a row, so that one drone's flood does not keep others waiting."""
@@ -61,13 +59,7 @@ class Radio:
     """
 
     def __init__(
-        self,
-        radios: Sequence[DroneRadio],
-        link: Link | None,
-        clock: Clock,
-        link_clock: Clock,
-        silence_s: float,
-        takes_turns: bool = False,
+        self, radios: Sequence[DroneRadio], link: Link | None, clock: Clock, link_clock: Clock, silence_s: float
     ) -> None:
         """Get ready.
 
@@ -77,12 +69,8 @@ class Radio:
             clock: Time by which clients are silent and packets are too many.
             link_clock: Time of the link.
             silence_s: So long (s) a drone hears nothing until a session is over.
-            takes_turns: Whether clients that connect are served a few at a time, while nobody else drives the clock.
         """
         self._radios = radios
-        self._takes_turns = takes_turns
-        self._turns = Turns()
-        self._by_visit: dict[Visit, DroneRadio] = {radio.visit: radio for radio in radios}
         self._by_name = {radio.name: radio for radio in radios}
         self._link = link
         self._clock = clock
@@ -168,7 +156,7 @@ class Radio:
 
     def _timeout(self) -> float:
         """Return for how long nothing happens unless a packet comes (s)."""
-        timeout = min(self._rest_s, TURN_S) if self._turns.is_anybody_waiting else self._rest_s
+        timeout = self._rest_s
         if self._link is not None and self.link_rate > 0.0:
             wait = self._link.next_arrival() - self._link_clock()
             timeout = min(timeout, max(0.0, wait / self.link_rate))
@@ -201,8 +189,6 @@ class Radio:
         self._is_awake = False
         if self._link is not None:
             self._fetch_arrivals(now)
-        if self._turns.is_anybody_waiting:
-            self._serve_in_turn(now)
         for _ in range(len(self._with_output)):
             self._send_output(self._with_output.popleft(), now)
         if not was_deaf and (now >= self._next_look or now + _LOOK_S < self._next_look):
@@ -303,11 +289,6 @@ class Radio:
         radio.heard_by_drone_at = now
         if not radio.is_open:
             self._begin(radio, now)
-        if radio.visit.stage is not Stage.DONE and self._turns.keeps(radio.visit, datagram, now):
-            return
-        self._answer(radio, datagram, now)
-
-    def _answer(self, radio: DroneRadio, datagram: bytes, now: float) -> None:
         try:
             replies = radio.station.receive(datagram)
         except Exception as error:  # a defect of a service, and not the end of the others
@@ -317,14 +298,6 @@ class Radio:
         for reply in replies:
             radio.counts.replied += 1
             self._send_down(radio, reply, False, now)
-
-    def _serve_in_turn(self, now: float) -> None:
-        """Answer those who have waited for their turn."""
-        # who steps the world may wait for an answer meanwhile
-        called = self._turns.due(now) if self.link_rate > 0.0 else self._turns.release()
-        for visit, kept in called:
-            for datagram in kept:
-                self._answer(self._by_visit[visit], datagram, now)
 
     def _fetch_arrivals(self, now: float) -> None:
         """Take what has come through the link."""
@@ -401,9 +374,6 @@ class Radio:
         radio.is_open = True
         radio.has_refused = False
         radio.counts.sessions += 1
-        client = radio.owner.address
-        if self._takes_turns and self.link_rate > 0.0 and client is not None and takes_turns(client):
-            self._turns.begin(radio.visit)
         self._note(radio, now, "radio_session", phase="begin", client=_named(radio.owner.address))
 
     def _end(self, radio: DroneRadio, now: float, reason: str, client: Address | None = None) -> None:
@@ -411,7 +381,6 @@ class Radio:
         if not radio.is_open:
             return
         radio.is_open = False
-        self._turns.end(radio.visit)
         try:
             radio.station.end_session()
         except Exception as error:
@@ -426,9 +395,6 @@ class Radio:
         self.when_a_session_ended()
 
     def _look_who_is_gone(self, radio: DroneRadio, now: float) -> None:
-        if radio.visit.kept:
-            # it is silent because it waits for us
-            radio.heard_by_drone_at = radio.owner.heard_at = now
         if radio.is_open and now - radio.heard_by_drone_at > self._silence_s:
             self._end(radio, now, "silence")
         if radio.owner.is_gone(now):

@@ -125,14 +125,7 @@ class Server:
             self._radios.append(
                 DroneRadio(station, opened, Owner(self._silence_s, newest_wins=self._newest_client_wins))
             )
-        self._radio = Radio(
-            self._radios,
-            self._link,
-            self._clock,
-            self._link_clock,
-            self._silence_s,
-            takes_turns=self._reads_ahead,
-        )
+        self._radio = Radio(self._radios, self._link, self._clock, self._link_clock, self._silence_s)
         self._radio.when_a_session_ended = self._wake
         self._enter_lockstep()
         self.world.agenda.when_sought.append(self._jump)
