@@ -7,7 +7,8 @@ Then every drone has two log blocks of five values at 100 Hz, and hovers on posi
 is lost where the time stamps of its block have a gap.
 
 The same is measured with a server that sends tables of contents item by item as they are asked for, and, to tell what
-is the client's share, with a responder that runs no simulation and looks every reply up in a table.
+is the client's share, with a responder that runs no simulation and looks every reply up in a table; the processor time
+of the client until it is connected tells it as well. `--clients 2` shares the drones among two client processes.
 
 Figures depend on what else the machine does; its load stands beside them.
 """
@@ -24,6 +25,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -143,11 +145,12 @@ def connect(uris: list[str], cache: str) -> tuple[Any, dict[str, float]]:
     swarm = Swarm(uris, factory=CachedCfFactory(rw_cache=cache))
     began, processor = time.perf_counter(), time.process_time()
     swarm.open_links()
-    connected = time.perf_counter()
+    connected, processor_connected = time.perf_counter(), time.process_time()
     swarm.parallel_safe(lambda scf: scf.wait_for_params())
     fetched = time.perf_counter()
     return swarm, {
         "connected_s": connected - began,
+        "connected_processor_s": processor_connected - processor,
         "parameters_s": fetched - began,
         "client_cpu_share": (time.process_time() - processor) / (fetched - began),
     }
@@ -243,6 +246,17 @@ def run_client(uris: list[str], cache: str, seconds: float, mark: Any = lambda: 
     return figures
 
 
+def run_clients(uris: list[str], cache: str, count: int, mark: Any) -> dict[str, Any]:
+    """Connect from so many processes at once. Returns the worst of each figure, processor time of all together."""
+    size = -(-len(uris) // count)
+    with ThreadPoolExecutor(count) as pool:
+        parts = [uris[first : first + size] for first in range(0, len(uris), size)]
+        results = list(pool.map(lambda part: run_client(part, cache, 0.0), parts))
+    worst = {name: max(result[name] for result in results) for name in results[0] if name != "server"}
+    worst["connected_processor_s"] = sum(result["connected_processor_s"] for result in results)
+    return {**worst, "server": mark()}
+
+
 @contextmanager
 def process_of(mode: str, drones: int) -> Iterator[tuple[list[str], Any]]:
     """Run a server or a responder. Yields its URIs, and what asks for its figures."""
@@ -260,15 +274,19 @@ def process_of(mode: str, drones: int) -> Iterator[tuple[list[str], Any]]:
             process.terminate()
 
 
-def measure(drones: int, seconds: float, repeats: int) -> dict[str, Any]:
+def measure(drones: int, seconds: float, repeats: int, clients: int) -> dict[str, Any]:
     """Measure everything; connecting so many times, against servers and a responder in turns."""
-    result: dict[str, Any] = {"drones": drones}
+    result: dict[str, Any] = {"drones": drones, "clients": clients}
     with (
         process_of("--serve", drones) as (uris, mark),
         process_of("--serve-as-asked", drones) as (plain_uris, plain_mark),
         process_of("--respond", drones) as (table_uris, _),
     ):
-        servers = (("", uris, mark), ("_as_asked", plain_uris, plain_mark), ("_responder", table_uris, dict))
+        servers = (
+            ("", uris, mark),
+            ("_as_asked", plain_uris, plain_mark),
+            ("_responder", table_uris, dict),
+        )
         for _ in range(repeats):
             for ending, targets, ask in servers:
                 with tempfile.TemporaryDirectory() as cache:
@@ -276,7 +294,7 @@ def measure(drones: int, seconds: float, repeats: int) -> dict[str, Any]:
                         if kind == "warm" or kind + ending in result:
                             time.sleep(1.2)  # until the drones are free again
                         ask()
-                        figures = run_client(targets, cache, 0.0, ask)
+                        figures = run_clients(targets, cache, clients, ask)
                         figures["load"] = os.getloadavg()[0]
                         result.setdefault(kind + ending, []).append(figures)
                         show(kind + ending, figures)
@@ -301,6 +319,7 @@ def main() -> None:
     parser.add_argument("--drones", type=int, default=30)
     parser.add_argument("--seconds", type=float, default=60.0, help="of flight; 0 only connects")
     parser.add_argument("--repeats", type=int, default=3, help="of connecting")
+    parser.add_argument("--clients", type=int, default=1, help="processes that connect")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--serve", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--serve-as-asked", action="store_true", help=argparse.SUPPRESS)
@@ -317,7 +336,7 @@ def main() -> None:
     elif options.be_client:
         be_client(options.uris, options.be_client, options.seconds)
     else:
-        result = measure(options.drones, options.seconds, options.repeats)
+        result = measure(options.drones, options.seconds, options.repeats, options.clients)
         if options.json:
             options.json.write_text(json.dumps(result, indent=2) + "\n")
 

@@ -18,7 +18,7 @@ from crazychoir_fw.crtp.drone_radio import DroneRadio
 from crazychoir_fw.crtp.link_model import Direction, Link
 from crazychoir_fw.crtp.owner import Address, Ruling, is_link_source
 from crazychoir_fw.crtp.packet import NULL
-from crazychoir_fw.crtp.sockets import LONGEST, open_private, read_refusals, receive
+from crazychoir_fw.crtp.sockets import LONGEST, is_for_one_address, open_private, read_refusals, receive, turn_to
 
 _MOST_DATAGRAMS = 64
 """Read of one socket in a row, so that one drone's flood does not keep others waiting."""
@@ -430,19 +430,24 @@ class Radio:
     def _make_private(self, radio: DroneRadio, now: float) -> None:
         """Listen to a new owner apart from others, and no more to the old one."""
         late: list[tuple[bytes, Address]] = []
-        if radio.private is not None:
-            with suppress(OSError):
-                while len(late) < _MOST_DATAGRAMS and (got := receive(radio.private)) is not None:
-                    late.append(got)
-            self._selector.unregister(radio.private)
-            radio.private.close()
+        owner = radio.owner.address
+        private = radio.private
+        if private is not None and not (is_for_one_address(radio.socket) and turn_to(private, owner)):
+            # nothing comes any more, so that what is read here is all
+            turn_to(private, None)
+            late += _waiting_at(private)
+            self._selector.unregister(private)
+            private.close()
             radio.private = None
-        radio.private_for = radio.owner.address
-        if radio.private_for is not None:
+        radio.private_for = owner
+        if owner is not None:
             self._rest_s = min(self._rest_s, _LOOK_S)
-            radio.private = open_private(radio.socket, radio.private_for)
-        if radio.private is not None:
-            self._selector.register(radio.private, selectors.EVENT_READ, radio)
+            if radio.private is None:
+                radio.private = open_private(radio.socket, owner)
+                if radio.private is not None:
+                    self._selector.register(radio.private, selectors.EVENT_READ, radio)
+        # what the new owner sent before it had a socket of its own comes before what it sent since
+        late += _waiting_at(radio.socket)
         for datagram, address in late:
             self._rule(radio, datagram, address, now)
 
@@ -477,3 +482,12 @@ def _is_stale(radio: DroneRadio, direction: Direction, letter: _Letter) -> bool:
         # of one who has gone the drone still hears the last words
         return client is not None and client != letter.client
     return client != letter.client or radio.counts.sessions != letter.session
+
+
+def _waiting_at(opened: socket.socket) -> list[tuple[bytes, Address]]:
+    """Read what has come; refusals among it are heard of later."""
+    waiting: list[tuple[bytes, Address]] = []
+    with suppress(OSError):
+        while len(waiting) < _MOST_DATAGRAMS and (got := receive(opened)) is not None:
+            waiting.append(got)
+    return waiting

@@ -86,6 +86,25 @@ def open_private(opened: socket.socket, client: Address) -> socket.socket | None
     return private
 
 
+def turn_to(private: socket.socket, client: Address | None) -> bool:
+    """Have a private socket hear another client, or nobody. Returns False where it has to be opened anew.
+
+    It is not closed: with a socket goes what has come to it meanwhile, and that may be the request of somebody who asks
+    once. What had come is read later, with its sender.
+    """
+    try:
+        # at its own address nobody else is
+        private.connect(client or private.getsockname())
+    except OSError:
+        return False
+    return True
+
+
+def is_for_one_address(opened: socket.socket) -> bool:
+    """Tell whether a socket is bound to one address of this machine: only then can a private one change its client."""
+    return bool(opened.getsockname()[0] != "0.0.0.0")
+
+
 def receive(opened: socket.socket) -> tuple[bytes, Address] | None:
     """Return a datagram, cut off where it is too long for a packet, and its sender; None when there is none.
 

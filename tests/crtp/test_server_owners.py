@@ -119,9 +119,58 @@ def test_the_newest_client_wins_if_wanted(open_server, connect):
     first, second = connect(server), connect(server)
     first.ask(SOURCE)
     assert second.ask(SOURCE) == GREETING
-    assert second.ask(NULL) == NULL  # the drone has changed hands; what came in the middle of that might be lost
     first.send(b"\xfcping")
     assert first.ask(NULL) == NULL
+
+
+@pytest.mark.parametrize("host", ["127.0.0.1", "0.0.0.0"])
+@pytest.mark.parametrize("moment", ["bind", "connect", "close", "unregister"])
+def test_nothing_is_lost_while_a_drone_changes_hands(open_server, connect, monkeypatch, host, moment):
+    """Whatever the server does to a socket meanwhile: what the two clients send just before is answered."""
+    to_send = []
+
+    def send():
+        while to_send:
+            client, datagrams = to_send.pop()
+            for datagram in datagrams:
+                client.send(datagram)
+
+    def sending_first(method):
+        def send_and_go_on(*arguments):
+            send()
+            return method(*arguments)
+
+        return send_and_go_on
+
+    server = open_server(newest_client_wins=True, host=host)
+    clients = connect(server), connect(server)
+    if moment == "unregister":
+        selector = server._radio._selector
+        monkeypatch.setattr(selector, moment, sending_first(selector.unregister))
+    else:
+        hooked = type("Hooked", (socket.socket,), {moment: sending_first(getattr(socket.socket, moment))})
+        monkeypatch.setattr(socket, "socket", hooked)
+    loser, winner = clients
+    assert loser.ask(SOURCE) == GREETING
+    pings = [b"\xfc" + bytes((number,)) for number in range(5)]
+    for _ in range(10):
+        with server._radio._lock:
+            to_send += [(winner, pings), (loser, [NULL] * 3)]
+        assert winner.ask(SOURCE) == GREETING
+        with server._radio._lock:
+            send()  # where this moment never comes
+        assert [winner.read() for _ in pings] == pings
+        assert [loser.read() for _ in range(3)] == [NULL] * 3
+        loser, winner = winner, loser
+
+
+def test_a_drone_changes_hands_again_and_again(open_server, connect):
+    server = open_server(newest_client_wins=True)
+    clients = connect(server), connect(server)
+    for k in range(150):
+        # the socket of one is still being made when the other one asks
+        assert clients[k % 2].ask(SOURCE) == GREETING
+    assert server.statistics().drones["cf1"].sessions == 150
 
 
 def test_silence_ends_a_session(open_server, connect, world):
