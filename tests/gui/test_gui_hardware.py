@@ -15,7 +15,6 @@ from served_drones import Served
 
 from crazychoir_fw.errors import StateError
 from crazychoir_fw.experiment.agent import Phase
-from crazychoir_fw.gui import session as session_module
 from crazychoir_fw.gui.access.hardware import HardwareAccess
 from crazychoir_fw.gui.opening import open_mission
 from crazychoir_fw.gui.session import Session
@@ -71,7 +70,7 @@ def free_ports(count):
 
 
 @pytest.fixture
-def lockstep(tmp_path, monkeypatch):
+def lockstep(tmp_path):
     """Opens a flight over the radio whose world goes on only when the flight asks for it."""
     opened = []
 
@@ -83,8 +82,7 @@ def lockstep(tmp_path, monkeypatch):
             served.append(Served(mission, tmp_path, kind))
             return make_experiment(mission, served[0])
 
-        monkeypatch.setattr(session_module, "make_experiment", make)
-        session = Session(mission).open()
+        session = Session(mission, make=make).open()
         opened.append(session)
         session.wait_until_ready()
         return session, served[0].world_there

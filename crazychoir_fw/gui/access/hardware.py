@@ -150,12 +150,20 @@ class HardwareAccess(Access):
             return super().log_value(index, name)
         return self._latest(index, name)
 
+    def cannot_follow(self, index: int) -> str | None:
+        """See `Access`."""
+        if hasattr(self._drones[index], "upload_trajectory"):
+            return None
+        return (
+            f"{self.names[index]}: its radio handler streams set-points; a mission with layers.planning streams "
+            "curves, one without layers.control uploads them"
+        )
+
     def begin_upload(self, index: int, curve: Polynomial) -> None:
         """See `Access`: in a thread for each drone, since the flight goes on meanwhile."""
         drone = self._drones[index]
-        if not hasattr(drone, "upload_trajectory"):
-            raise StateError(f"{self.names[index]}: its radio handler streams set-points; a mission with "
-                             "layers.planning streams curves, one without layers.control uploads them")  # fmt: skip
+        if reason := self.cannot_follow(index):
+            raise StateError(reason)
         future: Future[float] = Future()
         self._uploads[index] = future
 
