@@ -64,6 +64,10 @@ class MixedBackend:
         """What moves the mirrored bodies."""
         self._real_numbers = np.concatenate([np.zeros(0, np.intp), *self._numbers[1:]])
 
+    def part_of(self, index: int) -> tuple[Backend, int]:
+        """Return the backend that a drone is in, and its number there."""
+        return self._where[index]
+
     @property
     def _parts(self) -> list[Backend]:
         return [self.simulated, *self.real]

@@ -134,7 +134,7 @@ class Api:
         index, access = self._session.names.index(name), self._session.access
         if access is None:
             raise RangeError("the drones are not ready yet")
-        if access.is_slow:
+        if access.is_slow(index):
             found = await run_in_threadpool(access.parameters, index)
         else:
             found = await _result(self._session.ask(lambda: access.parameters(index)))

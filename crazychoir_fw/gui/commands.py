@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from concurrent.futures import Future
 from functools import singledispatchmethod
@@ -38,9 +39,13 @@ class Commands:
         if isinstance(command, asked.Press) and command.name == "stop" and session.access is not None:
             # a round of real drones may take seconds, when some of them are made ready
             session.access.stop_now(self._chosen(command.drones))
-        if isinstance(command, asked.SetParameter) and session.access is not None and session.access.is_slow:
-            return _at_once(lambda: self._set_parameter(command))
+        if isinstance(command, asked.SetParameter) and self._is_slow(command):
+            return _aside(lambda: self._set_slowly(command))
         return session.ask(lambda: self._do(command))
+
+    def _is_slow(self, command: asked.SetParameter) -> bool:
+        access = self._session.access
+        return access is not None and any(access.is_slow(i) for i in self._chosen(command.drones))
 
     def _do(self, command: Any) -> str:
         text = self.carry_out(command)
@@ -148,11 +153,19 @@ class Commands:
 
     @carry_out.register
     def _(self, command: asked.SetParameter) -> str:
-        return self._set_parameter(command)
-
-    def _set_parameter(self, command: asked.SetParameter) -> str:
         chosen = self._chosen(command.drones)
         values = [self._session.access.set_parameter(i, command.parameter, command.value) for i in chosen]
+        return f"{command.parameter} = {values[0]:.7g}: {self._whom(chosen)}"
+
+    def _set_slowly(self, command: asked.SetParameter) -> str:
+        """Write a parameter where some drones take their time: the flight does not wait for those."""
+        session, chosen, values = self._session, self._chosen(command.drones), []
+        for i in chosen:
+
+            def write(i: int = i) -> float:
+                return session.access.set_parameter(i, command.parameter, command.value)
+
+            values.append(write() if session.access.is_slow(i) else session.ask(write).result())
         return f"{command.parameter} = {values[0]:.7g}: {self._whom(chosen)}"
 
     @carry_out.register
@@ -182,11 +195,15 @@ class Commands:
         return f"FLY '{preview.name}' ({how}): {self._whom(chosen)}"
 
 
-def _at_once(action: Callable[[], Any]) -> Future[Any]:
-    """Do something in the thread of the caller, who may wait."""
+def _aside(action: Callable[[], Any]) -> Future[Any]:
+    """Do something in a thread of its own: what comes next, perhaps STOP, waits for nothing."""
     future: Future[Any] = Future()
-    try:
-        future.set_result(action())
-    except Exception as error:
-        future.set_exception(error)
+
+    def work() -> None:
+        try:
+            future.set_result(action())
+        except Exception as error:
+            future.set_exception(error)
+
+    threading.Thread(target=work, name="command", daemon=True).start()
     return future

@@ -52,10 +52,7 @@ class Variable:
 
 
 class Access:
-    """Drones that have no onboard software, as those of the integrator."""
-
-    is_slow = False
-    """Parameters take their time on the way to the drone: nobody may ask for them between two rounds."""
+    """Drones that have no onboard software, as those of the integrator, or none that is reached."""
 
     no_rewind: str | None = None
     """Why time cannot be turned back, a sentence."""
@@ -76,6 +73,11 @@ class Access:
         self.backend = backend
         self.names: list[str] = list(backend.names)
 
+    def is_slow(self, index: int) -> bool:
+        """Return whether parameters take their time on the way to a drone: nobody may ask for them between rounds."""
+        del index
+        return False
+
     def true_pose(self) -> Pose:
         """Return where the drones are, as well as anybody knows, arrays of shape (N, ...)."""
         return self.backend.poses()
@@ -87,7 +89,8 @@ class Access:
     def state(self, index: int) -> DroneState:
         """Return how a drone is."""
         del index
-        return DroneState(supervisor="integrator: a point mass without onboard software")
+        is_seen = getattr(self.backend, "is_real_time", False)
+        return DroneState("only seen" if is_seen else "integrator: a point mass without onboard software")
 
     def batteries(self) -> NDArray[np.float64]:
         """Return the voltages (V), shape (N,)."""

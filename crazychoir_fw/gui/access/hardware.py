@@ -37,7 +37,6 @@ def _words(bits: float) -> str:
 class HardwareAccess(Access):
     """What the radio handler says; parameters and memories take their time."""
 
-    is_slow = True
     no_rewind = "the time of real drones cannot be turned back"
     knows_truth = False
     has_software = True
@@ -68,6 +67,10 @@ class HardwareAccess(Access):
     def batteries(self) -> NDArray[np.float64]:
         """See `Access`."""
         return np.array([self._latest(i, "pm.vbat") for i in range(len(self._drones))])
+
+    def is_slow(self, index: int) -> bool:
+        """See `Access`."""
+        return True
 
     def arm(self, index: int, is_armed: bool) -> None:
         """See `Access`. What the drone would refuse without a word is refused here."""

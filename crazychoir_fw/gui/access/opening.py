@@ -4,22 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
-from crazychoir_fw.errors import StateError
 from crazychoir_fw.gui.access.access import Access
 
 
 def open_access(backend: Any) -> Access:
-    """Return the access to the drones of a backend.
-
-    Raises:
-        StateError: If the page knows no such backend.
-    """
+    """Return the access to the drones of a backend."""
     if getattr(backend, "is_over_ros", False):
         from crazychoir_fw.gui.access.ros import RosAccess
 
         return RosAccess(backend)
     if hasattr(backend, "mirror"):
-        raise StateError("the page does not fly mixed reality; try --backend sim, or fly it with crazychoir fly")
+        from crazychoir_fw.gui.access.mixed import MixedAccess
+
+        return MixedAccess(backend, open_access)
     if hasattr(backend, "world"):
         from crazychoir_fw.gui.access.sim import SimAccess
 
