@@ -4,11 +4,15 @@ from typing import Annotated
 
 import typer
 
-from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of, console
+from crazychoir_fw.cli.console import BAD_INPUT, complain, console
 
 ros = typer.Typer(help="Buttons of a swarm of ROS 2 nodes.", no_args_is_help=True)
 
 Domain = Annotated[int | None, typer.Option(help="ROS domain; otherwise ROS_DOMAIN_ID.", min=0, max=232)]
+Drones = Annotated[
+    str | None,
+    typer.Option(help="Namespaces of the drones; otherwise all that are found.", metavar="agent_0,agent_1"),
+]
 
 
 @ros.command()
@@ -35,18 +39,48 @@ def start(domain: Domain = None) -> None:
     _press("start", domain)
 
 
+@ros.command()
+def arm(drones: Drones = None, domain: Domain = None) -> None:
+    """Drones may start their motors."""
+    _care("arm", True, drones, domain)
+
+
+@ros.command()
+def disarm(drones: Drones = None, domain: Domain = None) -> None:
+    """Drones may start their motors no more."""
+    _care("arm", False, drones, domain)
+
+
+@ros.command()
+def reboot(drones: Drones = None, domain: Domain = None) -> None:
+    """Onboard software starts again, of drones that do not fly."""
+    _care("reboot", False, drones, domain)
+
+
 def _press(button: str, domain: int | None) -> None:
     from crazychoir_fw.errors import CrazychoirError
 
     try:
         # says how to install what is missing, and keeps discovery on this machine
         from crazychoir_fw.ros.buttons import press_once
-    except ImportError as error:
+
+        count = press_once(button, domain)
+    except (CrazychoirError, ImportError) as error:
         complain(str(error))
         raise typer.Exit(BAD_INPUT) from None
-    try:
-        count = press_once(button, domain)
-    except CrazychoirError as error:
-        complain_of(error)
-        raise typer.Exit(BAD_INPUT) from None
     console.print(f"{button}: heard by {count} nodes")
+
+
+def _care(name: str, is_armed: bool, drones: str | None, domain: int | None) -> None:
+    from crazychoir_fw.errors import CrazychoirError
+
+    try:
+        from crazychoir_fw.ros.care import care_once
+
+        chosen = [word.strip() for word in drones.split(",")] if drones else []
+        answers = care_once(name, is_armed, chosen, domain)
+    except (CrazychoirError, ImportError) as error:
+        complain(str(error))
+        raise typer.Exit(BAD_INPUT) from None
+    for drone, answer in answers.items():
+        console.print(f"{drone}: {answer}", markup=False)

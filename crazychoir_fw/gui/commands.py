@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crazychoir_fw.errors import CrazychoirError, StateError, UnknownNameError
-from crazychoir_fw.experiment.agent import Phase
+from crazychoir_fw.errors import StateError, UnknownNameError
 from crazychoir_fw.gui import requests as asked
+from crazychoir_fw.gui.access.rebooting import reboot_all
 from crazychoir_fw.gui.flying import Flying, Leg, cannot_go, duration_of, go_to
 
 if TYPE_CHECKING:
@@ -134,22 +134,8 @@ class Commands:
     @carry_out.register
     def _(self, command: asked.Reboot) -> str:
         session, chosen = self._session, self._chosen(command.drones)
-        for i in chosen:
-            agent = session.experiment.agents[i]
-            if agent.is_up:
-                raise StateError(f"{agent.name} flies; LAND or STOP it before REBOOT")
-        expected, problems = [], []
-        for i in chosen:
-            try:
-                expected.append(session.access.reboot(i))
-            except CrazychoirError as error:  # the others are not to wait for this one
-                problems.append(str(error))
-                continue
-            agent = session.experiment.agents[i]
-            agent.phase, agent.failure, agent.reference = Phase.GROUND, None, None
-        if problems:
-            raise StateError("; ".join(problems[:5]))
-        return f"REBOOT: {self._whom(chosen)}; {', '.join(dict.fromkeys(expected))}"
+        expected = reboot_all([session.experiment.agents[i] for i in chosen], session.access)
+        return f"REBOOT: {self._whom(chosen)}; {expected}"
 
     @carry_out.register
     def _(self, command: asked.SetParameter) -> str:

@@ -20,7 +20,7 @@ from std_msgs.msg import String
 
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.experiment.agent import Phase
-from crazychoir_fw.gui.access import DroneState, open_access
+from crazychoir_fw.gui.access import Access, DroneState
 from crazychoir_fw.ros.names import qos
 
 STATES = "/drone_states"
@@ -58,18 +58,19 @@ class ToldStates:
 class StateTeller:
     """Lets a host say how its drones are; while nobody listens, it looks ten times a second whether somebody does."""
 
-    def __init__(self, node: Any, experiment: Any, mission: Any, presses: Callable[[int], int]) -> None:
+    def __init__(self, node: Any, experiment: Any, mission: Any, access: Access, presses: Callable[[int], int]) -> None:
         """Begin to tell.
 
         Args:
             node: Whose publishers are used; a timer on the clock of the wall is made there.
             experiment: The flight.
             mission: What it flies.
+            access: What is known of its drones.
             presses: Returns how many buttons were carried out for a drone.
         """
         self._experiment = experiment
         self._about = {"mission": mission.name, "backend": mission.backend}
-        self._access = open_access(experiment.backend)
+        self._access = access
         self._presses = presses
         self._told = 0
         self._states = node.create_publisher(String, STATES, STATES_QOS)

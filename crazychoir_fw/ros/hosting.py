@@ -23,7 +23,9 @@ from crazychoir_fw.errors import CrazychoirError
 from crazychoir_fw.experiment.agent import Agent, Phase
 from crazychoir_fw.experiment.agents import graph_of, is_only_watched, names_of, what_it_follows
 from crazychoir_fw.experiment.experiment import Experiment, Names
+from crazychoir_fw.gui.access import open_access
 from crazychoir_fw.messages import Pose, TrajectoryPoint
+from crazychoir_fw.ros.care import serve_care
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory
 from crazychoir_fw.ros.drone_states import StateTeller
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
@@ -260,8 +262,10 @@ class HostedExperiment(Experiment):
             self._bring_down_whom_nobody_lands(names)
 
     def tell_states(self, mission: Any) -> None:
-        """Say from now on how the drones are, and what happens, to whoever watches."""
-        self._teller = StateTeller(self.node, self, mission, self._presses.__getitem__)
+        """Say from now on how the drones are, and what happens, to whoever watches; arm and reboot them if asked."""
+        access = open_access(self.backend)
+        self._teller = StateTeller(self.node, self, mission, access, self._presses.__getitem__)
+        serve_care(self.node, self.agents, access)
 
     # ---------------------------------------------------------------- rounds
 

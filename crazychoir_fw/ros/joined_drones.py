@@ -17,11 +17,11 @@ from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
 
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.errors import CrazychoirError, StateError
 from crazychoir_fw.experiment.agents import names_of, starts_of
 from crazychoir_fw.gui.access import DroneState
 from crazychoir_fw.messages import Pose
-from crazychoir_fw.ros import bundles
+from crazychoir_fw.ros import bundles, care
 from crazychoir_fw.ros.bundles import HostCard
 from crazychoir_fw.ros.names import CF_ODOM, LATEST, ODOM
 from crazychoir_fw.ros.node import LayerNode
@@ -43,9 +43,18 @@ class JoinedDrones:
     """Time goes on whatever the page does."""
     is_over_ros = True
 
-    def __init__(self, node: LayerNode, mission: Any, close: Callable[[], None]) -> None:
-        """Listen to bundles, and to a few drones, which tell whether there is anything but bundles."""
-        self._node = node
+    def __init__(
+        self, node: LayerNode, mission: Any, close: Callable[[], None], spin: Callable[[], None] = lambda: None
+    ) -> None:
+        """Listen to bundles, and to a few drones, which tell whether there is anything but bundles.
+
+        Args:
+            node: Who listens.
+            mission: What is flown.
+            close: Ends it.
+            spin: Lets the node work for a moment, while somebody waits for an answer.
+        """
+        self._node, self._spin = node, spin
         self.names = names_of(mission)
         self.close = close
         self.domain = node.context.get_domain_id()
@@ -80,6 +89,29 @@ class JoinedDrones:
         """Return how a drone is, as far as the host tells."""
         state = self.states[index]
         return DroneState(state.supervisor, state.battery_v, link="silent") if self.is_silent else state
+
+    @property
+    def is_cared_for(self) -> bool:
+        """Whether somebody arms and reboots drones."""
+        return bool(care.served_on(self._node, care.ARM))
+
+    def arm(self, index: int, is_armed: bool) -> None:
+        """Ask for a drone to be armed or disarmed.
+
+        Raises:
+            StateError: If it is not; the text says why.
+        """
+        self._ask_for(index, care.ARM, is_armed)
+
+    def reboot(self, index: int) -> str:
+        """Ask for a drone to be rebooted; returns what to expect. See `arm`."""
+        return self._ask_for(index, care.REBOOT)
+
+    def _ask_for(self, index: int, name: str, is_armed: bool = False) -> str:
+        service = self._node.topic_of(index, name)
+        if service not in care.served_on(self._node, name):
+            raise StateError(f"{self.names[index]}: nobody serves {service}")
+        return care.ask_for(self._node, service, name, is_armed, self._spin)
 
     @property
     def lacks_bundles(self) -> bool:

@@ -89,7 +89,7 @@ class JoinedFlight:
         self.shares: dict[str, float] = {}
         self.node = LayerNode("page", swarm_wide=True, context=self._context)
         self._executor.add_node(self.node)
-        self.backend = JoinedDrones(self.node, mission, self.close)
+        self.backend = JoinedDrones(self.node, mission, self.close, self._spin)
         self._told_wall = -np.inf
         self._presses = [0] * len(self.agents)
         self._expected: dict[int, tuple[int, float]] = {}
@@ -190,7 +190,10 @@ class JoinedFlight:
             asked = self._resume.call_async(Trigger.Request())
             end = wall.monotonic() + _RESUME_S
             while not asked.done() and wall.monotonic() < end:
-                self._executor.spin_once(timeout_sec=0.02)
+                self._spin()
+
+    def _spin(self) -> None:
+        self._executor.spin_once(timeout_sec=0.02)
 
     def _chosen(self, drones: Names) -> list[Agent]:
         if drones is None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -19,7 +17,10 @@ NO_PARAMETERS = (
     "Over ROS 2 no topic or service carries parameters of the onboard software; ros2 param reads those of layers. "
     "Without --ros they are here."
 )
-NO_ARM = "Over ROS 2 no topic or service arms, disarms or reboots a drone. Without --ros buttons for it are here."
+NO_ARM = (
+    "Nobody on this ROS domain arms, disarms or reboots drones: point masses have nothing to arm, and a simulation "
+    "without a host of ours no service for it."
+)
 FEW_PLOTS = "Over ROS 2 plots are of odometry and battery: no topic carries log variables of the onboard software."
 NO_MEMORY = "over ROS 2 only drones with layers.planning take a drawn curve; the trajectory memory on board is no topic"
 
@@ -29,6 +30,7 @@ class RosAccess(Access):
 
     no_rewind = NO_TIME
     no_speed = NO_TIME
+    has_software = True
 
     @property
     def where(self) -> str:
@@ -37,7 +39,8 @@ class RosAccess(Access):
 
     def missing(self) -> dict[str, str]:
         """See `Access`."""
-        return {"arm": NO_ARM, "parameters": NO_PARAMETERS, "plots": FEW_PLOTS}
+        words = {"parameters": NO_PARAMETERS, "plots": FEW_PLOTS}
+        return words if self.backend.is_cared_for else {"arm": NO_ARM, **words}
 
     def state(self, index: int) -> DroneState:
         """See `Access`."""
@@ -53,11 +56,17 @@ class RosAccess(Access):
 
     def arm(self, index: int, is_armed: bool) -> None:
         """See `Access`."""
-        raise StateError(NO_ARM)
+        self._check_care()
+        self.backend.arm(index, is_armed)
 
-    def reboot(self, index: int) -> None:
+    def reboot(self, index: int) -> str:
         """See `Access`."""
-        raise StateError(NO_ARM)
+        self._check_care()
+        return self.backend.reboot(index)
+
+    def _check_care(self) -> None:
+        if not self.backend.is_cared_for:
+            raise StateError(NO_ARM)
 
     def parameters(self, index: int) -> list[Variable]:
         """See `Access`."""
@@ -78,7 +87,3 @@ class RosAccess(Access):
         if name not in super().log_names():
             raise UnknownNameError(f"{self.names[index]}: {name}: {FEW_PLOTS}")
         return super().log_value(index, name)
-
-    def fly_uploaded(self, index: int, rows: Any) -> None:
-        """See `Access`."""
-        raise StateError(f"{self.names[index]}: {NO_MEMORY}")
