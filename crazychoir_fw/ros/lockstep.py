@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import time
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 
 Party = tuple[int, str]
 """Number of a drone, and the topic on which its node answers."""
+
+MOURNING_S = 1.0
+"""For how long nobody who has ended is believed to answer (s, wall): it is on the way since before, and whoever is
+started again takes longer."""
 
 
 @dataclass
@@ -22,10 +27,12 @@ class Answers:
     """Who has ever answered."""
     silent: set[Party] = field(default_factory=set)
     """Who was waited for in vain, and has not been heard since."""
+    clock: Callable[[], float] = time.monotonic
 
     def __post_init__(self) -> None:
         self.parties = frozenset(self.parties)
         self._waiting: set[Party] = set()
+        self._ended: dict[Party, float] = {}
 
     def expect_all(self) -> None:
         """From now on everybody is waited for, also who has not answered yet."""
@@ -37,6 +44,10 @@ class Answers:
 
     def take(self, party: Party) -> bool:
         """Somebody answers. Returns whether he had been silent."""
+        if party in self._ended:
+            if self.clock() - self._ended[party] < MOURNING_S:
+                return False
+            del self._ended[party]
         self.heard.add(party)
         self._waiting.discard(party)
         if party in self.silent:
@@ -60,7 +71,11 @@ class Answers:
         return frozenset(self.parties) - self.heard
 
     def bury(self, party: Party) -> None:
-        """Somebody is known to have ended: he is waited for no more until heard again."""
+        """Somebody is known to have ended: he is waited for no more until heard again.
+
+        What he said before may still be under way; it must not bring him back, or everybody would wait for the dead.
+        """
+        self._ended[party] = self.clock()
         if party in self.heard:
             self.silent.add(party)
             self._waiting.discard(party)

@@ -127,6 +127,7 @@ def test_a_drawn_curve_is_flown(lockstep, api, until, tmp_path, text, kind):
     session.experiment.step = lambda: (step(), follow(session.experiment.time))
     until(lambda: session.flying is None)
     assert [leg.drone for leg in flying.legs] == [0, 1], list(session.lines)
+    paths = list(paths)  # the flight goes on
     times = np.array([time for time, _ in paths])
     on_curve = (times >= flying.started) & (times <= flying.started + flying.duration)
     times, flown = times[on_curve] - flying.started, np.array([positions for _, positions in paths])[on_curve]

@@ -117,6 +117,26 @@ def test_bytes_without_label_are_refused(data):
 # ---------------------------------------------------------------- waiting
 
 
+def test_what_the_dead_said_before_does_not_bring_them_back():
+    now = 0.0
+    answers = Answers([(0, "answered"), (1, "answered")], clock=lambda: now)
+    answers.expect_all()
+    answers.ask()
+    answers.take((0, "answered"))
+    answers.bury((1, "answered"))
+    assert answers.is_complete
+    now = 0.1
+    assert not answers.take((1, "answered"))  # it was on the way
+    answers.ask()
+    answers.take((0, "answered"))
+    assert answers.is_complete
+    now = 3.0
+    assert answers.take((1, "answered"))  # it was started again
+    answers.ask()
+    answers.take((0, "answered"))
+    assert not answers.is_complete
+
+
 def test_who_lives_is_waited_for_and_who_is_silent_is_not():
     answers = Answers([(0, "cmd_vel"), (1, "cmd_vel")])
     answers.ask()
