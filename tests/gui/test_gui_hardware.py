@@ -127,10 +127,10 @@ def test_a_drawn_curve_is_flown(lockstep, api, until, tmp_path, text, kind):
     session.experiment.step = lambda: (step(), follow(session.experiment.time))
     until(lambda: session.flying is None)
     assert [leg.drone for leg in flying.legs] == [0, 1], list(session.lines)
-    paths = list(paths)  # the flight goes on
-    times = np.array([time for time, _ in paths])
+    rows = list(paths)  # the flight goes on
+    times = np.array([time for time, _ in rows])
     on_curve = (times >= flying.started) & (times <= flying.started + flying.duration)
-    times, flown = times[on_curve] - flying.started, np.array([positions for _, positions in paths])[on_curve]
+    times, flown = times[on_curve] - flying.started, np.array([positions for _, positions in rows])[on_curve]
     for leg in legs:
         # on board no velocity is fed forward, so that a drone is late; aligned in time it is where it should be
         late = min(np.arange(0.0, 0.81, 0.02), key=lambda delay: rms_of(leg.curve, times, flown[:, leg.drone], delay))
