@@ -207,7 +207,7 @@ def test_arming_over_the_radio(lockstep, api, until, tmp_path):
     session, world = lockstep(ONBOARD.replace("id: right,", "id: right, platform: cf21bl,"), "xyz")
     client = api(session, tmp_path / "drawings")
     drone = world.drones[1]
-    until(lambda: drone.can_arm)
+    until(lambda: drone.can_arm and "can be armed" in session.access.state(1).supervisor)
     assert not drone.can_fly
     assert client.command(name="arm", drones=["right"]) == {"ok": True, "text": "ARM: right"}
     until(lambda: drone.can_fly)
