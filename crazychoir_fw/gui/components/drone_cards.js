@@ -25,7 +25,12 @@ export default {
   data: () => ({ cards: [] }),
   mounted() {
     this.told = 0; // without a graphics card a third of it is enough
-    this.offs = [cc.on("words", () => { if (!cc.isSlow() || ++this.told % 3 === 1) this.update(); }), cc.on("selection", () => this.update())];
+    this.offs = [
+      cc.on("words", () => { if (!cc.isSlow() || ++this.told % 3 === 1) this.update(); }),
+      cc.on("selection", () => this.update()),
+      // what was there when the tab was left is old, and must not be read for an instant
+      cc.on("shown", (tab) => { if (tab === "Fly") requestAnimationFrame(() => this.update()); }),
+    ];
     this.update();
   },
   unmounted() { this.offs.forEach((off) => off()); },
