@@ -10,6 +10,7 @@ import typer
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console
+from crazychoir_fw.cli.process_options import Processes, Restart
 from crazychoir_fw.cli.tables import flight_tables, verdict
 from crazychoir_fw.cli.view import VIEW_HELP, require_way
 
@@ -89,13 +90,7 @@ def fly(
     ros: Annotated[
         bool, typer.Option("--ros", help="Fly the layers as ROS 2 nodes in processes of their own.")
     ] = False,
-    processes: Annotated[
-        str,
-        typer.Option(
-            help="With --ros, one process per drone and layer, per drone, or for all layers.",
-            metavar="per-node|per-drone|one",
-        ),
-    ] = "per-node",
+    processes: Processes = "per-node",
     domain: Annotated[
         int | None, typer.Option(help="With --ros, the ROS domain; otherwise a free one.", min=0, max=232)
     ] = None,
@@ -105,9 +100,7 @@ def fly(
             help="With --ros, simulated seconds per second; otherwise in lockstep, as fast as all can answer."
         ),
     ] = None,
-    restart: Annotated[
-        bool, typer.Option("--restart", help="With --ros, start processes again that have ended.")
-    ] = False,
+    restart: Restart = False,
 ) -> None:
     """Fly a mission and report on every drone."""
     overrides = {"seed": seed, "provider": provider, "app": app or None, "backend": backend, "changes": changes}

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of, console
+from crazychoir_fw.cli.process_options import Processes, Restart
 from crazychoir_fw.cli.signals import stop_at_signals
 
 if TYPE_CHECKING:
@@ -51,13 +52,7 @@ def gui(
     ros_join: Annotated[
         bool, typer.Option("--ros-join", help="Show a flight that others have started over ROS 2, and leave it going.")
     ] = False,
-    processes: Annotated[
-        str,
-        typer.Option(
-            help="With --ros, one process per drone and layer, per drone, or for all layers.",
-            metavar="per-node|per-drone|one",
-        ),
-    ] = "per-node",
+    processes: Processes = "per-node",
     domain: Annotated[
         int | None,
         typer.Option(
@@ -66,9 +61,7 @@ def gui(
             max=232,
         ),
     ] = None,
-    restart: Annotated[
-        bool, typer.Option("--restart", help="With --ros, start processes again that have ended.")
-    ] = False,
+    restart: Restart = False,
 ) -> None:
     """Open the page of a mission: nothing flies until somebody presses a button there."""
     from crazychoir_fw.errors import CrazychoirError, RangeError
