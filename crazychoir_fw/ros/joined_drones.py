@@ -44,7 +44,12 @@ class JoinedDrones:
     is_over_ros = True
 
     def __init__(
-        self, node: LayerNode, mission: Any, close: Callable[[], None], spin: Callable[[], None] = lambda: None
+        self,
+        node: LayerNode,
+        mission: Any,
+        close: Callable[[], None],
+        spin: Callable[[], None] = lambda: None,
+        stop_now: Callable[[list[int]], None] = lambda indices: None,
     ) -> None:
         """Listen to bundles, and to a few drones, which tell whether there is anything but bundles.
 
@@ -53,10 +58,11 @@ class JoinedDrones:
             mission: What is flown.
             close: Ends it.
             spin: Lets the node work for a moment, while somebody waits for an answer.
+            stop_now: Presses STOP of drones, from any thread.
         """
         self._node, self._spin = node, spin
         self.names = names_of(mission)
-        self.close = close
+        self.close, self.stop_now = close, stop_now
         self.domain = node.context.get_domain_id()
         self.states = [DroneState(link="not heard yet") for _ in self.names]
         self.trouble: str | None = None

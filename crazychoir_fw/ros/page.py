@@ -89,7 +89,7 @@ class JoinedFlight:
         self.shares: dict[str, float] = {}
         self.node = LayerNode("page", swarm_wide=True, context=self._context)
         self._executor.add_node(self.node)
-        self.backend = JoinedDrones(self.node, mission, self.close, self._spin)
+        self.backend = JoinedDrones(self.node, mission, self.close, self._spin, self._stop_now)
         self._told_wall = -np.inf
         self._presses = [0] * len(self.agents)
         self._expected: dict[int, tuple[int, float]] = {}
@@ -191,6 +191,11 @@ class JoinedFlight:
             end = wall.monotonic() + _RESUME_S
             while not asked.done() and wall.monotonic() < end:
                 self._spin()
+
+    def _stop_now(self, indices: list[int]) -> None:
+        """Press STOP of drones from any thread; the flight presses it once more, and minds the answers."""
+        for i in indices:
+            self._button_of["stop", i].publish(Empty())
 
     def _spin(self) -> None:
         self._executor.spin_once(timeout_sec=0.02)

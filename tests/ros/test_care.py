@@ -104,7 +104,10 @@ def test_the_page_asks_the_host(host):
     def spin():
         executor.spin_once(timeout_sec=0.02)
 
-    access = RosAccess(JoinedDrones(node, MISSION, lambda: None, spin))
+    stopped = []
+    access = RosAccess(JoinedDrones(node, MISSION, lambda: None, spin, stopped.extend))
+    access.stop_now([1])  # whatever else is under way
+    assert stopped == [1]
     for _ in range(500):
         if len(served_on(node, ARM)) == 2:
             break

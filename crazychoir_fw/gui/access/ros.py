@@ -64,6 +64,10 @@ class RosAccess(Access):
         self._check_care()
         return self.backend.reboot(index)
 
+    def stop_now(self, indices: list[int]) -> None:
+        """See `Access`: nobody waits for the answer of a service before STOP is said."""
+        self.backend.stop_now(indices)
+
     def _check_care(self) -> None:
         if not self.backend.is_cared_for:
             raise StateError(NO_ARM)
