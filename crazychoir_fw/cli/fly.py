@@ -10,7 +10,7 @@ import typer
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console
-from crazychoir_fw.cli.process_options import Processes, Restart
+from crazychoir_fw.cli.shared_options import Processes, Restart, UriBase
 from crazychoir_fw.cli.tables import flight_tables, verdict
 from crazychoir_fw.cli.view import VIEW_HELP, require_way
 
@@ -80,13 +80,7 @@ def fly(
             help="Where a mission with layers is flown, instead of its own.", metavar="sim|integrator|hardware"
         ),
     ] = None,
-    uri_base: Annotated[
-        str | None,
-        typer.Option(
-            help="URI of the first drone for --backend hardware; the others have the next ports or addresses.",
-            metavar="URI",
-        ),
-    ] = None,
+    uri_base: UriBase = None,
     ros: Annotated[
         bool, typer.Option("--ros", help="Fly the layers as ROS 2 nodes in processes of their own.")
     ] = False,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of, console
-from crazychoir_fw.cli.process_options import Processes, Restart
+from crazychoir_fw.cli.shared_options import Processes, Restart, UriBase
 from crazychoir_fw.cli.signals import stop_at_signals
 
 if TYPE_CHECKING:
@@ -31,13 +31,7 @@ def gui(
         str | None,
         typer.Option(help="Where the drones are, instead of the mission's.", metavar="sim|integrator|hardware"),
     ] = None,
-    uri_base: Annotated[
-        str | None,
-        typer.Option(
-            help="URI of the first drone for --backend hardware; the others have the next ports or addresses.",
-            metavar="URI",
-        ),
-    ] = None,
+    uri_base: UriBase = None,
     speed: Annotated[float, typer.Option(min=0.0, max=100.0, help="Simulated seconds per second; 0 pauses.")] = 1.0,
     drawings: Annotated[Path, typer.Option(help="Folder in which drawings are saved.")] = Path("drawings"),
     log: Annotated[

@@ -91,7 +91,6 @@ class Session:
         self,
         mission: LayeredMission,
         speed: float = 1.0,
-        threads: int | None = None,
         make: Callable[[LayeredMission], Experiment] = make_experiment,
     ) -> None:
         """Prepare; `open` begins.
@@ -99,7 +98,6 @@ class Session:
         Args:
             mission: What flies.
             speed: Simulated seconds per second at first; 0 is a pause.
-            threads: Worker threads of a simulated world.
             make: Makes the flight, in its thread.
         """
         self.mission = mission
@@ -121,7 +119,6 @@ class Session:
         """Time (s) and values of watched variables."""
         self.no_rewind: str | None = None
         """Why time cannot be turned back, a sentence."""
-        self._threads = threads
         self._make = make
         self._queue: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]]] = queue.SimpleQueue()
         self._answers: OrderedDict[str, Future[Any]] = OrderedDict()

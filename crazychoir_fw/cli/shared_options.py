@@ -1,9 +1,16 @@
-"""Options of commands that start a mission as ROS 2 processes."""
+"""Options that several commands have in common."""
 
 from typing import Annotated
 
 import typer
 
+UriBase = Annotated[
+    str | None,
+    typer.Option(
+        help="URI of the first drone for --backend hardware; the others have the next ports or addresses.",
+        metavar="URI",
+    ),
+]
 Processes = Annotated[
     str,
     typer.Option(
