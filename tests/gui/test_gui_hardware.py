@@ -266,7 +266,8 @@ def test_uri_base_flies_a_served_swarm(serve, tmp_path, until):
                 until(lambda: np.linalg.norm(world.positions()[1] - (0.9, 0.4, 0.7)) < 0.1)
                 assert abs(world.positions()[0, 0] + 0.6) < 0.1
                 assert press(name="set_parameter", parameter="posCtlPid.xKp", value=1.75)["ok"]
-                assert [drone.param["posCtlPid.xKp"] for drone in world.drones] == [1.75, 1.75]
+                # a radio confirms at once, and writes between two steps
+                until(lambda: [drone.param["posCtlPid.xKp"] for drone in world.drones] == [1.75, 1.75])
                 assert press(name="land")["ok"]
                 until(lambda: not any(agent.is_up for agent in session.experiment.agents))
                 assert world.positions()[:, 2].max() < 0.1
