@@ -100,6 +100,10 @@ class Owner:
         self.waiting = address, datagram
         return Ruling.KEEP
 
+    def wait_for_answer(self, now: float) -> None:
+        """Know that the owner is silent because we owe it an answer."""
+        self.heard_at = now
+
     def is_gone(self, now: float) -> bool:
         """Tell whether the owner has been silent for too long."""
         return self.address is not None and now - self.heard_at > self._silence_s

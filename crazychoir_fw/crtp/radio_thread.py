@@ -19,6 +19,8 @@ from crazychoir_fw.crtp.link_model import Direction, Link
 from crazychoir_fw.crtp.owner import Address, Ruling, is_link_source
 from crazychoir_fw.crtp.packet import NULL
 from crazychoir_fw.crtp.sockets import LONGEST, is_for_one_address, open_private, read_refusals, receive, turn_to
+from crazychoir_fw.crtp.toc import parameter_toc
+from crazychoir_fw.crtp.turns import Turns
 
 _MOST_DATAGRAMS = 64
 """Read of one socket in a row, so that one drone's flood does not keep others waiting."""
@@ -94,6 +96,8 @@ class Radio:
         self._next_look = self._latest_turn = 0.0
         self._was_deaf = False
         self._rest_s = _IDLE_S  # between two looks, so that no packet has to wait for a look at every drone
+        values = max((len(parameter_toc(radio.station.line.drone.provider_number)) for radio in radios), default=0)
+        self._turns: Turns[DroneRadio] = Turns(values)
         self._reported: set[tuple[str, str]] = set()
         self._thread = threading.Thread(target=self._run, name="crazychoir radio", daemon=True)
 
@@ -189,6 +193,8 @@ class Radio:
         self._is_awake = False
         if self._link is not None:
             self._fetch_arrivals(now)
+        if self._turns.has_ended or self.link_rate <= 0.0:
+            self._answer_in_turn(now)
         for _ in range(len(self._with_output)):
             self._send_output(self._with_output.popleft(), now)
         if not was_deaf and (now >= self._next_look or now + _LOOK_S < self._next_look):
@@ -198,6 +204,10 @@ class Radio:
     def _look(self, now: float) -> None:
         """Do what is to be done for every drone from time to time."""
         self._rest_s = _IDLE_S
+        self._answer_in_turn(now)
+        for radio in self._turns.waiting:
+            radio.owner.wait_for_answer(now)
+            radio.heard_by_drone_at = now
         for radio in self._radios:
             self._look_who_is_gone(radio, now)
             for look in tuple(radio.station.line.looks):
@@ -284,11 +294,23 @@ class Radio:
             self._deliver(radio, datagram, now)
 
     def _deliver(self, radio: DroneRadio, datagram: bytes, now: float) -> None:
-        """Let the drone have a packet, and send its replies."""
+        """Let the drone have a packet, and send its replies, when it is its turn."""
         radio.counts.taken += 1
         radio.heard_by_drone_at = now
         if not radio.is_open:
             self._begin(radio, now)
+        # in lockstep there is no wall clock to wait by
+        in_turns = self.link_rate > 0.0 and radio.station.line.reads_ahead
+        if not (in_turns and self._turns.hold(radio, datagram, now)):
+            self._answer(radio, datagram, now)
+
+    def _answer_in_turn(self, now: float) -> None:
+        """Answer those who need not wait any longer for others."""
+        turns = self._turns
+        for radio, datagram in turns.release(now) if self.link_rate > 0.0 else turns.release_all():
+            self._answer(radio, datagram, now)
+
+    def _answer(self, radio: DroneRadio, datagram: bytes, now: float) -> None:
         try:
             replies = radio.station.receive(datagram)
         except Exception as error:  # a defect of a service, and not the end of the others
@@ -381,6 +403,7 @@ class Radio:
         if not radio.is_open:
             return
         radio.is_open = False
+        self._turns.forget(radio)
         try:
             radio.station.end_session()
         except Exception as error:

@@ -291,6 +291,7 @@ class Server:
         self._link_clock.follow(self._read_world_time)
         if self._radio is not None:
             self._radio.link_rate = 0.0
+            self._radio.wake()  # in lockstep nobody waits for a turn
         self._leave_lockstep = self.world.agenda.every(1, self._keep_lockstep)
 
     def _keep_lockstep(self) -> None:

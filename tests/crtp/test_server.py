@@ -79,7 +79,7 @@ class PassesAll(PerfectLink):
 
 @pytest.mark.parametrize(
     ("options", "came"),
-    [({}, 64), ({"reads_ahead": False}, 1), ({"link": PassesAll()}, 1)],
+    [({}, 128), ({"reads_ahead": False}, 1), ({"link": PassesAll()}, 1)],
     ids=["ahead", "off", "link"],
 )
 def test_tables_are_sent_ahead_unless_there_is_a_link(open_server, connect, options, came):
