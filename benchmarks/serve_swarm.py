@@ -2,7 +2,8 @@
 
     python benchmarks/serve_swarm.py --drones 30 --seconds 60 --json serve.json
 
-A `Swarm` connects to all drones at once with an empty cache, another one with that cache; both fetch all parameters.
+A `Swarm` connects to all drones at once without a cache, another one with an empty cache, a third with that cache; all
+fetch all parameters.
 Then every drone has two log blocks of five values at 100 Hz, and hovers on position set-points at 50 Hz. A log packet
 is lost where the time stamps of its block have a gap.
 
@@ -137,12 +138,12 @@ class Listener:
 
 
 def connect(uris: list[str], cache: str) -> tuple[Any, dict[str, float]]:
-    """Connect to all at once, and wait for all parameters."""
+    """Connect to all at once, and wait for all parameters; `cache` is a folder, or "" for none."""
     import cflib.crtp
     from cflib.crazyflie.swarm import CachedCfFactory, Swarm
 
     cflib.crtp.init_drivers()
-    swarm = Swarm(uris, factory=CachedCfFactory(rw_cache=cache))
+    swarm = Swarm(uris, factory=CachedCfFactory(rw_cache=cache)) if cache else Swarm(uris)
     began, processor = time.perf_counter(), time.process_time()
     swarm.open_links()
     connected, processor_connected = time.perf_counter(), time.process_time()
@@ -277,27 +278,19 @@ def process_of(mode: str, drones: int) -> Iterator[tuple[list[str], Any]]:
 def measure(drones: int, seconds: float, repeats: int, clients: int) -> dict[str, Any]:
     """Measure everything; connecting so many times, against servers and a responder in turns."""
     result: dict[str, Any] = {"drones": drones, "clients": clients}
-    with (
-        process_of("--serve", drones) as (uris, mark),
-        process_of("--serve-as-asked", drones) as (plain_uris, plain_mark),
-        process_of("--respond", drones) as (table_uris, _),
-    ):
-        servers = (
-            ("", uris, mark),
-            ("_as_asked", plain_uris, plain_mark),
-            ("_responder", table_uris, dict),
-        )
-        for _ in range(repeats):
-            for ending, targets, ask in servers:
-                with tempfile.TemporaryDirectory() as cache:
-                    for kind in ("cold", "warm"):
-                        if kind == "warm" or kind + ending in result:
-                            time.sleep(1.2)  # until the drones are free again
-                        ask()
-                        figures = run_clients(targets, cache, clients, ask)
-                        figures["load"] = os.getloadavg()[0]
-                        result.setdefault(kind + ending, []).append(figures)
-                        show(kind + ending, figures)
+    servers = (("", "--serve"), ("_as_asked", "--serve-as-asked"), ("_responder", "--respond"))
+    for _ in range(repeats):
+        for ending, mode in servers:
+            # one at a time: each flies its drones meanwhile
+            with process_of(mode, drones) as (uris, mark), tempfile.TemporaryDirectory() as folder:
+                ask = dict if mode == "--respond" else mark
+                for kind, cache in (("uncached", ""), ("cold", folder), ("warm", folder)):
+                    ask()
+                    figures = run_clients(uris, cache, clients, ask)
+                    figures["load"] = os.getloadavg()[0]
+                    result.setdefault(kind + ending, []).append(figures)
+                    show(kind + ending, figures)
+                    time.sleep(1.2)  # until the drones are free again
     if seconds > 0.0:
         with process_of("--serve", drones) as (uris, mark), tempfile.TemporaryDirectory() as cache:
             figures = run_client(uris, cache, seconds, mark)["flight"]

@@ -17,8 +17,17 @@ from crazychoir_fw.errors import RangeError
 from crazychoir_fw.recorded.nanobench import PERIOD, RecordedFlight
 from crazychoir_fw.recorded.phases import Phases
 from crazychoir_fw.recorded.signals import Array, matrices, multiply, rms, tilt_between, turn
-from crazychoir_fw.recorded.tuning import GRAVITY, Tuning, balance, rotor_history, true_motion
-from crazychoir_fw.recorded.vehicle_model import TICK, VehicleModel
+from crazychoir_fw.recorded.tuning import (
+    GRAVITY,
+    TrueMotion,
+    Tuning,
+    balance,
+    rotor_history,
+    start_window,
+    true_attitude,
+    true_motion,
+)
+from crazychoir_fw.recorded.vehicle_model import TICK, RotorHistory, VehicleModel
 
 HORIZONS = (0.1, 0.2, 0.5)
 """Times (s) after which prediction and truth are compared."""
@@ -61,7 +70,10 @@ def predict(
     if len(starts) < 5:
         raise RangeError(f"{flight.name}: too short to predict anything")
     model = VehicleModel({**vehicle, **tuning.overrides()})
-    motion = true_motion(flight, np.array(tuning.misalignment))
+    misalignment = np.array(tuning.misalignment)
+    motion = true_motion(flight, misalignment)
+    start = true_motion(flight, misalignment, *start_window(flight, phases, tuning.log_lag))
+    target = flight.position, true_attitude(flight, misalignment)
     history = rotor_history(model, flight, tuning.log_lag)
     rows = np.rint(starts / PERIOD).astype(int)
 
@@ -71,7 +83,7 @@ def predict(
     back = np.maximum(rows - round(_MEMORY / PERIOD), 0)
     followed = (lacking[rows] - lacking[back]) / np.maximum(rows - back, 1)[:, None]
 
-    errors = [_errors(model, history, motion, rows, torque) for torque in (np.zeros_like(followed), followed)]
+    errors = [_errors(model, history, start, target, rows, torque) for torque in (np.zeros_like(followed), followed)]
     (hover_position, hover_tilt), (position, tilt) = errors
     return Prediction(
         position_cm=tuple(100 * rms(error) for error in hover_position),
@@ -84,10 +96,26 @@ def predict(
     )
 
 
-def _errors(model: VehicleModel, history: Any, motion: Any, rows: Array, torque: Array) -> tuple[list, list]:
-    """Return distances (m) and tilts (deg) at each horizon, one array of all starts each."""
-    position, velocity = motion.position[rows].copy(), motion.velocity[rows].copy()
-    attitude, rates = motion.quat_xyzw[rows].copy(), motion.rates[rows].copy()
+def _errors(
+    model: VehicleModel,
+    history: RotorHistory,
+    start: TrueMotion,
+    target: tuple[Array, Array],
+    rows: Array,
+    torque: Array,
+) -> tuple[list[Array], list[Array]]:
+    """Return distances (m) and tilts (deg) at each horizon, one array of all starts each.
+
+    Args:
+        model: The vehicle.
+        history: Its rotors.
+        start: Motion to start from.
+        target: Positions and attitudes to compare with.
+        rows: Rows of the flight to start at, shape (n,).
+        torque: What the model lacks (N m), shape (n, 3).
+    """
+    position, velocity = start.position[rows].copy(), start.velocity[rows].copy()
+    attitude, rates = start.quat_xyzw[rows].copy(), start.rates[rows].copy()
     inertia, inverse = model.inertia, np.linalg.inv(model.inertia)
     first = rows * round(PERIOD / TICK)
     marks = [round(horizon / TICK) for horizon in HORIZONS]
@@ -103,6 +131,6 @@ def _errors(model: VehicleModel, history: Any, motion: Any, rows: Array, torque:
         rates = rates + TICK * turned
         if tick in marks:
             there = rows + round(tick * TICK / PERIOD)
-            distances.append(np.linalg.norm(position - motion.position[there], axis=1))
-            tilts.append(tilt_between(attitude, motion.quat_xyzw[there]))
+            distances.append(np.linalg.norm(position - target[0][there], axis=1))
+            tilts.append(tilt_between(attitude, target[1][there]))
     return distances, tilts

@@ -33,6 +33,8 @@ GRAVITY = 9.81
 _TICKS_PER_ROW = round(PERIOD / TICK)
 _LONGEST_HOVER = 20.0  # [s]
 _SCALINGS = 4
+_STARTS, _USUAL_START = (3, 5, 7, 9, 11, 13, 15, 17, 21, 25, 31), 17  # rows
+_TRUSTED = 0.95  # of the samples of a gyroscope
 
 
 @dataclass(frozen=True)
@@ -53,28 +55,41 @@ class TrueMotion:
     """Body (rad/s²)."""
 
 
-def true_motion(flight: RecordedFlight, misalignment: Array | None = None) -> TrueMotion:
-    """Return position and attitude with their derivatives, from polynomials over 0.11 s around each row.
+def true_motion(
+    flight: RecordedFlight, misalignment: Array | None = None, rows: int = 11, order: int = 3
+) -> TrueMotion:
+    """Return position and attitude with their derivatives, from polynomials around each row.
 
     Args:
         flight: The flight.
         misalignment: Quaternion from the body's frame to that of the markers (x, y, z, w); None takes them as equal.
+        rows: Odd number of rows that each polynomial is fitted to; the usual 0.11 s keep accelerations.
+        order: Order of the polynomials.
     """
-    quaternion = flight.quat_xyzw
-    if misalignment is not None:
-        quaternion = multiply(quaternion, np.broadcast_to(misalignment, quaternion.shape))
-    smooth_quaternion = local_polynomial(quaternion, PERIOD)
+
+    def fitted(values: Array, derivative: int = 0) -> Array:
+        return local_polynomial(values, PERIOD, rows, order, derivative)
+
+    quaternion = true_attitude(flight, misalignment)
+    smooth_quaternion = fitted(quaternion)
     smooth_quaternion /= np.linalg.norm(smooth_quaternion, axis=1, keepdims=True)
-    change = local_polynomial(quaternion, PERIOD, derivative=1)
+    change = fitted(quaternion, derivative=1)
     rates = 2.0 * multiply(conjugate(smooth_quaternion), change)[:, :3]
     return TrueMotion(
-        position=local_polynomial(flight.position, PERIOD),
-        velocity=local_polynomial(flight.position, PERIOD, derivative=1),
-        acceleration=local_polynomial(flight.position, PERIOD, derivative=2),
+        position=fitted(flight.position),
+        velocity=fitted(flight.position, derivative=1),
+        acceleration=fitted(flight.position, derivative=2),
         quat_xyzw=smooth_quaternion,
         rates=rates,
-        angular_acceleration=local_polynomial(rates, PERIOD, derivative=1),
+        angular_acceleration=fitted(rates, derivative=1),
     )
+
+
+def true_attitude(flight: RecordedFlight, misalignment: Array | None = None) -> Array:
+    """Return the attitude of the body as recorded, quaternions, shape (T, 4); `misalignment` as in `true_motion`."""
+    if misalignment is None:
+        return flight.quat_xyzw
+    return multiply(flight.quat_xyzw, np.broadcast_to(misalignment, flight.quat_xyzw.shape))
 
 
 @dataclass(frozen=True)
@@ -152,6 +167,30 @@ def balance(model: VehicleModel, history: RotorHistory, motion: TrueMotion) -> B
         model_torque=torque,
         thrust=history.total_thrust()[np.minimum(ticks, history.length - 1)],
     )
+
+
+def start_window(flight: RecordedFlight, phases: Phases, lag: float) -> tuple[int, int]:
+    """Return rows and order of the polynomials with which the true rates agree best with the gyroscope of a flight.
+
+    Markers jitter, and a wide window blurs; what is best depends on both.
+
+    Args:
+        flight: The flight.
+        phases: Its parts.
+        lag: See `log_lag`.
+    """
+    used = _between(flight, phases.airborne + 0.5, phases.end - 0.3)
+    if flight.gyro is None or used.sum() < 100:
+        return _USUAL_START, 2
+    gyro = at(flight.time + lag, flight.time, flight.gyro)[used, :2]
+
+    def disagreement(rows: int) -> float:
+        error = gyro - true_motion(flight, None, rows, 2).rates[used, :2]
+        # the radio lost samples, and interpolation made spikes of others
+        sizes = np.sort(np.linalg.norm(error - error.mean(axis=0), axis=1))
+        return float(np.mean(sizes[: int(_TRUSTED * len(sizes))] ** 2))
+
+    return min(_STARTS, key=disagreement), 2
 
 
 def log_lag(flight: RecordedFlight, phases: Phases) -> float:
