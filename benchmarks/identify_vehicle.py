@@ -43,7 +43,7 @@ def line(name: str, value: Any, spread: dict[str, tuple[float, ...]]) -> str:
     else:
         text = f"{value:.4g}"
     alone = spread.get(name)
-    note = f', note: "alone: {", ".join(f"{part:.3g}" for part in alone)}"' if alone else ""
+    note = f', note: "regressions, each flight alone: {", ".join(f"{part:.3g}" for part in alone)}"' if alone else ""
     unit = f", unit: {UNITS[name]}" if name in UNITS else ', unit: ""'
     return f"{name}: {{value: {text}{unit}, source: NANO{note}}}"
 
@@ -66,11 +66,12 @@ def main() -> None:
     parser.add_argument("--flights", nargs="+", default=[], help="names to identify from; all by default")
     parser.add_argument("--mass", type=float, default=MASS, help="of the vehicle [kg]")
     parser.add_argument("--time-constants", nargs="+", type=float, default=(0.03, 0.05, 0.07, 0.1), help="to try [s]")
+    parser.add_argument("--no-refining", action="store_true", help="moments and drag by regression alone (faster)")
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()
     try:
         flights = [read_flight(path) for path in flight_files(options.data, options.flights)]
-        found = identify(flights, options.mass, options.time_constants, report=print)
+        found = identify(flights, options.mass, options.time_constants, refines=not options.no_refining, report=print)
     except CrazychoirError as error:
         raise SystemExit(str(error)) from error
     with replacing(options.out) as path:

@@ -1,8 +1,9 @@
 """Parameters of the vehicle that recorded flights share: drag, moment of forward flight, inertia, resistance, heat.
 
-Everything is a regression of what the motion demands on what the model says, in the air and below about 3 Hz, where
-the truth is precise and the logs are not yet late. Mass is given. What differs from flight to flight (thrust scale,
-trim, voltage) is taken from each flight's hover, and counts for nothing here.
+Regressions of what the motion demands on what the model says come first, in the air and below about 3 Hz, where the
+truth is precise and the logs are not yet late; `refine` has the last word on moments and drag. Mass is given. What
+differs from flight to flight (thrust scale, trim, voltage) is taken from each flight's hover, and counts for nothing
+here.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from crazychoir_fw.errors import RangeError
 from crazychoir_fw.recorded.nanobench import PERIOD, RecordedFlight
 from crazychoir_fw.recorded.phases import Phases, find_phases
 from crazychoir_fw.recorded.prediction import predict
+from crazychoir_fw.recorded.refinement import refine
 from crazychoir_fw.recorded.signals import Array, least, smooth
 from crazychoir_fw.recorded.tuning import GRAVITY, Balance, balance, rotor_history, true_motion, tune
 from crazychoir_fw.recorded.vehicle_model import VehicleModel
@@ -51,6 +53,7 @@ def identify(
     flights: Sequence[RecordedFlight],
     mass: float = MASS,
     time_constants: Sequence[float] = _TIME_CONSTANTS,
+    refines: bool = True,
     report: Callable[[str], None] = lambda sentence: None,
 ) -> Identified:
     """Identify a vehicle.
@@ -59,6 +62,7 @@ def identify(
         flights: Flights of vehicles of one type.
         mass: Their mass (kg).
         time_constants: Time constants of the motors to choose from (s); the first one is used if it is the only one.
+        refines: Whether moments and drag are at last those with which predictions come closest, see `refine`.
         report: Told what goes on, in sentences.
 
     Raises:
@@ -99,6 +103,8 @@ def identify(
             costs = {tau: _tilt_error(parts, {**vehicle, **_time_constant(tau)}) for tau in time_constants}
             vehicle |= _time_constant(min(costs, key=costs.__getitem__))
             report(f"tilt after 0.2 s by time constant: {', '.join(f'{t:g} s {c:.2f}°' for t, c in costs.items())}")
+    if refines:
+        vehicle |= refine(parts, vehicle, report)
     resistances = [r for flight, phases in parts if (r := _resistance(flight, phases, vehicle)) is not None]
     if resistances:
         slow = platform["battery.slow_resistance"].value

@@ -43,6 +43,7 @@ def test_empty_folder_is_one_sentence(tmp_path):
 
 def test_identified_vehicle_can_be_flown(synthetic_path, tmp_path):
     out = tmp_path / "vehicle.yaml"
-    result = run("identify_vehicle.py", "--data", synthetic_path.parent, "--time-constants", "0.07", "--out", out)
+    options = ("--data", synthetic_path.parent, "--time-constants", "0.07", "--no-refining", "--out", out)
+    result = run("identify_vehicle.py", *options)
     assert result.returncode == 0, result.stderr
     assert vehicles.overrides(out)["mass"] == 0.04085

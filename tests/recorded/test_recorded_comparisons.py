@@ -3,10 +3,12 @@
 import pytest
 
 from crazychoir_fw.errors import RangeError
+from crazychoir_fw.recorded import refinement
 from crazychoir_fw.recorded.controller_replay import replay_controller
 from crazychoir_fw.recorded.identification import identify
 from crazychoir_fw.recorded.motor_replay import replay_motors
 from crazychoir_fw.recorded.prediction import predict
+from crazychoir_fw.recorded.refinement import refine
 from crazychoir_fw.recorded.tuning import tune
 from crazychoir_fw.recorded.whole_chain import fly_again
 
@@ -77,13 +79,20 @@ def test_another_vehicle_flies_another_path(synthetic, true_vehicle):
 
 def test_identification_finds_what_was_flown(synthetic, true_vehicle):
     flight, _ = synthetic
-    found = identify([flight], time_constants=(0.07,))
+    found = identify([flight], time_constants=(0.07,), refines=False)
     assert found.vehicle["drag.rotor_xy"] == pytest.approx(true_vehicle["drag.rotor_xy"], rel=0.03)
     assert found.vehicle["flight_moment.x"] == pytest.approx(true_vehicle["flight_moment.x"], rel=0.03)
     assert found.vehicle["flight_moment.y"] == pytest.approx(true_vehicle["flight_moment.y"], rel=0.03)
     assert found.vehicle["battery.resistance"] == pytest.approx(true_vehicle["battery.resistance"], rel=0.15)
     assert found.vehicle["rotors.heat_loss"] == pytest.approx(true_vehicle["rotors.heat_loss"], rel=0.15)
     assert found.vehicle["rotors.heat_time"] == true_vehicle["rotors.heat_time"]
+
+
+def test_predictions_tell_the_moment_of_flight(synthetic, true_vehicle, monkeypatch):
+    name = "flight_moment.y"
+    monkeypatch.setattr(refinement, "REFINED", (name,))  # with all three it takes a minute
+    wrong = {**true_vehicle, name: 0.8 * true_vehicle[name]}
+    assert refine([synthetic], wrong) == {name: pytest.approx(true_vehicle[name], rel=0.02)}
 
 
 def test_inertia_needs_a_flight_that_shakes(shaken_flight, true_vehicle):
@@ -93,7 +102,7 @@ def test_inertia_needs_a_flight_that_shakes(shaken_flight, true_vehicle):
     attitude is predicted, which moves up to 12 % of the torque in or out of view: 0.89 to 1.12 of the truth over all
     ten moments, 1.01 on average.
     """
-    found = identify([shaken_flight], time_constants=(0.07,))
+    found = identify([shaken_flight], time_constants=(0.07,), refines=False)
     assert found.vehicle["inertia"] == pytest.approx(true_vehicle["inertia"], rel=0.15)
 
 
