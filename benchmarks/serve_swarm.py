@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import logging
 import os
 import selectors
 import subprocess
@@ -142,6 +143,7 @@ def connect(uris: list[str], cache: str) -> tuple[Any, dict[str, float]]:
     import cflib.crtp
     from cflib.crazyflie.swarm import CachedCfFactory, Swarm
 
+    logging.disable(logging.WARNING)  # that there is no cache
     cflib.crtp.init_drivers()
     swarm = Swarm(uris, factory=CachedCfFactory(rw_cache=cache)) if cache else Swarm(uris)
     began, processor = time.perf_counter(), time.process_time()
@@ -326,7 +328,7 @@ def main() -> None:
         serve(options.drones, reads_ahead=False)
     elif options.respond:
         respond(options.drones)
-    elif options.be_client:
+    elif options.be_client is not None:
         be_client(options.uris, options.be_client, options.seconds)
     else:
         result = measure(options.drones, options.seconds, options.repeats, options.clients)

@@ -81,7 +81,7 @@ def serve(
     ] = None,
     as_asked: Annotated[
         bool,
-        typer.Option("--as-asked", help="Send tables of contents item by item, as they are asked for."),
+        typer.Option("--as-asked", help="Send tables of contents item by item, to all clients at once."),
     ] = False,
     wait_for: Annotated[
         int, typer.Option(min=0, metavar="N", help="Let time stand still until so many drones have a client.")

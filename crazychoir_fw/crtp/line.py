@@ -41,7 +41,7 @@ class Line:
         self.sent = 0
         """Packets that went to them."""
         self.reads_ahead = False
-        """Whether tables of contents are sent ahead of the questions for their items."""
+        """Whether tables of contents are sent ahead of the questions for their items, and read in turns."""
         self.looks: set[Callable[[], None]] = set()
         """What the radio calls whenever it looks around, every 20 ms while there is a client; only it writes here."""
         self.closing = ExitStack()

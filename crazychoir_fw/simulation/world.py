@@ -399,8 +399,8 @@ class World:
             silence: Time (s) without a packet after which a client has gone.
             storage: Folder of the parameters that clients store on their drones; None keeps them for as long as the
                 world lives.
-            reads_ahead: Whether a client that downloads a table of contents is sent the next items unasked, which
-                halves the time that a swarm takes to connect for the first time; never through a link.
+            reads_ahead: Whether a client that downloads a table of contents is sent the next items unasked, and drones
+                are read in turns, which halves the time that a swarm takes to connect; never through a link.
 
         Raises:
             RangeError: If a value is outside its range.
