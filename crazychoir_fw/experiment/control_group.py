@@ -72,10 +72,12 @@ class ControlGroup:
         else:
             controller.set_reference(self._reference(agents, asked, up, own))
         twist = controller.step(now)
-        if twist is None or not up.any():
+        if twist is None:
             return None
         if up.all():
             return self.indices, twist
+        if not up.any():
+            return None
         return self.indices[up], Twist(twist.linear[up], twist.angular[up])
 
     def _reference(self, agents: Sequence[Agent], accelerations: Array, up: NDArray[np.bool_], own: Pose) -> Reference:
@@ -92,7 +94,7 @@ class ControlGroup:
                 value = getattr(reference, name)
                 if value is not None:
                     if name not in parts:
-                        parts[name] = np.zeros_like(own.position)
+                        parts[name] = np.zeros((len(up), 3))
                     parts[name][k] = value
             for name in _SCALARS:
                 value = getattr(reference, name)
