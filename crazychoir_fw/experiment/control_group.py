@@ -14,8 +14,8 @@ from crazychoir_fw.messages import Pose, Reference, Twist
 
 Array = NDArray[np.float64]
 
-_VECTORS = ("position", "velocity", "acceleration", "jerk")
-_SCALARS = ("yaw", "yaw_rate")
+_SHAPES = {**dict.fromkeys(("position", "velocity", "acceleration", "jerk"), (3,)), "yaw": (), "yaw_rate": ()}
+"""What a reference consists of, for one drone."""
 
 
 class ControlGroup:
@@ -90,16 +90,10 @@ class ControlGroup:
             reference = agents[i].reference
             if reference is None or not up[k]:
                 continue
-            for name in _VECTORS:
+            for name, shape in _SHAPES.items():
                 value = getattr(reference, name)
                 if value is not None:
                     if name not in parts:
-                        parts[name] = np.zeros((len(up), 3))
-                    parts[name][k] = value
-            for name in _SCALARS:
-                value = getattr(reference, name)
-                if value is not None:
-                    if name not in parts:
-                        parts[name] = np.zeros(len(up))
+                        parts[name] = np.zeros((len(up), *shape))
                     parts[name][k] = value
         return Reference(**parts)  # type: ignore[arg-type]

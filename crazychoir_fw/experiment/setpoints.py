@@ -40,14 +40,14 @@ def _layout() -> np.dtype:
 _LAYOUT = _layout()
 
 
-def _modes(kind: str) -> np.ndarray:
+def _modes(kind: str) -> bytes:
     """Return a setpoint with the modes of a kind of command, and nothing else."""
     empty = np.zeros(1, _LAYOUT)
     for axis in ("x", "y", "z") if kind == "vel" else ():
         empty[f"mode_{axis}"] = lib.modeVelocity
     for axis in ("yaw",) if kind == "vel" else ("roll", "pitch", "yaw"):
         empty[f"mode_{axis}"] = lib.modeAbs if kind == "frpy" else lib.modeVelocity
-    return empty
+    return empty.tobytes()
 
 
 _EMPTY = {kind: _modes(kind) for kind in ("fpqr", "frpy", "vel")}
@@ -70,7 +70,8 @@ def setpoints(twist: Twist, kind: str, max_thrust: NDArray[np.float64], tick: in
     if not are_finite(linear, angular):
         bad = int(np.argmin(np.isfinite(linear).all(axis=-1) & np.isfinite(angular).all(axis=-1)))
         raise RangeError(f"command {bad} is linear {linear[bad]}, angular {angular[bad]}, allowed: finite numbers")
-    block = _EMPTY[kind].repeat(len(linear))
+    filled = bytearray(_EMPTY[kind] * len(linear))
+    block = np.frombuffer(filled, _LAYOUT)
     block["timestamp"] = tick % 2**32 or 1
     if kind == "vel":
         block["velocity"] = linear
@@ -81,4 +82,4 @@ def setpoints(twist: Twist, kind: str, max_thrust: NDArray[np.float64], tick: in
         else:
             block["angles"] = (np.remainder(angular + np.pi, 2.0 * np.pi) - np.pi) * _PER_RADIAN
         block["thrust"] = np.minimum(np.maximum(linear[:, 2] / max_thrust, 0.0), 1.0) * _FULL_THRUST
-    return block.tobytes()
+    return bytes(filled)

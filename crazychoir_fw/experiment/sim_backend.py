@@ -178,9 +178,8 @@ def estimates(world: World) -> Callable[[], Pose]:
         for rows, gather in blocks:
             values[rows] = gather()
         quat = values[:, 3:7]
-        if not quat[
-            :, 3
-        ].all():  # of an attitude, w is zero at half turns only; where the filter has not run all four are
+        # before the filter runs, all four are zero; of an attitude w is at half turns only, and looked at in no time
+        if np.count_nonzero(quat[:, 3]) < size:
             quat = np.where(quat.any(axis=1)[:, None], quat, _IDENTITY)
         return Pose(values[:, :3], quat, values[:, 7:10], np.radians(values[:, 10:13]), world.time)
 
