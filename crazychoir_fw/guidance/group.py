@@ -95,6 +95,7 @@ class GuidanceGroup:
         self._least_trim = -self._most_trim
         self._largest = np.array([agent.gains.largest_acceleration for agent in followers])
         self._largest_squared = self._largest**2
+        self._least_squared = self._largest_squared.min(initial=np.inf)
 
     def step(self, now: float) -> list[Outputs]:
         """Return what each agent asks for at a time (s), in the order of the agents."""
@@ -233,7 +234,9 @@ class GuidanceGroup:
             trims += period * found[count:]
             np.minimum(np.maximum(trims, self._least_trim, out=trims), self._most_trim, out=trims)
         inputs = found[:count] + trims
-        squares = np.einsum("ij,ij->i", inputs, inputs)
-        if (squares > self._largest_squared).any():
-            inputs *= np.minimum(1.0, self._largest / np.sqrt(np.maximum(squares, 1e-300)))[:, None]
+        # nobody's square is above the sum of all, which is quickly had; not-a-number goes on to the comparison
+        if not np.vdot(inputs, inputs) <= self._least_squared:
+            squares = np.einsum("ij,ij->i", inputs, inputs)
+            if (squares > self._largest_squared).any():
+                inputs *= np.minimum(1.0, self._largest / np.sqrt(np.maximum(squares, 1e-300)))[:, None]
         return inputs
