@@ -61,7 +61,7 @@ def _shown(value: object) -> str:
 
 
 def are_finite(*arrays: NDArray[np.float64]) -> bool:
-    """Tell whether all numbers are finite: by their sum, which costs half of looking at each, and else one by one."""
-    return math.isfinite(sum(float(array.sum()) for array in arrays)) or all(
+    """Tell whether all numbers are finite: by their squares, which cost a third of looking at each, or one by one."""
+    return math.isfinite(sum(float(np.vdot(array, array)) for array in arrays)) or all(
         bool(np.isfinite(array).all()) for array in arrays
     )

@@ -147,11 +147,12 @@ class Journal:
         number = self._number(verb, "y")
         kind = self._kinds[number]
         count = len(drones)
-        kind.numbers.extend([size] * count)
+        # columns are appended to as arrays, a copy of memory each: lists would be looked through number by number
+        kind.numbers.extend(array("d", [size]) * count)
         kind.blob += blocks
-        self._ticks.extend([tick] * count)
+        self._ticks.extend(array("q", [tick]) * count)
         self._drones.frombytes(drones.tobytes())
-        self._kind_numbers.extend([number] * count)
+        self._kind_numbers.extend(array("i", [number]) * count)
 
     def _number(self, verb: str, signature: str) -> int:
         key = (verb, signature)

@@ -48,6 +48,7 @@ class GeometryAttitudeCtrl(AttitudeCtrlStrategy):
         self.legacy = legacy
         self._minus_half_k_r = -0.5 * np.array(self.gains.k_r)
         self._k_w = np.array(self.gains.k_w)
+        self._has_k_w = bool(self._k_w.any())
         self._ahead = 1.0 + self._k_w
 
     def control(self, current_pose: Pose, desired_attitude: Array, desired_reference: Reference) -> Array:
@@ -62,7 +63,7 @@ class GeometryAttitudeCtrl(AttitudeCtrlStrategy):
         np.subtract(turn[0, 2], turn[2, 0], out=error[1, ...])
         np.subtract(turn[1, 0], turn[0, 1], out=error[2, ...])
         rates = self._minus_half_k_r * error.T
-        if current_pose.angular is not None:
+        if self._has_k_w and current_pose.angular is not None:
             rates -= self._k_w * current_pose.angular
         if self.desired_rates is not None:
             seen = np.einsum("ij...,i...->j...", turn, self.desired_rates.T)  # in the present body frame

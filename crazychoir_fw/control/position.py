@@ -77,47 +77,46 @@ class FlatnessCtrl(PositionCtrlStrategy):
         """See `PositionCtrlStrategy`."""
         # axes first and drones last, so that one text serves one drone and many
         force = self._limited(self.force(current_pose, desired_reference).T)
-        size = np.sqrt(np.einsum("i...,i...->...", force, force))
+        size = np.sqrt(np.add.reduce(force * force))
         axes = np.empty((3, *force.shape))
         x, y, z = axes
         np.divide(force, size, out=z)
 
         # y = z x heading, which lies in the ground plane; z always points up a little, so that it has a length.
-        # In the frame of the heading y is (0, zz, -side) and x = y x z
+        # In the frame of the heading y is (0, zz, -side) / length and x = y x z = (length, beside, yz -ahead)
         yaw = _unless_zero(desired_reference.yaw)
         ahead, side = z[0], z[1]
         if yaw is not None:
             c, s = np.cos(yaw).T, np.sin(yaw).T
             ahead, side = ahead * c + side * s, side * c - ahead * s
         length = np.hypot(z[2], side)
-        y[0] = 0.0
-        np.divide(z[2], length, out=y[1, ...])
+        level = z[2] / length
         np.divide(-side, length, out=y[2, ...])
-        x[0] = length
-        np.multiply(y[2], ahead, out=x[1, ...])
-        np.multiply(y[1], -ahead, out=x[2, ...])
-        level = y[1]
-        if yaw is not None:
-            level = level.copy()
-            axes[:2, 0], axes[:2, 1] = axes[:2, 0] * c - axes[:2, 1] * s, axes[:2, 0] * s + axes[:2, 1] * c
+        beside = y[2] * ahead
+        np.multiply(level, -ahead, out=x[2, ...])
+        if yaw is None:
+            x[0], x[1], y[0], y[1] = length, beside, 0.0, level
+        else:
+            x[0], x[1] = length * c - beside * s, length * s + beside * c
+            y[0], y[1] = -level * s, level * c
 
         up = current_pose.rotation[..., 2].T
         thrust = np.maximum(np.einsum("i...,i...->...", force, up), 0.0)
-        self.desired_rates = self._rates(desired_reference, axes, size, ahead / length, level / length)
+        self.desired_rates = self._rates(desired_reference, axes, size, ahead, length)
         attitude = axes.T
         if attitude.ndim < thrust.ndim + 2:
             attitude = np.tile(attitude, (*np.shape(thrust), 1, 1))  # one reference for many poses
         return thrust.T, attitude
 
-    def _rates(self, reference: Reference, axes: Array, size: Array, ahead: Array, level: Array) -> Array | None:
+    def _rates(self, reference: Reference, axes: Array, size: Array, ahead: Array, length: Array) -> Array | None:
         """Return the rates at which the attitude turns (rad/s), shape (..., 3), if it does.
 
         Args:
             reference: Its jerk makes p and q, its yaw rate r.
             axes: x, y and z of the attitude, shape (3, 3, ...).
             size: Of the force (N), shape (...).
-            ahead: How much z leans ahead, by the length of z x heading.
-            level: How much y is as level as the heading, by the same.
+            ahead: How much z leans ahead.
+            length: Of z x heading.
         """
         given, turning = _unless_zero(reference.jerk), _unless_zero(reference.yaw_rate)
         if given is None and turning is None:
@@ -128,9 +127,10 @@ class FlatnessCtrl(PositionCtrlStrategy):
             across = np.einsum("ki...,i...->k...", axes[:2], jerk) / size
             np.negative(across[1], out=rates[0, ...])
             rates[1] = across[0]
-            rates[2] = rates[0] * ahead
+            rates[2] = rates[0] * (ahead / length)
         if turning is not None:
-            rates[2] += turning.T * level
+            level = axes[2, 2] / length  # as y is
+            rates[2] += turning.T * (level / length)
         return rates.T
 
     def _limited(self, force: Array) -> Array:

@@ -35,7 +35,7 @@ class SenderStrategy(ABC):
         """Return the command as a Twist: thrust (N) in linear z, the rest in angular."""
         linear = np.zeros((*u.shape[:-1], 3))
         linear[..., 2] = u[..., 0]
-        return Twist(linear, u[..., 1:])
+        return Twist(linear, u[..., 1:].copy())  # in one piece, for it is read several times on its way
 
 
 class FPQRSender(SenderStrategy):

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.control import FlatnessAccelerationCtrl, FlatnessPositionCtrl
-from crazychoir_fw.messages import Pose, Reference
+from crazychoir_fw.control import FlatnessPositionCtrl
 
 Array = NDArray[np.float64]
 
@@ -24,10 +23,8 @@ class BothFlatnessLaws(FlatnessPositionCtrl):
             arguments: Those of both laws.
         """
         super().__init__(**arguments)
-        self._accelerations = FlatnessAccelerationCtrl(**arguments)
-        self._is_accelerated = is_accelerated[:, None]
-
-    def force(self, current_pose: Pose, desired_reference: Reference) -> Array:
-        """See `FlatnessCtrl`."""
-        tracking = super().force(current_pose, desired_reference)
-        return np.where(self._is_accelerated, self._accelerations.force(current_pose, desired_reference), tracking)
+        # nothing but its reference's acceleration moves a drone without gains: that is `FlatnessAccelerationCtrl`
+        tracks = ~is_accelerated[:, None]
+        self._k_p, self._k_v, self._k_i, self._drag = (
+            tracks * gains for gains in (self._k_p, self._k_v, self._k_i, self._drag)
+        )

@@ -14,8 +14,8 @@ from crazychoir_fw.messages import Pose, Reference, Twist
 
 Array = NDArray[np.float64]
 
-_VECTORS = ("position", "velocity", "acceleration", "jerk")
-_SCALARS = ("yaw", "yaw_rate")
+_SHAPES = {**dict.fromkeys(("position", "velocity", "acceleration", "jerk"), (3,)), "yaw": (), "yaw_rate": ()}
+"""What a reference consists of, for one drone."""
 
 
 class ControlGroup:
@@ -72,10 +72,12 @@ class ControlGroup:
         else:
             controller.set_reference(self._reference(agents, asked, up, own))
         twist = controller.step(now)
-        if twist is None or not up.any():
+        if twist is None:
             return None
         if up.all():
             return self.indices, twist
+        if not up.any():
+            return None
         return self.indices[up], Twist(twist.linear[up], twist.angular[up])
 
     def _reference(self, agents: Sequence[Agent], accelerations: Array, up: NDArray[np.bool_], own: Pose) -> Reference:
@@ -88,16 +90,10 @@ class ControlGroup:
             reference = agents[i].reference
             if reference is None or not up[k]:
                 continue
-            for name in _VECTORS:
+            for name, shape in _SHAPES.items():
                 value = getattr(reference, name)
                 if value is not None:
                     if name not in parts:
-                        parts[name] = np.zeros_like(own.position)
-                    parts[name][k] = value
-            for name in _SCALARS:
-                value = getattr(reference, name)
-                if value is not None:
-                    if name not in parts:
-                        parts[name] = np.zeros(len(up))
+                        parts[name] = np.zeros((len(up), *shape))
                     parts[name][k] = value
         return Reference(**parts)  # type: ignore[arg-type]

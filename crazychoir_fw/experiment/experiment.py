@@ -16,6 +16,7 @@ from crazychoir_fw.experiment.backend import Backend, one_of
 from crazychoir_fw.experiment.communicators import statistics_of
 from crazychoir_fw.experiment.control_group import ControlGroup
 from crazychoir_fw.experiment.services import Service
+from crazychoir_fw.experiment.swarm_phases import SwarmPhases
 from crazychoir_fw.finite import are_finite
 from crazychoir_fw.guidance import BearingFormation, GuidanceGroup
 from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
@@ -121,7 +122,10 @@ class Experiment:
         self._controlled = {int(i) for group in groups for i in group.indices}
         self._commands = np.zeros((len(agents), 4))
         self._seen: Pose | None = None  # of each drone, without gaps
-        self._known = np.zeros(len(agents), bool)
+        self._everybody = np.ones(len(agents), bool)
+        self._known = ~self._everybody
+        self._is_everybody_known = False
+        self._phases = SwarmPhases(agents)
         self.accelerations = np.zeros((len(agents), 3))
         """What guidance asks for (m/s^2, world), of drones that follow no trajectory, shape (N, 3)."""
         self._planned = [agent for agent in agents if agent.planner is not None]
@@ -259,11 +263,10 @@ class Experiment:
         poses, now = self._poses(), self.time
         for service in list(self.services):
             self._serve(service, service.step, now, poses, self._turning())
-        known = self._known.tolist()
         # also those on the ground: neighbors hear them
-        self._decide([agent for agent in self.agents if agent.failure is None and known[agent.index]], poses, now)
+        self._decide([agent for agent in self._seen_ones(self.agents) if agent.failure is None], poses, now)
         turning = self._turning()
-        up = [agent for agent in self.agents if agent.phase.has_motors_on and known[agent.index]]
+        up = self._seen_ones(self._phases.up)
         decided = clock()
         self._follow(now)
         planned = clock()
@@ -293,11 +296,12 @@ class Experiment:
     def _poses(self) -> Pose:
         """Return where all drones are; those that are not seen stay where they were."""
         poses = self.backend.poses()
-        known = np.isfinite(poses.position).all(axis=1)
+        self._is_everybody_known = are_finite(poses.position)
+        known = np.isfinite(poses.position).all(axis=1) if not self._is_everybody_known else self._everybody
         self._known = known
         if self._seen is None:
             self._seen = Pose(*(np.nan_to_num(part) for part in _parts(poses)), time=poses.time)
-        elif not known.all():
+        elif not self._is_everybody_known:
             kept = (
                 np.where(known[:, None], part, old) for part, old in zip(_parts(poses), _parts(self._seen), strict=True)
             )
@@ -305,6 +309,10 @@ class Experiment:
         else:
             self._seen = poses
         return self._seen
+
+    def _seen_ones(self, agents: Sequence[Agent]) -> Sequence[Agent]:
+        """Return those of some agents whose drones are known."""
+        return agents if self._is_everybody_known else [agent for agent in agents if self._known[agent.index]]
 
     def _decide(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
         """Let guidance speak, then hear, then decide."""
@@ -405,7 +413,7 @@ class Experiment:
                     self.agents[i], f"{self.agents[i].name}: its controller asks for numbers that are not finite"
                 )
             indices, twist = indices[good], type(twist)(linear[good], angular[good])
-        if not self._known.all():
+        if not self._is_everybody_known:
             seen = self._known[indices]
             indices, twist = indices[seen], type(twist)(twist.linear[seen], twist.angular[seen])
         is_vel = group.kind == "vel"
@@ -416,15 +424,16 @@ class Experiment:
 
     def _look(self, up: Sequence[Agent], poses: Pose) -> None:
         """See who has landed, and who cannot go on."""
-        landed = [
-            agent
-            for agent in up
-            if agent.phase is Phase.LANDING
-            and poses.position[agent.index, 2] < agent.floor + TOUCHDOWN_M
-            and abs(poses.velocity[agent.index, 2]) < _LANDING_SPEED
-        ]
-        if landed:
-            self._touch_down(landed)
+        if self._phases.is_anybody_landing:
+            landed = [
+                agent
+                for agent in up
+                if agent.phase is Phase.LANDING
+                and poses.position[agent.index, 2] < agent.floor + TOUCHDOWN_M
+                and abs(poses.velocity[agent.index, 2]) < _LANDING_SPEED
+            ]
+            if landed:
+                self._touch_down(landed)
         if self._rounds % _ROUNDS_PER_LOOK == 0:
             self._look_for_fallen(up, poses)
             for i, sentence in self.backend.failures().items():
@@ -512,24 +521,25 @@ class Experiment:
     def _signals(self) -> dict[str, Array]:
         """Return what the layers say at present, for the log."""
         turning = self._turning()
-        wanted = np.full((len(self.agents), 6), np.nan)
-        np.copyto(wanted[:, 3:], self.accelerations, where=turning[:, None])
+        said = np.full((len(_SIGNALS), len(self.agents)), np.nan)
+        places, accelerations, commands = said[:3], said[3:6], said[6:10]
+        np.copyto(accelerations, self.accelerations.T, where=turning)
         for agent in self._placed or self.agents:
             reference = agent.reference
             if reference is None or not turning[agent.index]:
                 continue
             if reference.position is not None:
-                wanted[agent.index, :3] = reference.position
+                places[:, agent.index] = reference.position
             if reference.acceleration is not None:
-                wanted[agent.index, 3:] = reference.acceleration
-        signals = dict(zip(_WANTED, wanted.T, strict=True))
-        signals |= zip(_COMMANDS, self._commands.T.copy(), strict=True)
-        signals["layers.phase"] = np.array([agent.phase.number for agent in self.agents], float)
-        return signals
+                accelerations[:, agent.index] = reference.acceleration
+        commands[:] = self._commands.T
+        said[10] = self._phases.numbers
+        return dict(zip(_SIGNALS, said, strict=True))
 
     def _turning(self) -> NDArray[np.bool_]:
-        """Return whose motors turn, shape (N,)."""
-        return np.array([agent.phase.has_motors_on for agent in self.agents], bool)
+        """Return whose motors turn at present, shape (N,)."""
+        self._phases.look()
+        return self._phases.turning
 
     def log(self, metadata: dict[str, Any] | None = None) -> Any:
         """Return the log so far, with what happened among its events."""
@@ -545,8 +555,10 @@ class Experiment:
         return statistics_of(self.agents)
 
 
-_WANTED = tuple(f"layers.{name}" for name in ("x", "y", "z", "ax", "ay", "az"))
-_COMMANDS = tuple(f"layers.command{k + 1}" for k in range(4))
+_SIGNALS = tuple(
+    f"layers.{name}"
+    for name in ("x", "y", "z", "ax", "ay", "az", "command1", "command2", "command3", "command4", "phase")
+)
 
 
 def _parts(poses: Pose) -> tuple[Array, Array, Array, Array]:

@@ -19,12 +19,13 @@ _FULL_THRUST = 65535.0
 
 def _layout() -> np.dtype:
     """Return the fields of ``setpoint_t`` that commands use, where the compiler put them."""
+    three = (np.float32, 3)  # of one type each, and so side by side
     fields = {
         "timestamp": ("timestamp", np.uint32),
         "thrust": ("thrust", np.float32),
-        **{f"rate_{axis}": (("attitudeRate", axis), np.float32) for axis in ("roll", "pitch", "yaw")},
-        **{f"angle_{axis}": (("attitude", axis), np.float32) for axis in ("roll", "pitch", "yaw")},
-        **{f"velocity_{axis}": (("velocity", axis), np.float32) for axis in "xyz"},
+        "rates": (("attitudeRate", "roll"), three),
+        "angles": (("attitude", "roll"), three),
+        "velocity": (("velocity", "x"), three),
         **{f"mode_{axis}": (("mode", axis), np.int32) for axis in ("x", "y", "z", "roll", "pitch", "yaw")},
     }
     offsets = []
@@ -39,14 +40,14 @@ def _layout() -> np.dtype:
 _LAYOUT = _layout()
 
 
-def _modes(kind: str) -> np.ndarray:
+def _modes(kind: str) -> bytes:
     """Return a setpoint with the modes of a kind of command, and nothing else."""
     empty = np.zeros(1, _LAYOUT)
     for axis in ("x", "y", "z") if kind == "vel" else ():
         empty[f"mode_{axis}"] = lib.modeVelocity
     for axis in ("yaw",) if kind == "vel" else ("roll", "pitch", "yaw"):
         empty[f"mode_{axis}"] = lib.modeAbs if kind == "frpy" else lib.modeVelocity
-    return empty
+    return empty.tobytes()
 
 
 _EMPTY = {kind: _modes(kind) for kind in ("fpqr", "frpy", "vel")}
@@ -69,17 +70,16 @@ def setpoints(twist: Twist, kind: str, max_thrust: NDArray[np.float64], tick: in
     if not are_finite(linear, angular):
         bad = int(np.argmin(np.isfinite(linear).all(axis=-1) & np.isfinite(angular).all(axis=-1)))
         raise RangeError(f"command {bad} is linear {linear[bad]}, angular {angular[bad]}, allowed: finite numbers")
-    block = _EMPTY[kind].repeat(len(linear))
+    filled = bytearray(_EMPTY[kind] * len(linear))
+    block = np.frombuffer(filled, _LAYOUT)
     block["timestamp"] = tick % 2**32 or 1
     if kind == "vel":
-        for k, axis in enumerate("xyz"):
-            block[f"velocity_{axis}"] = linear[:, k]
-        block["rate_yaw"] = np.degrees(angular[:, 2])
+        block["velocity"] = linear
+        block["rates"][:, 2] = np.degrees(angular[:, 2])
     else:
-        what = "rate" if kind == "fpqr" else "angle"
-        turns = angular if kind == "fpqr" else np.remainder(angular + np.pi, 2.0 * np.pi) - np.pi
-        degrees = turns * _PER_RADIAN
+        if kind == "fpqr":
+            block["rates"] = angular * _PER_RADIAN
+        else:
+            block["angles"] = (np.remainder(angular + np.pi, 2.0 * np.pi) - np.pi) * _PER_RADIAN
         block["thrust"] = np.minimum(np.maximum(linear[:, 2] / max_thrust, 0.0), 1.0) * _FULL_THRUST
-        for k, axis in enumerate(("roll", "pitch", "yaw")):
-            block[f"{what}_{axis}"] = degrees[:, k]
-    return block.tobytes()
+    return bytes(filled)

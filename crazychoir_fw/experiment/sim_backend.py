@@ -58,6 +58,7 @@ class SimBackend:
         facts = [lib.cf_platform_facts(drone.struct.config.platform) for drone in world.drones]
         self._max_thrust = np.array([4.0 * float(fact.thrust.thrust_max) for fact in facts])
         self._must_be_armed = [bool(fact.requires_arming) for fact in facts]
+        self._structs = [drone.struct for drone in world.drones]
         self._recorder = FlightRecorder(world, log_rate)
         self._extra: list[dict[str, Array]] = []
 
@@ -130,8 +131,8 @@ class SimBackend:
     def failures(self) -> dict[int, str]:
         """See `Backend`."""
         now = self.time
-        sentences = ((i, drone.outage(now)) for i, drone in enumerate(self.world.drones))
-        return {i: sentence for i, sentence in sentences if sentence is not None}
+        out = [i for i, struct in enumerate(self._structs) if lib.cf_is_out(struct)]
+        return {i: sentence for i in out if (sentence := self.world.drones[i].outage(now)) is not None}
 
     def record(self, extra: dict[str, Array]) -> None:
         """See `Backend`."""
@@ -169,17 +170,17 @@ def truth(world: World) -> Callable[[], Pose]:
 def estimates(world: World) -> Callable[[], Pose]:
     """Return what reads the poses of all drones as their onboard software believes them."""
     parts = swarm_parts(world)
-    values = np.zeros((len(world.drones), 13))
+    size = len(world.drones)
     blocks = [(part.numbers if len(parts) > 1 else slice(None), part.gather((*_ESTIMATE, *_GYRO))) for part in parts]
 
     def read() -> Pose:
+        values = np.empty((size, 13))
         for rows, gather in blocks:
             values[rows] = gather()
-        read_now = values.copy()
-        quat = read_now[:, 3:7]
-        has_run = quat.any(axis=1)
-        if not has_run.all():
-            quat = np.where(has_run[:, None], quat, _IDENTITY)  # before the filter runs it is zero
-        return Pose(read_now[:, :3], quat, read_now[:, 7:10], np.radians(read_now[:, 10:13]), world.time)
+        quat = values[:, 3:7]
+        # before the filter runs, all four are zero; of an attitude w is at half turns only, and looked at in no time
+        if np.count_nonzero(quat[:, 3]) < size:
+            quat = np.where(quat.any(axis=1)[:, None], quat, _IDENTITY)
+        return Pose(values[:, :3], quat, values[:, 7:10], np.radians(values[:, 10:13]), world.time)
 
     return read

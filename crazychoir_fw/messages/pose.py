@@ -28,10 +28,11 @@ class Pose:
     @property
     def rotation(self) -> NDArray[np.float64]:
         """Attitude as matrices from body to world, shape (..., 3, 3); made once, for all laws that want it."""
+        quat = np.asarray(self.orientation, float)
+        # whoever fills a pose may write into its arrays; bytes are compared faster than numbers
+        found = quat.shape, quat.tobytes()
         made_of, matrices = self.__dict__.get("_rotation", (None, None))
-        # whoever fills a pose may write into its arrays
-        if made_of is None or made_of.shape != np.shape(self.orientation) or not (made_of == self.orientation).all():
-            made_of = np.array(self.orientation, float)
-            matrices = rotation_of_quaternion(made_of)
-            self.__dict__["_rotation"] = made_of, matrices
+        if made_of != found:
+            matrices = rotation_of_quaternion(quat)
+            self.__dict__["_rotation"] = found, matrices
         return matrices

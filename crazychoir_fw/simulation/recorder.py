@@ -17,6 +17,7 @@ from crazychoir_fw.core import identity, provider_identity
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.journal import Journal
 from crazychoir_fw.report.flight_log import FlightLog
+from crazychoir_fw.simulation.growing_block import GrowingBlock
 from crazychoir_fw.simulation.swarm_views import swarm_parts
 from crazychoir_fw.simulation.world import World
 from crazychoir_fw.ticks import TICKS_PER_SECOND
@@ -48,9 +49,9 @@ class FlightRecorder:
         # where each drone has its velocities in qvel, (N, 6)
         self._dofs = np.array([drone.qvel_address for drone in world.drones])[:, None] + np.arange(6)
         self._times: list[float] = []
-        self._samples: list[list[NDArray[np.uint8]]] = [[] for _ in self._parts]
-        self._qpos: list[NDArray[np.float64]] = []
-        self._motion: list[NDArray[np.float64]] = []
+        self._samples = [GrowingBlock(part.copy_shape, np.uint8) for part in self._parts]
+        self._qpos = GrowingBlock(world.data.qpos.shape)
+        self._motion = GrowingBlock(self._dofs.shape)
         self._requests: list[int] = []  # before each sample
         self._journals: list[Journal] = []  # of the world, each once: another one after a return to a snapshot
 
@@ -59,9 +60,9 @@ class FlightRecorder:
         self._times.append(self._world.time)
         for part, samples in zip(self._parts, self._samples, strict=True):
             part.refresh()
-            samples.append(part.copy())
-        self._qpos.append(self._world.data.qpos.copy())
-        self._motion.append(self._world.data.qvel[self._dofs])
+            part.copy(samples.add())
+        self._qpos.add()[:] = self._world.data.qpos
+        self._motion.add()[:] = self._world.data.qvel[self._dofs]
         self._requests.append(len(self._world.journal))
         if not self._journals or self._journals[-1] is not self._world.journal:
             self._journals.append(self._world.journal)
@@ -75,7 +76,7 @@ class FlightRecorder:
     @property
     def qpos(self) -> NDArray[np.float64]:
         """Positions of the whole model at each sample, shape (T, nq): what a film is made of."""
-        return np.array(self._qpos)
+        return self._qpos.rows()
 
     @property
     def times(self) -> NDArray[np.float64]:
@@ -102,7 +103,7 @@ class FlightRecorder:
         """Return every log variable of the swarm, shape (T, N)."""
         found: dict[str, list[tuple[NDArray[np.intp], NDArray[Any]]]] = {}
         for part, samples in zip(self._parts, self._samples, strict=True):
-            for name, taken in part.signals(samples).items():
+            for name, taken in part.signals(samples.rows()).items():
                 found.setdefault(name, []).append((part.numbers, taken))
         return {name: _joined(own, len(self._world.drones)) for name, own in found.items()}
 
@@ -120,7 +121,7 @@ class FlightRecorder:
         addresses = [drone.qpos_address for drone in self._world.drones]
         qpos = self.qpos
         pose = np.stack([qpos[:, address : address + 7] for address in addresses], axis=1)  # (T, N, 7)
-        motion = np.array(self._motion)  # (T, N, 6)
+        motion = self._motion.rows()  # (T, N, 6)
         angles = roll_pitch_yaw_deg(pose[..., 3:7])
         truth = {
             **{name: pose[..., i] for i, name in enumerate(_TRUE_POSE)},

@@ -1,0 +1,32 @@
+import numpy as np
+import pytest
+
+from crazychoir_fw.simulation import growing_block
+from crazychoir_fw.simulation.growing_block import GrowingBlock
+
+
+@pytest.mark.parametrize("count", [0, 1, 3, 4, 9])
+def test_rows_come_back_in_their_order_whatever_the_pieces(count, monkeypatch):
+    monkeypatch.setattr(growing_block, "_MOST_ROWS", 3)
+    block = GrowingBlock((2, 2), np.int16)
+    for k in range(count):
+        block.add()[:] = [[k, 10 * k], [100 * k, -k]]
+    rows = block.rows()
+    assert len(block) == count and rows.shape == (count, 2, 2) and rows.dtype == np.int16
+    assert rows[:, 0, 1].tolist() == [10 * k for k in range(count)]
+    assert rows[:, 1, 1].tolist() == [-k for k in range(count)]
+
+
+def test_rows_are_a_copy():
+    block = GrowingBlock((1,))
+    block.add()[:] = 1.0
+    block.rows()[:] = 2.0
+    assert block.rows() == 1.0
+
+
+def test_a_row_may_be_larger_than_a_piece(monkeypatch):
+    monkeypatch.setattr(growing_block, "_PIECE_BYTES", 8)
+    block = GrowingBlock((5,))
+    for k in range(2):
+        block.add()[:] = k
+    assert block.rows().tolist() == [[0.0] * 5, [1.0] * 5]
