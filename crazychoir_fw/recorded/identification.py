@@ -19,7 +19,7 @@ from crazychoir_fw.errors import RangeError
 from crazychoir_fw.recorded.nanobench import PERIOD, RecordedFlight
 from crazychoir_fw.recorded.phases import Phases, find_phases
 from crazychoir_fw.recorded.prediction import predict
-from crazychoir_fw.recorded.refinement import refine
+from crazychoir_fw.recorded.refinement import check_refinable, refine
 from crazychoir_fw.recorded.signals import Array, least, smooth
 from crazychoir_fw.recorded.tuning import GRAVITY, Balance, balance, rotor_history, true_motion, tune
 from crazychoir_fw.recorded.vehicle_model import VehicleModel
@@ -67,9 +67,12 @@ def identify(
 
     Raises:
         RangeError: If a flight cannot be used.
+        StateError: If refining needs something that is not installed.
     """
     if not flights:
         raise RangeError("no flights to identify a vehicle from")
+    if refines:
+        check_refinable()
     parts = [(flight, find_phases(flight)) for flight in flights]
     platform = vehicles.parameters("cf2")
     scale = mass / platform["mass"].value

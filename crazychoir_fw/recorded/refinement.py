@@ -12,19 +12,34 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from scipy.optimize import minimize
 
+from crazychoir_fw.errors import StateError
 from crazychoir_fw.recorded.nanobench import RecordedFlight
 from crazychoir_fw.recorded.phases import Phases
 from crazychoir_fw.recorded.prediction import predict
 from crazychoir_fw.recorded.signals import Array
 from crazychoir_fw.recorded.tuning import tune
 
+try:
+    from scipy.optimize import minimize
+except ImportError:
+    minimize = None
+
 REFINED = ("flight_moment.x", "flight_moment.y", "drag.rotor_xy")
 
 _FIRST_STEP = 0.12  # of the logarithm of each
 _ENOUGH = 0.005  # of the same
 _MOST_TRIES = 45
+
+
+def check_refinable() -> None:
+    """See whether `refine` can do its work, before others begin theirs.
+
+    Raises:
+        StateError: If scipy is not installed.
+    """
+    if minimize is None:
+        raise StateError("refining needs scipy: pip install scipy; --no-refining (refines=False) does without")
 
 
 def refine(
@@ -41,7 +56,11 @@ def refine(
         parts: Flights, and their parts.
         vehicle: Parameters that differ from the platform's.
         report: Told what came about, in a sentence.
+
+    Raises:
+        StateError: If scipy is not installed.
     """
+    check_refinable()
     start = np.log([vehicle[name] for name in REFINED])
 
     def errors(point: Array) -> Array:

@@ -2,7 +2,7 @@
 
 import pytest
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.errors import RangeError, StateError
 from crazychoir_fw.recorded import refinement
 from crazychoir_fw.recorded.controller_replay import replay_controller
 from crazychoir_fw.recorded.identification import identify
@@ -93,6 +93,12 @@ def test_predictions_tell_the_moment_of_flight(synthetic, true_vehicle, monkeypa
     monkeypatch.setattr(refinement, "REFINED", (name,))  # with all three it takes a minute
     wrong = {**true_vehicle, name: 0.8 * true_vehicle[name]}
     assert refine([synthetic], wrong) == {name: pytest.approx(true_vehicle[name], rel=0.02)}
+
+
+def test_without_scipy_a_sentence_comes_first(synthetic, monkeypatch):
+    monkeypatch.setattr(refinement, "minimize", None)
+    with pytest.raises(StateError, match="pip install scipy; --no-refining"):
+        identify([synthetic[0]])
 
 
 def test_inertia_needs_a_flight_that_shakes(shaken_flight, true_vehicle):
