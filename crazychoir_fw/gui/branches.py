@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -170,6 +171,8 @@ class Branches:
     def path(self, number: int, begin: float = 0.0, most: int = 3000) -> dict[str, Any]:
         """Return where the drones were in a branch: times (s), shape (T,), and positions (m), shape (T, N, 3).
 
+        None stands for the position of a drone that nobody had heard of, because JSON has no NaN.
+
         Raises:
             StateError: If there is no such branch.
         """
@@ -183,5 +186,9 @@ class Branches:
         return {
             "branch": number,
             "times": [round(times[k], 3) for k in chosen],
-            "positions": [np.round(samples[k].position, 3).tolist() for k in chosen],
+            "positions": [[_known(place) for place in np.round(samples[k].position, 3).tolist()] for k in chosen],
         }
+
+
+def _known(place: list[float]) -> list[float] | None:
+    return place if all(map(math.isfinite, place)) else None

@@ -46,7 +46,12 @@ export default {
       if (answer.ok) { this.wanted = {}; this.ghost(this.present, true); }
     },
     async ghost(number, isShown) {
-      if (isShown) { try { cc.ghosts[number] = await cc.get(`/api/path?branch=${number}`); } catch (error) { cc.toast(error.message, false); } }
+      if (isShown) {
+        try {
+          const path = await cc.get(`/api/path?branch=${number}`);
+          cc.ghosts[number] = { ...path, positions: path.positions.map(cc.places) };
+        } catch (error) { cc.toast(error.message, false); }
+      }
       else delete cc.ghosts[number];
       this.ghosts = { ...cc.ghosts };
       cc.emit("branch");

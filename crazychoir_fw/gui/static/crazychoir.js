@@ -38,6 +38,9 @@
     setTimeout(() => line.remove(), isGood ? 4000 : 12000);
   };
 
+  // Who was not heard of is nowhere: pictures leave out what is not a number, as in live frames.
+  cc.places = (positions) => positions.map((place) => place ?? [NaN, NaN, NaN]);
+
   cc.get = async (path) => {
     const response = await fetch(path);
     const answer = await response.json();
@@ -123,7 +126,7 @@
         if (setting.ready) {
           cc.setting = setting;
           cc.height = setting.height;
-          cc.trails = setting.trail.times.map((time, k) => ({ time, positions: setting.trail.positions[k] }));
+          cc.trails = setting.trail.times.map((time, k) => ({ time, positions: cc.places(setting.trail.positions[k]) }));
           cc.emit("setting");
           return;
         }
