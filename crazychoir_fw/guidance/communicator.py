@@ -260,6 +260,16 @@ class TopicCommunicator(Communicator):
         self._jump(label)
         return True
 
+    @property
+    def has_begun_elsewhere(self) -> bool:
+        """Whether a neighbor has sent a message of the open round, or of a later one."""
+        label = self.current_label
+        return any(box.newest_label >= label for box in self._boxes.values())
+
+    def skip(self) -> None:
+        """Leave the open round out, which others have had without this agent."""
+        self._jump(self.current_label + 1)
+
     def _jump(self, label: int) -> None:
         self.current_label = label
         self._drop_old()

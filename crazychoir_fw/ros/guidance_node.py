@@ -28,11 +28,12 @@ from crazychoir_fw.ros.led_by_poses import CLOSE, LedByPoses
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, ODOM, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.outlet import Outlet
 from crazychoir_fw.ros.pose_sources import pose_subscribe
-from crazychoir_fw.ros.stalling import StallingClock
+from crazychoir_fw.ros.stalling import MissedRound, StallingClock
 from crazychoir_fw.ros.statistics import StatisticsTeller
 from crazychoir_fw.ros.wire import EMPTY, reference_bytes
 
 _SAME_PRESS = 0.05  # [s]
+_MISSED = 0.5  # of the patience: so long nobody waits for neighbors unless one is behind
 _LOOK_EVERY = 0.05  # [s], wall: at rounds that wait
 
 if TYPE_CHECKING:
@@ -117,8 +118,11 @@ class GuidanceNode(LedByPoses, CommunicatingNode):
         self._hear_buttons()
         if self._has_rounds:
             self._watch_rounds()
+        self._missed: MissedRound | None = None
+        if self._answers is not None and self._has_rounds and communicator is not None and not self._answers_early:
+            self._missed = MissedRound(communicator, _MISSED * self.patience)
         if self.transport is not None:
-            self.transport.when_received.append(self._try_to_finish)
+            self.transport.when_received.append(self._take_message)
         self.every(update_frequency, self._tick)
 
     def _announce(self, input_topic: str | None) -> None:
@@ -208,6 +212,8 @@ class GuidanceNode(LedByPoses, CommunicatingNode):
         else:
             if self._statistics is not None:
                 self._statistics.round_begins()
+            if self._missed is not None:
+                self._missed.make_up()
             self.guidance.begin_round(self._time.begin())
             self._in_round = True
             if self.hub is None or not self.hub.is_working:
@@ -215,6 +221,12 @@ class GuidanceNode(LedByPoses, CommunicatingNode):
         if self._in_round and self._answers_early:
             self.answer()
             self._has_answered = True
+
+    def _take_message(self) -> None:
+        if self._in_round:
+            self._try_to_finish()
+        elif self._missed is not None:
+            self._missed.look()
 
     def _try_to_finish(self) -> None:
         if self._in_round:
@@ -231,6 +243,8 @@ class GuidanceNode(LedByPoses, CommunicatingNode):
         self._in_round = False
         self.take_outputs(self.guidance.finish_round(now))
         self._has_answered = False
+        if self._missed is not None:
+            self._missed.look()
         if self._statistics is not None:
             self._statistics.round_ends(now)
 

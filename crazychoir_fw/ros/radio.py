@@ -7,6 +7,7 @@ take seconds, such as a take-off, is done in a thread beside it.
 from __future__ import annotations
 
 import queue
+import time
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -25,6 +26,7 @@ from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.wire import twist_numbers
 
 _PUBLISH_EVERY = 0.005  # [s], wall
+_BREATH_S = 0.0002  # [s], for threads of the radio
 _VOLTAGE = "pm.vbat"
 _LOG_HZ = 1.0
 
@@ -191,6 +193,9 @@ class RadioHandler(LayerNode):
         for _ in range(self._spoken.qsize()):
             publisher, message = self._spoken.get()
             publisher.publish(message())
+        # an executor that always has something to do takes the interpreter back before a waiting thread is awake: the
+        # radio's threads would fall silent, and their drones with them
+        time.sleep(_BREATH_S)
 
     def destroy_node(self) -> None:
         """Bring the drones down as the handler's option ``on_close`` says, and close the links."""

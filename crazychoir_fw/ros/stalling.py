@@ -1,9 +1,12 @@
-"""A clock for waiting that also goes on where simulated time stands still."""
+"""What becomes of waits in lock step, where simulated time stands still until everybody has answered."""
 
 from __future__ import annotations
 
+import math
 import time
 from collections.abc import Callable
+
+from crazychoir_fw.guidance.communicator import TopicCommunicator
 
 
 class StallingClock:
@@ -50,3 +53,39 @@ class StallingClock:
         elif wall - self._since >= self._patience:
             self._waited += wall - self._since
             self._since = wall
+
+
+class MissedRound:
+    """Tells a node whether its neighbors had a round without it: then its rounds are one behind theirs.
+
+    Who joins takes over the label that it heard last, perhaps that of the step before. From then on it finds all
+    messages of its round there, and answers at once; the others wait in every step for the message that it sends in the
+    next one, and give up. It hears them begin, and then nothing for a long time.
+    """
+
+    def __init__(
+        self, communicator: TopicCommunicator, patience: float, wall: Callable[[], float] = time.monotonic
+    ) -> None:
+        """Watch the rounds of a communicator.
+
+        Args:
+            communicator: Whose rounds they are.
+            patience: Between a message of a round that is not open yet and the step that opens it (s, wall); longer,
+                and others have waited for this node.
+            wall: Returns the time on the wall (s).
+        """
+        self._communicator = communicator
+        self._patience = patience
+        self._wall = wall
+        self._since = math.inf
+
+    def look(self) -> None:
+        """Look whether others have begun a round; to be called at each message between two rounds, and after each."""
+        if self._since == math.inf and self._communicator.has_begun_elsewhere:
+            self._since = self._wall()
+
+    def make_up(self) -> None:
+        """Leave out a round that was missed; to be called before each round."""
+        if self._wall() - self._since >= self._patience:
+            self._communicator.skip()
+        self._since = math.inf

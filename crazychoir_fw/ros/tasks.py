@@ -3,7 +3,8 @@
 The table announces each list on ``/optimization_trigger`` (`std_msgs/Int64`, its label, latched). Each agent asks for
 its own by the service ``/agent_{i}/task_list`` and says by ``/agent_{i}/task_completion`` that it has done what comes
 next (both `std_srvs/Trigger`; the list is JSON in the message). What it is going to do, it tells on
-``/agent_{i}/task_report``, and the table tells all that happens on ``/happenings`` (both `std_msgs/String`, JSON).
+``/agent_{i}/task_report``, and the table tells all that happens on ``/happenings`` (both `std_msgs/String`, JSON). What
+was done when the table had made a newer list already, is on the report as well.
 
 A table that is started again goes on where the one before ended: after each change it says on ``/table_memory`` how
 things are, whoever hosts the flight keeps that and repeats it on ``/last_table`` (both `std_msgs/String`, JSON; the
@@ -38,6 +39,8 @@ LAST_TABLE = "/last_table"
 LIST = "task_list"
 COMPLETION = "task_completion"
 REPORT = "task_report"
+DONE = "done"
+"""Key of a report, in place of all others: number of what is done, though a newer list was made without knowing."""
 
 EVERYTHING = QoSProfile(depth=1000)
 """Of what must not push one another out."""
@@ -185,6 +188,12 @@ class TaskTable(LayerNode):
         def take(message: String) -> None:
             try:
                 decision = _mapping(message.data)
+                if DONE in decision:
+                    done = int(decision[DONE])
+                    self._next[agent] = [number for number in self._next[agent] if number != done]
+                    self.table.complete(agent, done)
+                    self._remember()
+                    return
                 upcoming = [int(number) for number in decision["next"]]
                 takes = [int(number) for number in decision["takes"]]
             except (ValueError, KeyError, TypeError) as error:
@@ -258,9 +267,11 @@ class TableDesk:
             else:
                 self._later(lambda: self.complete(agent, number))
 
-        if self._upcoming[:1] != [number]:
-            return  # there is a newer list, and this is still on it
-        if not self._completion.service_is_ready():
+        if number not in self._upcoming:
+            # there is a newer list, of one that did not know of this: nobody would do it again
+            self._report.publish(String(data=json.dumps({DONE: number})))
+            return
+        if self._upcoming[0] != number or not self._completion.service_is_ready():
             self._later(lambda: self.complete(agent, number))
             return
         self._completion.call_async(Trigger.Request()).add_done_callback(take)

@@ -68,6 +68,7 @@ def test_a_radio_node_takes_off_flies_and_lands(uris, bench):
     bench.until(lambda: place()[2] > 0.3)
 
     def has_moved():
+        # as many as the executor can take: the radio's threads live on beside them
         commands.publish(Twist(linear=Vector3(x=0.3)))
         return place()[0] - start[0] > 0.15
 

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import rclpy
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Empty, Int64, String
 from std_srvs.srv import Trigger
@@ -13,7 +14,7 @@ from crazychoir_fw.messages import Pose
 from crazychoir_fw.ros import tasks
 from crazychoir_fw.ros.conversions import pose_to_odometry, to_stamp
 from crazychoir_fw.ros.names import LATEST
-from crazychoir_fw.ros.tasks import TaskGuidance, TaskTable, offer_to_text, text_to_offer
+from crazychoir_fw.ros.tasks import TableDesk, TaskGuidance, TaskTable, offer_to_text, text_to_offer
 from crazychoir_fw.schemes import PositionTaskTable
 from crazychoir_fw.schemes.delivery import DeliveryRequest
 from crazychoir_fw.schemes.tasks import Offer, PositionTask
@@ -99,7 +100,43 @@ def test_completion_is_of_what_was_reported_to_come_next(bench):
     assert agent.ask().items[0].sequence == 1
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{}", '{"next": 3, "takes": []}', '{"next": ["a"], "takes": []}'])
+def test_what_was_done_before_a_newer_list_was_made_is_heard_of(bench):
+    node, labels, happenings = begun(bench)
+    agent = bench.add(rclpy.create_node("agent", namespace="agent_0", context=bench.context))
+    desk, offers = TableDesk(agent), []
+    bench.until(lambda: desk._list.service_is_ready() and desk._completion.service_is_ready())
+    bench.until(lambda: desk._report.get_subscription_count())
+    desk.request(0, offers.append)
+    bench.until(lambda: offers)
+    (task,) = offers[0].items
+    desk.report(0, {"label": 1, "takes": [task.sequence], "next": [task.sequence]})
+    bench.until(lambda: "agreed" in kinds(happenings))
+    # it asks for a list, and then arrives
+    desk.request(0, offers.append)
+    bench.until(lambda: len(offers) == 2)
+    assert offers[1].items == (task,)
+    desk.complete(0, task.sequence)
+    bench.drain()
+    assert node.table.finished == 0
+    # of that list it takes nothing, since all of it is done
+    desk.report(0, {"label": 1, "takes": [], "next": []})
+    bench.until(lambda: kinds(happenings).count("assigned") == 2)
+    bench.until(lambda: node.table.finished == 1)
+    bench.until(lambda: len(labels) == 2)
+    bench.until(lambda: kinds(happenings).count("completed") == 1)
+
+
+def test_nothing_is_done_that_is_not_on_the_list(bench):
+    node, _, happenings = begun(bench)
+    agent = Customer(bench, 0)
+    agent.reports.publish(String(data='{"done": 99}'))
+    bench.until(lambda: "refused" in kinds(happenings))
+    assert (node.table.finished, node.table.label) == (0, 1)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "[]", "{}", '{"done": "x"}', '{"next": 3, "takes": []}', '{"next": ["a"], "takes": []}']
+)
 def test_reports_that_cannot_be_read_are_left_out(bench, text):
     node, _, happenings = begun(bench)
     agent = Customer(bench, 0)
