@@ -117,15 +117,20 @@ class HardwareBackend:
         """
         from crazychoir_fw.errors import RadioError
 
+        silent = self._silent_after(timeout_s, range(len(self.names)))
+        if silent:
+            names = ", ".join(self.names[i] for i in silent)
+            raise RadioError(f"{names}: no pose within {timeout_s:g} s; is there a positioning system?")
+        self.pace.begin_anew()
+
+    def _silent_after(self, timeout_s: float, indices: Indices) -> list[int]:
+        """Wait until some drones have said where they are; returns those that have not in time."""
         deadline = self._clock() + timeout_s
         while True:
-            silent = np.flatnonzero(np.isnan(self.poses().position[:, 0]))
-            if not len(silent):
-                self.pace.begin_anew()
-                return
-            if self._clock() >= deadline:
-                names = ", ".join(self.names[i] for i in silent)
-                raise RadioError(f"{names}: no pose within {timeout_s:g} s; is there a positioning system?")
+            unknown = np.isnan(self.poses().position[:, 0])
+            silent = [int(i) for i in indices if unknown[i]]
+            if not silent or self._clock() >= deadline:
+                return silent
             self._sleep(0.02)
 
     def pose_of(self, index: int) -> Pose:
@@ -155,6 +160,8 @@ class HardwareBackend:
             if not isinstance(error, CrazychoirError):
                 raise error
             self._refusals[chosen[drone.agent_id]] = str(error)
+        # a machine that has other work may not have come to read all that they say
+        self._silent_after(STALE_S, indices)
         self.pace.begin_anew()
         return [chosen[drone.agent_id] for drone, _ in refused]
 

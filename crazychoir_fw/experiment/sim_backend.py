@@ -10,11 +10,12 @@ from numpy.typing import NDArray
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.core import check
-from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.errors import CrazychoirError, RangeError, StateError
 from crazychoir_fw.experiment.backend import Indices, one_of
 from crazychoir_fw.experiment.setpoints import setpoints
 from crazychoir_fw.messages import Pose, TrajectoryPoint, Twist
 from crazychoir_fw.simulation.recorder import FlightRecorder
+from crazychoir_fw.simulation.supervisor_resets import is_about_to_reset, is_resetting
 from crazychoir_fw.simulation.swarm_views import swarm_parts
 from crazychoir_fw.simulation.world import World
 from crazychoir_fw.ticks import TICKS_PER_SECOND
@@ -26,6 +27,7 @@ Array = NDArray[np.float64]
 
 _ESTIMATE = tuple(f"stateEstimate.{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz"))
 _GYRO = ("gyro.x", "gyro.y", "gyro.z")
+_READY_S = 1.0  # a reset of the supervisor is over long before
 _IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
 
 
@@ -58,6 +60,10 @@ class SimBackend:
         facts = [lib.cf_platform_facts(drone.struct.config.platform) for drone in world.drones]
         self._max_thrust = np.array([4.0 * float(fact.thrust.thrust_max) for fact in facts])
         self._must_be_armed = [bool(fact.requires_arming) for fact in facts]
+        # of drones whose supervisor resets while they are to take off, with the time (s) since which they wait
+        self._readying: dict[int, float] = {}
+        self._goals: dict[int, tuple[float, TrajectoryPoint]] = {}
+        self._refusals: dict[int, str] = {}
         self._structs = [drone.struct for drone in world.drones]
         self._recorder = FlightRecorder(world, log_rate)
         self._extra: list[dict[str, Array]] = []
@@ -84,12 +90,30 @@ class SimBackend:
         return self._true().position
 
     def unlock(self, indices: Indices) -> list[int]:
-        """See `Backend`."""
-        for i in indices:
-            drone = self.world.drones[i]
-            if self._must_be_armed[i] and not drone.can_fly and drone.can_arm:
-                drone.arm()
-        return [int(i) for i in indices if not self.world.drones[i].can_fly]
+        """See `Backend`; drones whose supervisor resets just now are ready within 0.2 s."""
+        chosen = [int(i) for i in indices]
+        for i in chosen:
+            self._refusals.pop(i, None)
+            self._readying[i] = self.time
+            self._make_ready(i)
+        refused = [i for i in chosen if not self._will_fly(i)]
+        for i in refused:
+            self._readying.pop(i, None)
+        return refused
+
+    def _will_fly(self, index: int) -> bool:
+        drone = self.world.drones[index]
+        return drone.can_fly or is_resetting(drone)
+
+    def _make_ready(self, index: int) -> bool:
+        """Arm a drone that must be; return whether what it is told now is not dropped by a reset."""
+        drone = self.world.drones[index]
+        if self._must_be_armed[index] and not drone.can_fly and drone.can_arm:
+            drone.arm()
+        is_ready = drone.can_fly and not is_about_to_reset(drone)
+        if is_ready:
+            self._readying.pop(index, None)
+        return is_ready
 
     def send(self, indices: Indices, twist: Twist, kind: str) -> None:
         """See `Backend`.
@@ -100,14 +124,23 @@ class SimBackend:
         self.world.send_setpoints(indices, setpoints(twist, kind, self._max_thrust[indices], self.world.tick))
 
     def go_to(self, index: int, point: TrajectoryPoint) -> None:
-        """See `Backend`.
+        """See `Backend`; a drone whose supervisor resets just now flies there as soon as it can.
 
         Raises:
             StateError: If the motors may not run.
         """
         drone = self.world.drones[index]
-        if not drone.can_fly:
+        if not self._will_fly(index):
             raise StateError(f"{drone.id}: the motors may not run, state '{drone.supervisor_state}'")
+        self._goals[index] = self.time, point
+        self._try(index)
+
+    def _try(self, index: int) -> None:
+        """Hand a goal to a drone, unless its supervisor would drop it."""
+        drone = self.world.drones[index]
+        if not self._make_ready(index) or drone.struct.onboard.high_level.is_blocked:
+            return
+        _, point = self._goals.pop(index)
         if drone.struct.onboard.commander.priority > lib.COMMANDER_PRIORITY_HIGHLEVEL:
             drone.uplink.request("cf_notify_setpoint_stop")
         x, y, z = (float(value) for value in point.position)
@@ -117,10 +150,27 @@ class SimBackend:
     def advance(self, seconds: float) -> None:
         """See `Backend`."""
         self.world.step(round(seconds * TICKS_PER_SECOND))
+        if self._readying or self._goals:
+            self._go_on_waiting()
+
+    def _go_on_waiting(self) -> None:
+        now = self.time
+        # time may have been turned back
+        self._readying = {i: since for i, since in self._readying.items() if since <= now}
+        self._goals = {i: goal for i, goal in self._goals.items() if goal[0] <= now}
+        for i in list(self._readying):
+            self._make_ready(i)
+        for i in list(self._goals):
+            try:
+                self._try(i)
+            except CrazychoirError as error:
+                self._refusals[i] = str(error)
 
     def stop(self, indices: Indices) -> None:
         """See `Backend`."""
         for i in indices:
+            self._readying.pop(int(i), None)
+            self._goals.pop(int(i), None)
             uplink = self.world.drones[i].uplink
             uplink.request("cf_send_stop")
             # the planner, at rest, keeps the watchdog on board quiet
@@ -132,7 +182,13 @@ class SimBackend:
         """See `Backend`."""
         now = self.time
         out = [i for i, struct in enumerate(self._structs) if lib.cf_is_out(struct)]
-        return {i: sentence for i in out if (sentence := self.world.drones[i].outage(now)) is not None}
+        found = {i: sentence for i in out if (sentence := self.world.drones[i].outage(now)) is not None}
+        found.update(self._refusals)
+        for i, since in self._readying.items():
+            if now - since > _READY_S:
+                drone = self.world.drones[i]
+                found.setdefault(i, f"{drone.id}: the motors may not run, state '{drone.supervisor_state}'")
+        return found
 
     def record(self, extra: dict[str, Array]) -> None:
         """See `Backend`."""

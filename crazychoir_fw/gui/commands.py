@@ -91,7 +91,12 @@ class Commands:
         if session.flying is not None:
             session.flying.without(chosen)
         getattr(experiment, command.name)(names)
-        return f"{_BUTTONS[command.name]}: {self._whom(chosen)}"
+        failed = [i for i in chosen if experiment.agents[i].failure] if command.name in ("takeoff", "start") else []
+        reasons = "; ".join(str(experiment.agents[i].failure) for i in failed)
+        if len(failed) == len(chosen):
+            raise StateError(reasons)
+        text = f"{_BUTTONS[command.name]}: {self._whom([i for i in chosen if i not in failed])}"
+        return f"{text}; but {reasons}" if failed else text
 
     def _check_ready(self, chosen: list[int]) -> None:
         session = self._session

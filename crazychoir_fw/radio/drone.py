@@ -223,6 +223,8 @@ class RadioDrone:
         Raises:
             RadioError: If the drone is not connected.
         """
+        if not armed:
+            self._flight.do_not_take_off()
         self._send_now(lambda cf: cf.supervisor.send_arming_request(armed))
 
     def recover(self) -> None:
@@ -414,7 +416,7 @@ class RadioDrone:
             send_set_point()
         self._flight.emit()
         with self._sender.lock:
-            return min(self._sender.next_set_point(), self._flight.mode_until)
+            return min(self._sender.next_set_point(), self._flight.due)
 
     def _send_level(self, cf: LinkedCrazyflie) -> None:
         """Send a level attitude with a thrust; only classes that know the thrust of a drone have one."""

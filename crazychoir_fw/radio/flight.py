@@ -8,10 +8,21 @@ from collections import deque
 from collections.abc import Callable
 
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
+from crazychoir_fw.radio.liftoff import Liftoff
 from crazychoir_fw.radio.modes import Mode
 from crazychoir_fw.radio.options import Options
 from crazychoir_fw.radio.sender import Send, Sender
-from crazychoir_fw.radio.supervisor import CAN_BE_ARMED, IS_ARMED, make_ready, supervisor_bits
+from crazychoir_fw.radio.supervisor import (
+    CAN_BE_ARMED,
+    CAN_FLY,
+    IS_ARMED,
+    IS_AUTO_ARMED,
+    NEEDS_A_HAND,
+    follows_planner,
+    make_ready,
+    supervisor_bits,
+    why_grounded,
+)
 
 _LAND_S = 2.0  # where nobody says how long
 _LAND_EXTRA_S = 0.3  # the planner stops the motors a little after the end of its landing
@@ -47,6 +58,7 @@ class Flight:
         self._armed_here = False
         self._is_leveling = False
         self._emergency_stop_due = math.inf
+        self._liftoff = Liftoff(options.ready_timeout_s)
         self.mode = first_mode
         self.reason = ""
         """Why it is in this mode, where there is something to say."""
@@ -78,6 +90,7 @@ class Flight:
             if self.mode is not Mode.READY:
                 return False
             self.is_active = True
+            self._liftoff.expect(lambda: self._sender.post(send), self._clock())
         self._sender.post(send)
         self._sender.outbox.wake()
         return True
@@ -104,17 +117,24 @@ class Flight:
         Returns:
             False when it was stopped since then, while it was made ready; then nothing happens.
         """
+
+        def climb(cf: LinkedCrazyflie) -> None:
+            # with the heading that it stands in
+            cf.high_level_commander.takeoff(height, duration, yaw=None)
+
+        def climb_again() -> None:
+            if self.mode is Mode.TAKING_OFF:
+                self.mode_until = self._clock() + duration
+                self._sender.post(climb)
+
         with self._lock:
             if self._was_stopped_since(stops):
                 return False
             self._sender.stream.clear()
             self.is_active = True
             self._become(Mode.TAKING_OFF, until=self._clock() + duration)
-        self._sender.post(
-            self._sender.release,
-            # with the heading that it stands in
-            lambda cf: cf.high_level_commander.takeoff(height, duration, yaw=None),
-        )
+            self._liftoff.expect(climb_again, self._clock())
+        self._sender.post(self._sender.release, climb)
         self._sender.outbox.wake()
         return True
 
@@ -180,10 +200,18 @@ class Flight:
         if now >= self._emergency_stop_due and self._sender.is_connected:
             self._emergency_stop_due = now + _AGAIN_S  # unless it gets through
             self._sender.post(self._send_emergency_stop)
+        if now >= self._liftoff.due:
+            self._liftoff.due = math.inf  # until it has looked
+            self._sender.post(self._see_off)
         if now >= self.mode_until:
             self._end_mode()
         if self._sender.stream.is_stale(now):
             self._fall_silent(now)
+
+    @property
+    def due(self) -> float:
+        """When time brings something next (s)."""
+        return min(self.mode_until, self._liftoff.due)
 
     def lose(self, reason: str) -> None:
         """The link is lost."""
@@ -221,6 +249,8 @@ class Flight:
     def _become(self, mode: Mode, reason: str = "", until: float = math.inf) -> None:
         self.mode, self.reason, self.mode_until = mode, reason, until
         self._is_leveling = False
+        if mode not in (Mode.READY, Mode.TAKING_OFF):
+            self._liftoff.forget()
 
     def _end_mode(self) -> None:
         if self.mode is Mode.TAKING_OFF:
@@ -275,6 +305,32 @@ class Flight:
             self._asked_to_arm = now
         self._sender.post(self._arm_if_needed)
         self._sender.outbox.wake()
+
+    def _see_off(self, cf: LinkedCrazyflie) -> None:
+        """Look whether a drone that was told to take off does, and tell it again if not."""
+        bits = supervisor_bits(cf)
+        with self._lock:
+            if not self._liftoff.is_expected:  # it was stopped meanwhile
+                return
+            if bits is None:
+                self._liftoff.look(None, False, self._clock())
+                return
+            if self._options.arms and bits & CAN_BE_ARMED and not bits & (IS_ARMED | IS_AUTO_ARMED):
+                self._armed_here = True
+                cf.supervisor.send_arming_request(True)
+            if bits & NEEDS_A_HAND:
+                self._liftoff.forget()  # else it would start in that hand
+                goes_on = False
+            else:
+                goes_on = self._liftoff.look(follows_planner(bits), bool(bits & CAN_FLY), self._clock())
+            if not goes_on:
+                self.note("grounded", f"does not take off: {why_grounded(bits, self._options.arms)}")
+
+    def do_not_take_off(self) -> None:
+        """Forget a take-off that has not happened yet."""
+        with self._lock:
+            if self._liftoff.is_expected:
+                self._liftoff.forget()
 
     def _arm_if_needed(self, cf: LinkedCrazyflie) -> None:
         bits = supervisor_bits(cf)

@@ -20,6 +20,9 @@ IS_FLYING = 1 << 4
 IS_TUMBLED = 1 << 5
 IS_LOCKED = 1 << 6
 IS_CRASHED = 1 << 7
+IS_PLANNER_ACTIVE = 1 << 8
+NEEDS_A_HAND = IS_TUMBLED | IS_LOCKED | IS_CRASHED
+"""Somebody has to come and put it right."""
 
 _ANSWER_S = 0.2
 _NAP_S = 0.04  # as often as the supervisor looks
@@ -55,6 +58,17 @@ def supervisor_bits(cf: LinkedCrazyflie) -> int | None:
     return answers[0] if answers else None
 
 
+def follows_planner(bits: int) -> bool | None:
+    """Tell whether a drone flies what its planner says, by its supervisor; None when it cannot be known.
+
+    A reset on the floor while motors begin to turn leaves it "flying" for 2 s with its motors off (planner-commander
+    dossier, 14.2).
+    """
+    if not bits & IS_FLYING:
+        return False
+    return True if bits & IS_PLANNER_ACTIVE else None
+
+
 def make_ready(cf: LinkedCrazyflie, who: str, *, arms: bool, timeout_s: float) -> bool:
     """Wait until the motors of a drone may run, and arm it if it must be armed.
 
@@ -83,7 +97,7 @@ def make_ready(cf: LinkedCrazyflie, who: str, *, arms: bool, timeout_s: float) -
             raise RadioError(f"{who}: the link broke")
         now = time.monotonic()
         if (bits is not None and bits & IS_LOCKED) or now - began > timeout_s:
-            raise StateError(f"{who}: the motors may not run: {_why(bits, arms)}")
+            raise StateError(f"{who}: the motors may not run: {why_grounded(bits, arms)}")
         must_be_armed = bits is not None and bits & CAN_BE_ARMED and not bits & (IS_ARMED | IS_AUTO_ARMED)
         if must_be_armed and arms and (asked is None or now - asked > _ARM_AGAIN_S):
             cf.supervisor.send_arming_request(True)
@@ -91,7 +105,8 @@ def make_ready(cf: LinkedCrazyflie, who: str, *, arms: bool, timeout_s: float) -
         time.sleep(_NAP_S)
 
 
-def _why(bits: int | None, arms: bool) -> str:
+def why_grounded(bits: int | None, arms: bool) -> str:
+    """Return why a drone stays on the floor, by its supervisor: the rest of a sentence."""
     if bits is None:
         return "its supervisor does not answer"
     if bits & IS_LOCKED:
@@ -102,4 +117,4 @@ def _why(bits: int | None, arms: bool) -> str:
         return "it has tumbled"
     if not bits & IS_ARMED:
         return "it is not armed" if arms else "it is not armed, and this handler does not arm"
-    return "it is not ready"
+    return "its motors may run" if bits & CAN_FLY else "it is not ready"

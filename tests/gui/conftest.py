@@ -39,10 +39,10 @@ def open_flight():
 def until():
     """Waits until something holds."""
 
-    def wait(condition, timeout_s=60.0):
+    def wait(condition, timeout_s=60.0, tell=lambda: ""):
         end = time.monotonic() + timeout_s
         while not condition():
-            assert time.monotonic() < end, "it never came about"
+            assert time.monotonic() < end, f"it never came about; {tell()}"
             time.sleep(0.02)
 
     return wait

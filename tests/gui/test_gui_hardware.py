@@ -1,6 +1,5 @@
 """The page over the radio: served drones, with the client library that flies real ones."""
 
-import socket
 import sys
 import threading
 import uuid
@@ -11,6 +10,7 @@ import pytest
 
 pytest.importorskip("cflib")
 sys.path.append(str(Path(__file__).parents[1] / "experiment"))
+from ports import free_ports
 from served_drones import Served
 
 from crazychoir_fw.errors import StateError
@@ -49,24 +49,6 @@ def mission_file(tmp_path, text):
     path = tmp_path / "two.yaml"
     path.write_text(text)
     return path
-
-
-def free_ports(count):
-    """Return the first of so many neighboring ports that nobody has."""
-    for first in range(23000, 60000, 97):
-        sockets = []
-        try:
-            for port in range(first, first + count):
-                sockets.append(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
-                sockets[-1].bind(("127.0.0.1", port))
-        except OSError:
-            continue
-        else:
-            return first
-        finally:
-            for one in sockets:
-                one.close()
-    pytest.skip("no neighboring ports are free")
 
 
 @pytest.fixture
@@ -258,18 +240,24 @@ def test_uri_base_flies_a_served_swarm(serve, tmp_path, until):
                 def press(**command):
                     return client.post("/api/command", json={"id": uuid.uuid4().hex, "command": command}).json()
 
+                def tell():
+                    return [
+                        list(session.lines),
+                        *((drone.mode, drone.latest) for drone in session.access.backend.handler),
+                    ]
+
                 assert client.get("/api/setting").json()["is_real_time"]
                 assert press(name="speed", factor=2.0)["text"] == "the time of real drones goes on by itself"
                 assert press(name="takeoff") == {"ok": True, "text": "TAKE-OFF: all 2 drones"}
-                until(lambda: world.positions()[:, 2].min() > 0.4)
+                until(lambda: world.positions()[:, 2].min() > 0.4, tell=tell)
                 assert press(name="goto", drones=["right"], x=0.9, y=0.4, z=0.7, duration=1.0)["ok"]
-                until(lambda: np.linalg.norm(world.positions()[1] - (0.9, 0.4, 0.7)) < 0.1)
+                until(lambda: np.linalg.norm(world.positions()[1] - (0.9, 0.4, 0.7)) < 0.1, tell=tell)
                 assert abs(world.positions()[0, 0] + 0.6) < 0.1
                 assert press(name="set_parameter", parameter="posCtlPid.xKp", value=1.75)["ok"]
                 # a radio confirms at once, and writes between two steps
                 until(lambda: [drone.param["posCtlPid.xKp"] for drone in world.drones] == [1.75, 1.75])
                 assert press(name="land")["ok"]
-                until(lambda: not any(agent.is_up for agent in session.experiment.agents))
+                until(lambda: not any(agent.is_up for agent in session.experiment.agents), tell=tell)
                 assert world.positions()[:, 2].max() < 0.1
         server.stop()
         thread.join(20.0)

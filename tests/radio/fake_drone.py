@@ -30,10 +30,12 @@ LOGS |= {"stateEstimateZ.quat": "uint32_t"}
 LOGS |= dict.fromkeys((f"stateEstimateZ.rate{name}" for name in ("Roll", "Pitch", "Yaw")), "int16_t")
 
 READY = 0b1110  # armed, auto-armed, can fly
+FLYING = 0b1_0001_0000  # what the planner on board says
 UNARMED = 0b0001
 LOCKED = 0b1000000
 
 FLIGHT_PORTS = (3, 6, 7, 8, 9)
+STOP, START_TRAJECTORY, TAKEOFF, GO_TO = 3, 5, 7, 12  # of the planner on board
 
 
 class FakeDrone:
@@ -56,6 +58,8 @@ class FakeDrone:
         self.is_silent = False
         self.mute_ports = set()
         self.refuses_blocks = 0
+        self.commands_to_drop = 0
+        """How many take-offs and goals are not followed."""
 
     @property
     def flown(self):
@@ -94,6 +98,8 @@ class FakeDrone:
         self.packets.append((port, channel, data))
         if self.is_silent or port in self.mute_ports:
             return []
+        if port == 8:
+            self._plan(data[0])
         reply = {15: self._link, 13: self._platform, 5: self._log, 4: self._memory, 2: self._param, 9: self._supervisor}
         return reply[port](channel, data) if port in reply else []
 
@@ -105,6 +111,14 @@ class FakeDrone:
 
     def _memory(self, channel, data):
         return [(0, b"\x01\x00")] if channel == 0 and data[0] == 1 else []
+
+    def _plan(self, command):
+        if command == STOP:
+            self.bits &= ~FLYING
+        elif command in (START_TRAJECTORY, TAKEOFF, GO_TO) and self.commands_to_drop:
+            self.commands_to_drop -= 1
+        elif command in (START_TRAJECTORY, TAKEOFF, GO_TO):
+            self.bits |= FLYING
 
     def _supervisor(self, channel, data):
         if channel == 0 and data[0] == 0x0C:

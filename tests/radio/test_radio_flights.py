@@ -323,3 +323,18 @@ def test_the_example_says_what_to_start():
     assert run.returncode == 1
     assert "agent_0: udp://127.0.0.1:9: nobody listens there; is `crazychoir serve` running?" in run.stderr
     assert "crazychoir serve --drones 2" in run.stderr
+
+
+@pytest.mark.parametrize("before_ms", [-80, -40, 0, 20, 40, 80])
+def test_no_goal_is_lost_to_a_reset_on_the_floor(flight, before_ms):
+    """planner-commander dossier 14.6: a drone that has waited for its pre-flight time-out forgets what it is told."""
+    air = flight(starts={"cf1": (0.0, 0.0)})
+    swarm = air.connect(RadioHandlerXYZ, logger=False, odometry_hz=0)
+    with air.going_on():
+        swarm[1].make_ready()
+    supervisor = air.world.drones[0].struct.onboard.supervisor
+    supervisor.prefltTimeout = max(2000, air.world.tick - supervisor.arming_tick + 200)
+    air.world.step(supervisor.arming_tick + supervisor.prefltTimeout + 40 - before_ms - air.world.tick)
+    assert swarm[1].command(0.0, 0.0, 0.5, 1.0)
+    air.fly(6.0)
+    assert air.where(1)[2] == pytest.approx(0.5, abs=0.1)

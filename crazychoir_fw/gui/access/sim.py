@@ -12,6 +12,7 @@ from crazychoir_fw.experiment.sim_backend import truth
 from crazychoir_fw.gui.access.access import Access, DroneState, Variable
 from crazychoir_fw.journal import Journal
 from crazychoir_fw.messages import Pose
+from crazychoir_fw.simulation.supervisor_resets import is_resetting
 from crazychoir_fw.simulation.targets import Targets
 from crazychoir_fw.variables import parameter_table
 
@@ -63,7 +64,7 @@ class SimAccess(Access):
     def refusal(self, index: int) -> str | None:
         """See `Access`."""
         drone = self._drones[index]
-        if drone.can_fly or drone.can_arm:
+        if drone.can_fly or drone.can_arm or is_resetting(drone):
             return None
         return f"{drone.id}: the motors may not run, state '{drone.supervisor_state}'; REBOOT helps"
 

@@ -9,8 +9,7 @@ from crazychoir_fw.core import check
 from crazychoir_fw.errors import RangeError, StateError
 from crazychoir_fw.finite import finite, three
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl import MotorCtrl
-
-_SUPERVISOR_TICKS = 40  # from one look of the supervisor to the next
+from crazychoir_fw.simulation.supervisor_resets import is_about_to_reset
 
 
 class MotorCtrlXYZ(MotorCtrl):
@@ -32,7 +31,7 @@ class MotorCtrlXYZ(MotorCtrl):
         Raises:
             RangeError: If one of them is no finite number, or the duration not positive.
             StateError: If the motors may not run yet, or no longer; also in the last moment before the supervisor
-                resets after a landing.
+                resets on the floor, every 30 s and 3 s after a landing.
         """
         who = self._who("command")
         x, y, z, duration, yaw = finite(who, x=x, y=y, z=z, duration=duration, yaw=yaw)
@@ -42,9 +41,9 @@ class MotorCtrlXYZ(MotorCtrl):
             return
         if not self.drone.can_fly:
             raise StateError(f"{who}: the motors may not run, state '{self.drone.supervisor_state}'")
-        if self._is_about_to_reset():
+        if is_about_to_reset(self.drone):
             raise StateError(
-                f"{who}: the supervisor resets some seconds after a landing and would drop this plan; command again in "
+                f"{who}: the supervisor is about to reset on the floor and would drop this plan; command again in "
                 "0.2 s, in state 'Ready to fly'"
             )
         uplink = self.drone.uplink
@@ -52,13 +51,6 @@ class MotorCtrlXYZ(MotorCtrl):
             # whoever flew with setpoints before, or stopped, holds the commander
             uplink.request("cf_notify_setpoint_stop")
         check(uplink.request("cf_go_to", x, y, z, yaw, duration, False, False), f"{who}({x}, {y}, {z}, {duration})")
-
-    def _is_about_to_reset(self) -> bool:
-        """Whether the motors would have to turn earlier than they can, to be seen in flight before the reset."""
-        onboard = self.drone.struct.onboard
-        supervisor = onboard.supervisor
-        landed = supervisor.state == lib.supervisorStateLanded
-        return landed and onboard.tick - supervisor.landing_tick > supervisor.landedTimeout - _SUPERVISOR_TICKS
 
     def command_point(self, position: Sequence[float], duration: float, yaw: float = 0.0) -> None:
         """The same for a vector (m, world), shape (3,)."""

@@ -208,9 +208,27 @@ def test_a_plan_that_the_reset_after_a_landing_would_drop_is_refused():
     assert control.position[2] == pytest.approx(0.5, abs=0.1)
     world.restore(in_time)
     world.step(6)
-    with pytest.raises(StateError, match="the supervisor resets some seconds after a landing and would drop this plan"):
+    with pytest.raises(StateError, match="the supervisor is about to reset on the floor and would drop this plan"):
         control.command(0.0, 0.0, 0.5, 1.0)
     world.run(0.3)
     control.command(0.0, 0.0, 0.5, 1.0)
+    world.run(3.0)
+    assert control.position[2] == pytest.approx(0.5, abs=0.1)
+
+
+@pytest.mark.parametrize("wait_ms", range(-60, 140, 10))
+def test_no_plan_is_lost_to_the_reset_of_who_waits_on_the_floor(wait_ms):
+    """planner-commander dossier 14.6: 30 s after it became ready, a drone cannot be commanded for some 80 ms."""
+    world, control = flown_by(MotorCtrlXYZ)
+    supervisor = control.drone.struct.onboard.supervisor
+    supervisor.prefltTimeout = 1000
+    world.step(supervisor.arming_tick + 1040 + wait_ms - world.tick)
+    for _ in range(30):
+        try:
+            control.command(0.0, 0.0, 0.5, 1.0)
+        except StateError:
+            world.run(0.01)
+        else:
+            break
     world.run(3.0)
     assert control.position[2] == pytest.approx(0.5, abs=0.1)
