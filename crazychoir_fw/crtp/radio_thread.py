@@ -348,7 +348,8 @@ class Radio:
         for _ in range(len(radio.unsent)):
             self._emit(radio, radio.unsent.popleft(), False, now)
         counts, owner = radio.counts, radio.owner
-        is_behind = not radio.is_open or owner.address is None or now - owner.heard_at > STALL_SHARE * self._silence_s
+        is_silent = not self._was_deaf and now - owner.heard_at > STALL_SHARE * self._silence_s
+        is_behind = not radio.is_open or owner.address is None or is_silent
         for datagram, droppable in radio.station.line.take_out():
             if not radio.is_open or (droppable and (is_behind or not radio.of_logs.take(now))):
                 counts.dropped += 1

@@ -178,6 +178,24 @@ def test_who_was_not_listened_to_has_not_been_silent():
     assert counts.sessions == 1
 
 
+def test_who_was_not_listened_to_gets_the_log_of_that_moment():
+    world = World([DroneConfig("cf1")], visuals=False)
+    with world.serve(port=0) as server, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+        host, port = server.uris["cf1"].removeprefix("udp://").split(":")
+        client.settimeout(10.0)
+        client.connect((host, int(port)))
+        client.send(b"\xfd\x00")
+        assert client.recv(64).startswith(b"\xfdBitcraze")
+        radio = server._radio
+        with radio._lock:  # as if the process were stopped, with a log packet ready to leave
+            before = radio._clock()
+            radio._clock = lambda: before + FREEZE_S
+            (drone,) = radio._radios
+            drone.station.line.send(5, 2, b"log", droppable=True)
+            radio._handle([])
+        assert client.recv(64) == b"\x5elog"
+
+
 def test_the_client_of_a_dead_server_loses_its_link(happened):
     told = json.loads(happened.scripts["frozen"].output.splitlines()[-1])
     assert told["is_lost"]

@@ -5,6 +5,7 @@ import threading
 
 import numpy as np
 import pytest
+from ports import free_ports
 from server_clients import GREETING, SOURCE, Client, Talker, events, needs_icmp
 
 from crazychoir_fw.crtp import station as station_module
@@ -23,18 +24,15 @@ def test_every_drone_greets_at_its_own_port(open_server, connect):
 
 
 def test_ports_are_consecutive(world):
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        free = probe.getsockname()[1]
-    port = min(free, 60000) + 7
+    port = free_ports(2)
     with world.serve(port=port) as server:
         assert server.uris == {"cf1": f"udp://127.0.0.1:{port}", "cf2": f"udp://127.0.0.1:{port + 1}"}
 
 
 def test_a_taken_port_is_named_and_others_are_given_back(world):
+    taken = free_ports(2) + 1
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
-        other.bind(("127.0.0.1", 0))
-        taken = other.getsockname()[1]
+        other.bind(("127.0.0.1", taken))
         with pytest.raises(StateError, match=f"port {taken} of 127.0.0.1 is taken"):
             world.serve(port=taken - 1).start()
     with world.serve(port=taken - 1) as server:

@@ -13,6 +13,7 @@ from cflib.crtp import udpdriver
 uri = sys.argv[1]
 # the tests serve on any free ports, and not on those where scans look
 udpdriver._BASE_PORT, udpdriver._NR_OF_PORTS_TO_SCAN = int(uri.rsplit(":", 1)[1]), 1
+udpdriver._SCAN_TIMEOUT = 5.0  # in place of 0.1 s, for machines that have much else to do
 cflib.crtp.init_drivers()
 with SyncCrazyflie(uri, cf=Crazyflie(rw_cache=sys.argv[2])) as scf:
     stamps = []
