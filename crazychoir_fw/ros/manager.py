@@ -213,15 +213,17 @@ def hosting(options: RosOptions) -> Iterator[Callable[..., Any]]:
     from rclpy.signals import SignalHandlerOptions
 
     from crazychoir_fw.ros.hosting import HostedExperiment
-    from crazychoir_fw.ros.process import make_executor
+    from crazychoir_fw.ros.process import make_executor, take_leave
 
     context = Context()
     rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
     executor = make_executor(context)
+    nodes: list[Any] = []
     pace = Pace(options.speed, options.lockstep, options.deadline, unattended=True)
 
     def make(flown: LayeredMission, backend: Any, observe: Any = None) -> HostedExperiment:
         experiment = HostedExperiment(flown, backend, executor, pace, observe, context)
+        nodes.append(experiment.node)
         experiment.prepare(flown.flight)
         late = experiment.wait_for([part.name for part in options.parts], _BOOT_S)
         if late:
@@ -238,5 +240,5 @@ def hosting(options: RosOptions) -> Iterator[Callable[..., Any]]:
     try:
         yield make
     finally:
-        rclpy.try_shutdown(context=context)
+        take_leave(executor, nodes, context)
         sys.stdout.flush()

@@ -17,7 +17,7 @@ from std_msgs.msg import String
 
 from crazychoir_fw.ros.hosting import READY
 from crazychoir_fw.ros.names import LATEST, qos
-from crazychoir_fw.ros.process import make_executor
+from crazychoir_fw.ros.process import make_executor, take_leave
 
 ONLOOKER = "onlooker"
 PATIENCE = 240.0  # [s], of the wall clock, for what must come
@@ -76,7 +76,7 @@ class Flight:
 
     def close(self):
         """End whatever still runs."""
-        rclpy.try_shutdown(context=self.context)
+        take_leave(self.executor, [self.node], self.context)
         if self.process.poll() is None:
             self.process.send_signal(signal.SIGINT)
             try:
