@@ -19,6 +19,8 @@ from crazychoir_fw.firmware.build import build_provider  # noqa: E402
 # The gate tries the same cases every time, so that it fails for a change and never by luck; and no test may fail
 # because a machine is slow. `HYPOTHESIS_PROFILE=explore pytest` looks for new cases, ten times as many.
 settings.register_profile("gate", deadline=None, derandomize=True)
+# for counting which lines of C are executed: nearly all are, after the first few examples
+settings.register_profile("lines", deadline=None, derandomize=True, max_examples=20)
 settings.register_profile("explore", deadline=None, max_examples=1000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "gate"))
 
