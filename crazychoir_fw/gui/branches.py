@@ -145,7 +145,7 @@ class Branches:
         samples: list[Sample] = []
         for branch, end in reversed(self._ancestors(number)):
             own = [(time, sample) for time, sample in zip(branch.times[:], branch.samples[:], strict=False)
-                   if time < end and (not times or time > times[-1])]  # fmt: skip
+                   if time <= end and (not times or time > times[-1])]  # fmt: skip
             times += [time for time, _ in own]
             samples += [sample for _, sample in own]
         return times, samples

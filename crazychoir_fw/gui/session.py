@@ -212,6 +212,8 @@ class Session:
             # a log of everything grows by megabytes a second, and nobody asked for one
             self.experiment.backend.record = lambda extra: None  # type: ignore[method-assign]
             self.no_rewind = self.access.no_rewind
+            # one can go back to before the first command
+            self._keep_moment(self.experiment.time)
             self._publish()
             self.is_ready = True
             self.say("ready", f"{len(self.names)} drones are ready, backend {self.mission.backend}")
@@ -297,14 +299,19 @@ class Session:
         if now >= self._next_sample:
             self._next_sample = now + SAMPLE_S - 1e-6
             self.branches.present.sample(now, self._sample(now))
-        if now >= self._next_moment and self.no_rewind is None:
-            begin = wall.perf_counter()
-            try:
-                self.branches.present.add(self.take_moment())
-            except Exception as error:  # a user's objects may be of any kind
-                self.no_rewind = f"time cannot be turned back here: {type(error).__name__}: {error}"
-            cost = wall.perf_counter() - begin
-            self._next_moment = now + min(max(MOMENT_S, cost / MOMENT_SHARE * max(self.speed, 1.0)), 4 * MOMENT_S)
+        if now >= self._next_moment:
+            self._keep_moment(now)
+
+    def _keep_moment(self, now: float) -> None:
+        if self.no_rewind is not None:
+            return
+        begin = wall.perf_counter()
+        try:
+            self.branches.present.add(self.take_moment())
+        except Exception as error:  # a user's objects may be of any kind
+            self.no_rewind = f"time cannot be turned back here: {type(error).__name__}: {error}"
+        cost = wall.perf_counter() - begin
+        self._next_moment = now + min(max(MOMENT_S, cost / MOMENT_SHARE * max(self.speed, 1.0)), 4 * MOMENT_S)
 
     def _sample(self, now: float) -> Sample:
         """Return what the drones do, small enough for hours of it."""

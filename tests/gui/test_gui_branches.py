@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from crazychoir_fw.gui.branches import Branches, Sample
+from crazychoir_fw.gui.branches import Branches, Moment, Sample
 
 
 def test_who_was_not_heard_of_is_nowhere():
@@ -17,3 +17,27 @@ def test_who_was_not_heard_of_is_nowhere():
     path = json.loads(json.dumps(branches.path(0), allow_nan=False))
     assert path["positions"] == [[None, [1.0, 2.0, 0.25]], [[0.5, 0.5, 0.5], [1.0, 2.0, 0.25]]]
     assert path["times"] == [0.0, 0.1]
+
+
+def test_what_was_at_the_moment_that_a_branch_begins_at_is_its_past():
+    branches = Branches()
+    nothing = Sample(*(np.zeros((1, 3), np.float32),) * 4, None)
+    for time in (0.0, 0.1, 0.2):
+        branches.present.sample(time, nothing)
+    branches.leave(branches.present, Moment(0.1, None, None, None)).sample(0.11, nothing)
+    assert branches.lineage(1)[0] == [0.0, 0.1, 0.11]
+    assert branches.lineage(0)[0] == [0.0, 0.1, 0.2]
+
+
+def test_one_can_go_back_to_before_the_first_command(open_flight, api, until, tmp_path):
+    session = open_flight("draw.yaml", speed=0.0, backend="integrator")
+    client = api(session, tmp_path)
+    begin = session.experiment.time
+    assert client.command(name="takeoff")["ok"]  # while time stands still
+    client.command(name="speed", factor=20.0)
+    until(lambda: session.experiment.time > begin + 1.0)
+    client.command(name="speed", factor=0.0)
+    assert client.command(name="rewind", branch=0, time=begin)["ok"]
+    assert session.experiment.time == begin
+    assert not any(agent.is_up for agent in session.experiment.agents)
+    assert not client.command(name="goto", drones=["agent_0"], x=0.0, y=0.0, z=1.0)["ok"]

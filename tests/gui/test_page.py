@@ -95,10 +95,10 @@ def test_draw_preview_fly_land(open_page, session, until):
 
     tab(page, "Preview")
     page.wait_for_selector("[data-testid=preview-facts]")
-    session.speed = 20.0
     page.get_by_text("FLY", exact=True).click()
     until(lambda: session.flying is not None)
     flying = session.flying
+    session.speed = 20.0
     legs = list(flying.legs)
     assert [leg.drone for leg in legs] == [0, 1, 2, 3]
     until(lambda: session.flying is None, 120.0)
@@ -154,9 +154,11 @@ def test_parameters_are_found_and_written(open_page, session):
 
 def test_rewind_changes_the_future_and_keeps_the_past(open_page, session, until):
     page = open_page()
-    session.speed = 10.0
     page.get_by_text("TAKE-OFF", exact=True).click()
+    # time stands still whenever the page is asked something: slow browsers miss none of it
+    until(lambda: all(agent.is_up for agent in session.experiment.agents))
     begin = session.frame.time
+    session.speed = 10.0
     until(lambda: session.frame.time > begin + 6.0)
     old = session.branches.present
     tab(page, "Rewind")
@@ -168,8 +170,8 @@ def test_rewind_changes_the_future_and_keeps_the_past(open_page, session, until)
     page.evaluate(f"cc.command({{ name: 'rewind', branch: {old.number}, time: {moment + 0.01} }})")
     expect(page.get_by_test_id("branch")).to_have_count(min(count + 1, 8))
     until(lambda: session.frame.time == moment)
-    session.speed = 10.0
     page.evaluate("cc.command({ name: 'goto', drones: ['agent_0'], x: -1.5, y: 0.5, z: 0.8, duration: 3 })")
+    session.speed = 10.0
     until(lambda: session.frame.time > moment + 5.5)
     assert session.branches.present is not old
     assert abs(session.frame.position[0, 1] - 0.5) < 0.15
