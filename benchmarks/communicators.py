@@ -100,7 +100,6 @@ def over_ros(count: int, rounds: int) -> dict[str, Any] | None:
     from crazychoir_fw.ros.manager import free_domain
 
     os.environ["ROS_DOMAIN_ID"] = str(free_domain())
-    os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     fresh = multiprocessing.get_context("spawn")
     results = fresh.Queue()
     processes = [fresh.Process(target=talk, args=(i, count, rounds, results)) for i in range(count)]

@@ -4,12 +4,12 @@ This is the only package that imports rclpy. Install it with ``pip install 'craz
 installation of ROS 2.
 """
 
-import os
 from importlib import import_module
 from typing import Any
 
-# drones of somebody else on the same network should not hear us: wider discovery is a choice
-os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+from crazychoir_fw.ros.middleware import stay_on_this_machine
+
+stay_on_this_machine()
 
 try:
     import rclpy  # noqa: F401

@@ -186,8 +186,8 @@ def run_part(
 def take_leave(executor: Any | None, nodes: Iterable[Node], context: Context) -> None:
     """Destroy nodes, then shut their context down.
 
-    A process that `multiprocessing` made ends without the interpreter's own destruction of objects: what the middleware
-    shares with other processes, half a megabyte each, would be left in memory for ever.
+    A process that `multiprocessing` made ends without the interpreter's own destruction of objects: a middleware that
+    shares memory with other processes would leave half a megabyte of it for ever.
     """
     for node in nodes:
         with suppress(Exception):  # the context may be gone already

@@ -8,9 +8,8 @@ import time
 import pytest
 from ros_domains import reserve_domain
 
-# before anything of ROS reads it: a domain of its own, this machine only, and no need of a home
+# before anything of ROS reads it: a domain of its own, and no need of a home
 os.environ["ROS_DOMAIN_ID"] = str(reserve_domain())
-os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
 os.environ["ROS_LOG_DIR"] = tempfile.mkdtemp(prefix="ros_logs_")
 
 import rclpy

@@ -26,7 +26,7 @@ PATIENCE = 240.0  # [s], of the wall clock, for what must come
 class Flight:
     """A mission flown as processes, and somebody who looks on."""
 
-    def __init__(self, folder: Path, mission: str, *options: str, patience: float = 0.5):
+    def __init__(self, folder: Path, mission: str, *options: str, patience: float = 0.5, environment=None):
         self.file = folder / "mission.yaml"
         self.file.write_text(mission)
         self.out = folder / "out"
@@ -42,7 +42,8 @@ class Flight:
         command = [sys.executable, "-c", code, "fly", str(self.file), "--ros", "--no-video", "--out", str(self.out)]
         self.log = folder / "log.txt"
         with self.log.open("w") as log:
-            self.process = subprocess.Popen([*command, "--domain", str(domain), *options], stdout=log, stderr=log)
+            command += ["--domain", str(domain), *options]
+            self.process = subprocess.Popen(command, stdout=log, stderr=log, env=environment)
         self.context = Context()
         rclpy.init(args=[], context=self.context, domain_id=domain)
         self.node = Node(ONLOOKER, context=self.context)

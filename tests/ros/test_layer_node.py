@@ -1,15 +1,11 @@
 """What all nodes have in common: names, parameters, work on the clock of ROS."""
 
-import importlib
-import os
-
 import numpy as np
 import pytest
 import rclpy
 from geometry_msgs.msg import Vector3
 from std_msgs.msg import Empty
 
-import crazychoir_fw.ros
 from crazychoir_fw.errors import RangeError
 from crazychoir_fw.ros.conversions import message_to_reference
 from crazychoir_fw.ros.names import ACCELERATION, TOPICS
@@ -168,12 +164,3 @@ def test_the_table_is_that_of_the_dossier():
     assert depths["odom"] == (10, 10) and depths["cmd_vel"] == (1, 1) and depths["acceleration"] == (1, 1)
     assert depths["traj_params"] == (1, 10) and depths["/takeoff"] == (10, 10)
     assert depths["/visualization_marker"] == (1, 1)
-
-
-@pytest.mark.parametrize(("before", "wanted"), [(None, "LOCALHOST"), ("SUBNET", "SUBNET")])
-def test_discovery_stays_on_this_machine_unless_the_user_says_so(before, wanted, monkeypatch):
-    monkeypatch.delenv("ROS_AUTOMATIC_DISCOVERY_RANGE")
-    if before is not None:
-        monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", before)
-    importlib.reload(crazychoir_fw.ros)
-    assert os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] == wanted
