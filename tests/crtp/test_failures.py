@@ -8,7 +8,7 @@ import signal
 import socket
 import sys
 import time
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -159,7 +159,9 @@ def test_a_frozen_server_goes_on_without_a_burst(happened):
     assert at_once <= 100
 
 
-def test_who_was_not_listened_to_has_not_been_silent():
+@pytest.fixture
+def served():
+    """A server, and its client."""
     world = World([DroneConfig("cf1")], visuals=False)
     with world.serve(port=0) as server, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
         host, port = server.uris["cf1"].removeprefix("udp://").split(":")
@@ -167,33 +169,35 @@ def test_who_was_not_listened_to_has_not_been_silent():
         client.connect((host, int(port)))
         client.send(b"\xfd\x00")
         assert client.recv(64).startswith(b"\xfdBitcraze")
-        radio = server._radio
-        with radio._lock:  # as if the process were stopped
-            client.send(b"\xfcping")
-            before = radio._clock()
-            radio._clock = lambda: before + FREEZE_S
-            radio._handle([])
-        assert client.recv(64) == b"\xfcping"
+        yield server, client
+
+
+@contextmanager
+def stopped(server):
+    """What happens while the process is stopped, until it goes on."""
+    radio = server._radio
+    with radio._lock:
+        yield
+        now = radio._clock() + FREEZE_S
+        radio._clock = lambda: now
+        radio._handle([])
+
+
+def test_who_was_not_listened_to_has_not_been_silent(served):
+    server, client = served
+    with stopped(server):
+        client.send(b"\xfcping")
+    assert client.recv(64) == b"\xfcping"
     (counts,) = server.statistics().drones.values()
     assert counts.sessions == 1
 
 
-def test_who_was_not_listened_to_gets_the_log_of_that_moment():
-    world = World([DroneConfig("cf1")], visuals=False)
-    with world.serve(port=0) as server, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
-        host, port = server.uris["cf1"].removeprefix("udp://").split(":")
-        client.settimeout(10.0)
-        client.connect((host, int(port)))
-        client.send(b"\xfd\x00")
-        assert client.recv(64).startswith(b"\xfdBitcraze")
-        radio = server._radio
-        with radio._lock:  # as if the process were stopped, with a log packet ready to leave
-            before = radio._clock()
-            radio._clock = lambda: before + FREEZE_S
-            (drone,) = radio._radios
-            drone.station.line.send(5, 2, b"log", droppable=True)
-            radio._handle([])
-        assert client.recv(64) == b"\x5elog"
+def test_who_was_not_listened_to_gets_the_log_of_that_moment(served):
+    server, client = served
+    with stopped(server):
+        (drone,) = server._radio._radios
+        drone.station.line.send(5, 2, b"log", droppable=True)
+    assert client.recv(64) == b"\x5elog"
 
 
 def test_the_client_of_a_dead_server_loses_its_link(happened):
