@@ -21,7 +21,10 @@ def press(
     button: Annotated[str, typer.Argument(help=", ".join(_BUTTONS), metavar="BUTTON")],
     values: Annotated[
         list[str] | None,
-        typer.Argument(help="goto: X Y Z [SECONDS]; speed: FACTOR; set: PARAMETER VALUE; rewind: SECONDS [BRANCH]."),
+        typer.Argument(
+            help="goto: X Y Z [SECONDS]; speed: FACTOR; set: PARAMETER VALUE; "
+            "rewind: SECONDS [BRANCH], otherwise of the one that flies."
+        ),
     ] = None,
     drones: Annotated[str | None, typer.Option(help="Names, with commas between them; otherwise all drones.")] = None,
     port: Annotated[int, typer.Option(min=1, max=65535, help="Port of a page on this machine.")] = DEFAULT_PORT,
@@ -107,8 +110,11 @@ def command_of(button: str, values: list[str]) -> dict[str, Any]:
     if button == "goto" and len(values) in (3, 4):
         return {"name": "goto", **dict(zip(("x", "y", "z", "duration"), _numbers(values), strict=False))}
     if button == "rewind" and len(values) in (1, 2):
-        time, branch = (*_numbers(values), 0.0)[:2]
-        return {"name": "rewind", "time": time, "branch": int(branch)}
+        if len(values) == 1:
+            return {"name": "rewind", "time": _numbers(values)[0]}
+        if not values[1].isdecimal():
+            raise ValueError(f"branch {values[1]} must be a whole number, 0 or more")
+        return {"name": "rewind", "time": _numbers(values)[0], "branch": int(values[1])}
     if button not in _BUTTONS:
         raise ValueError(f"there is no button '{button}', allowed: {', '.join(_BUTTONS)}")
     raise ValueError(f"{button} does not take {' '.join(values) or 'nothing'}; see crazychoir press --help")

@@ -92,7 +92,8 @@ class Rewind(Request):
     """Go back to a time of a branch, and fly on from there as a new branch."""
 
     name: Literal["rewind"]
-    branch: Annotated[int, Field(ge=0, le=10_000)]
+    branch: Annotated[int, Field(ge=0, le=10_000)] | None = None
+    """Otherwise the one that flies now."""
     time: Seconds
 
 

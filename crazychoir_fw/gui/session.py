@@ -345,14 +345,20 @@ class Session:
                          *([] if self.experiment.backend in roots else [self.experiment.backend])])  # fmt: skip
         return Moment(self.experiment.time, self.access.remember(), layers, self.flying)
 
-    def go_back(self, number: int, time: float) -> float:
+    def go_back(self, number: int | None, time: float) -> float:
         """Make everything what it was, and begin a new branch there; returns when that is (s).
+
+        Args:
+            number: Of the branch; otherwise the one that flies now.
+            time: When (s).
 
         Raises:
             StateError: If time cannot be turned back.
         """
         if self.no_rewind is not None:
             raise StateError(self.no_rewind)
+        if number is None:
+            number = self.branches.present.number
         if number == self.branches.present.number:
             self.branches.present.add(self.take_moment())
         parent, moment = self.branches.find(number, time)

@@ -35,7 +35,8 @@ def test_a_mission_that_is_not_there_is_one_sentence(tmp_path):
         ("pause", {"name": "speed", "factor": 0.0}),
         ("goto 1 -2 0.5", {"name": "goto", "x": 1.0, "y": -2.0, "z": 0.5}),
         ("set posCtlPid.xKp 2", {"name": "set_parameter", "parameter": "posCtlPid.xKp", "value": 2.0}),
-        ("rewind 3", {"name": "rewind", "time": 3.0, "branch": 0}),
+        ("rewind 3", {"name": "rewind", "time": 3.0}),
+        ("rewind 3.5 2", {"name": "rewind", "time": 3.5, "branch": 2}),
     ],
 )
 def test_words_become_commands(words, command):
@@ -48,6 +49,7 @@ def test_words_become_commands(words, command):
     [
         ("explode", "there is no button 'explode', allowed: takeoff"),
         ("goto 1 2", "goto does not take 1 2"),
+        ("rewind 3 1.5", "branch 1.5 must be a whole number"),
         ("goto 1 2 up", "1 2 up: allowed: numbers"),
         ("takeoff", "there is no page at"),
     ],

@@ -41,3 +41,23 @@ def test_one_can_go_back_to_before_the_first_command(open_flight, api, until, tm
     assert session.experiment.time == begin
     assert not any(agent.is_up for agent in session.experiment.agents)
     assert not client.command(name="goto", drones=["agent_0"], x=0.0, y=0.0, z=1.0)["ok"]
+
+
+def test_without_a_branch_one_goes_back_in_the_one_that_flies(open_flight, api, until, tmp_path):
+    session = open_flight("draw.yaml", speed=0.0, backend="integrator")
+    client = api(session, tmp_path)
+    begin = session.experiment.time
+
+    def fly_on():
+        client.command(name="speed", factor=20.0)
+        until(lambda: session.experiment.time > begin + 2.0)
+        client.command(name="speed", factor=0.0)
+
+    assert client.command(name="takeoff")["ok"]
+    fly_on()
+    assert client.command(name="rewind", time=begin)["ok"]
+    fly_on()  # on the floor
+    assert client.command(name="rewind", time=begin + 1.5)["ok"]
+    assert session.branches.present.parent == 1
+    assert session.experiment.time > begin + 0.5
+    assert not any(agent.is_up for agent in session.experiment.agents)
