@@ -21,6 +21,10 @@ class StateError(CrazychoirError, RuntimeError):
     """The request is not possible in the present state, for instance a take-off of a locked drone."""
 
 
+class MissingLibraryError(StateError, ImportError):
+    """What was asked for needs a library that is not installed; the text has the command that installs it."""
+
+
 class BlockedError(StateError):
     """The supervisor keeps the drone from flying, so that its high-level commander accepts nothing."""
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.cli.pace import Pace
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.errors import MissingLibraryError
 from crazychoir_fw.report.likeness import Likeness
 from crazychoir_fw.report.overlays import drone_colors
 from crazychoir_fw.simulation.targets import Targets
@@ -49,12 +49,12 @@ def open_page(say: Callable[[str], None], patience_s: float = PATIENCE_S) -> Ite
         patience_s: How long the first sample waits until somebody has opened the page (s).
 
     Raises:
-        CrazychoirError: If viser is not installed.
+        MissingLibraryError: If viser is not installed.
     """
     try:
         import viser
     except ImportError:
-        raise CrazychoirError(
+        raise MissingLibraryError(
             "--view: the page needs viser: run pip install 'crazychoir-fw[viz]' (or open a display for MuJoCo's window)"
         ) from None
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from crazychoir_fw.errors import CrazychoirError, RangeError
+from crazychoir_fw.errors import MissingLibraryError, RangeError
 from crazychoir_fw.gui.guard import Guard, is_loopback
 
 if TYPE_CHECKING:
@@ -16,12 +16,12 @@ def require_nicegui() -> None:
     """See that the libraries of the page are there.
 
     Raises:
-        CrazychoirError: If they are not.
+        MissingLibraryError: If they are not.
     """
     try:
         import nicegui  # noqa: F401
     except ImportError:
-        raise CrazychoirError("the page needs NiceGUI: run pip install 'crazychoir-fw[gui]'") from None
+        raise MissingLibraryError("the page needs NiceGUI: run pip install 'crazychoir-fw[gui]'") from None
 
 
 def make_app(session: Session, folder: Path | None = None, token: str | None = None, with_page: bool = True) -> Any:

@@ -13,7 +13,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from crazychoir_fw.errors import StateError
+from crazychoir_fw.errors import MissingLibraryError, StateError
 from crazychoir_fw.messages import Pose
 
 LOOPBACK = "127.0.0.1"
@@ -115,12 +115,15 @@ class MotionCapture:
             clock: Time of arrival (s).
 
         Raises:
-            StateError: If the package is not there, or the system is not.
+            MissingLibraryError: If the package is not there.
+            StateError: If the system is not.
         """
         try:
             package = importlib.import_module("motioncapture")
         except ImportError:
-            raise StateError("motion capture needs motioncapture: pip install 'crazychoir-fw[mocap]'") from None
+            raise MissingLibraryError(
+                "motion capture needs motioncapture: run pip install 'crazychoir-fw[mocap]'"
+            ) from None
         try:
             self._system: Any = package.connect(system, {"hostname": host})
         except Exception as error:  # what a driver raises is its own affair

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crazychoir_fw.errors import StateError
+from crazychoir_fw.errors import MissingLibraryError, StateError
 
 if TYPE_CHECKING:
     from crazychoir_fw.guidance.communicator import TopicCommunicator
@@ -77,7 +77,7 @@ def import_disropt() -> ModuleType:
     """Return the package DISROPT with all of its parts loaded.
 
     Raises:
-        StateError: If it is not installed; the text says how to.
+        MissingLibraryError: If it is not installed.
     """
     try:
         with without_mpi():
@@ -85,8 +85,8 @@ def import_disropt() -> ModuleType:
             for part in _PARTS:
                 importlib.import_module(f"disropt.{part}")
     except ModuleNotFoundError as error:
-        raise StateError(
-            f"DISROPT cannot be used, {error.name} is missing: pip install 'crazychoir-fw[disropt]'"
+        raise MissingLibraryError(
+            f"DISROPT cannot be used, {error.name} is missing: run pip install 'crazychoir-fw[disropt]'"
         ) from error
     return package
 
@@ -103,7 +103,7 @@ def adapted(communicator: TopicCommunicator, timeout: float | None = None) -> An
         timeout: How long to wait for neighbors in a round (s); None is the deadline of the communicator.
 
     Raises:
-        StateError: If DISROPT is not installed.
+        MissingLibraryError: If DISROPT is not installed.
     """
     base = import_disropt().communicators.Communicator
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import CrazychoirError, RangeError, StateError
+from crazychoir_fw.errors import CrazychoirError, MissingLibraryError, RangeError
 from crazychoir_fw.optimization.algorithm import vector
 
 Array = NDArray[np.float64]
@@ -21,12 +21,12 @@ def solver() -> Any:
     """Return the exact solver of small quadratic programs.
 
     Raises:
-        StateError: If it is not installed; the text says how to.
+        MissingLibraryError: If it is not installed.
     """
     try:
         import quadprog
     except ImportError as error:
-        raise StateError("constraints need quadprog: pip install 'crazychoir-fw[optimization]'") from error
+        raise MissingLibraryError("constraints need quadprog: run pip install 'crazychoir-fw[optimization]'") from error
     return quadprog
 
 

@@ -1,8 +1,10 @@
 """The radio layer is cflib's; a missing cflib is answered with the command that installs it."""
 
+from crazychoir_fw.errors import MissingLibraryError
+
 try:
     import cflib  # noqa: F401
 except ImportError as error:
-    raise ImportError(
-        "the radio layer needs cflib, 0.1.32 or newer: pip install 'crazychoir-fw[radio]'", name="cflib"
+    raise MissingLibraryError(
+        "the radio layer needs cflib, 0.1.32 or newer: run pip install 'crazychoir-fw[radio]'"
     ) from error

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from crazychoir_fw.errors import StateError
+from crazychoir_fw.errors import MissingLibraryError
 from crazychoir_fw.recorded.nanobench import RecordedFlight
 from crazychoir_fw.recorded.phases import Phases
 from crazychoir_fw.recorded.prediction import predict
@@ -36,10 +36,12 @@ def check_refinable() -> None:
     """See whether `refine` can do its work, before others begin theirs.
 
     Raises:
-        StateError: If scipy is not installed.
+        MissingLibraryError: If scipy is not installed.
     """
     if minimize is None:
-        raise StateError("refining needs scipy: pip install scipy; --no-refining (refines=False) does without")
+        raise MissingLibraryError(
+            "refining needs scipy: run pip install scipy; --no-refining (refines=False) does without"
+        )
 
 
 def refine(
@@ -58,7 +60,7 @@ def refine(
         report: Told what came about, in a sentence.
 
     Raises:
-        StateError: If scipy is not installed.
+        MissingLibraryError: If scipy is not installed.
     """
     check_refinable()
     start = np.log([vehicle[name] for name in REFINED])

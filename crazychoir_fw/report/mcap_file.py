@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.errors import MissingLibraryError
 from crazychoir_fw.replacing import replacing
 from crazychoir_fw.report.cdr import set_stamps
 from crazychoir_fw.report.flight_log import FlightLog
@@ -31,7 +31,7 @@ def write_mcap(log: FlightLog, path: str | Path) -> None:
     Time stamps are simulated time, from 0. Topics whose signals the log does not have are left out.
 
     Raises:
-        CrazychoirError: If the library that writes such files is not installed.
+        MissingLibraryError: If the library that writes such files is not installed.
     """
     writer_type, compression = _library()
     with replacing(Path(path)) as temporary, temporary.open("wb") as file:
@@ -45,7 +45,7 @@ def require_mcap() -> None:
     """Return if MCAP files can be written here.
 
     Raises:
-        CrazychoirError: If the library for it is not installed; the message says how to install it.
+        MissingLibraryError: If the library for it is not installed.
     """
     _library()
 
@@ -54,7 +54,7 @@ def _library() -> tuple[Callable[..., Writer], Any]:
     try:
         from mcap.writer import CompressionType, Writer
     except ImportError:
-        raise CrazychoirError("MCAP files need the package mcap: run pip install 'crazychoir-fw[mcap]'") from None
+        raise MissingLibraryError("MCAP files need the package mcap: run pip install 'crazychoir-fw[mcap]'") from None
     return Writer, CompressionType.ZSTD
 
 

@@ -7,6 +7,7 @@ installation of ROS 2.
 from importlib import import_module
 from typing import Any
 
+from crazychoir_fw.errors import MissingLibraryError
 from crazychoir_fw.ros.middleware import stay_on_this_machine
 
 stay_on_this_machine()
@@ -14,7 +15,7 @@ stay_on_this_machine()
 try:
     import rclpy  # noqa: F401
 except ModuleNotFoundError as error:
-    raise ImportError(
+    raise MissingLibraryError(
         f"crazychoir_fw.ros needs {error.name}, which is not installed: run pip install 'crazychoir-fw[ros]', "
         "or source an installation of ROS 2"
     ) from error

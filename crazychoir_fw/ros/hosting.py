@@ -57,6 +57,19 @@ _WARM_UP_S = 20.0  # [s], wall, at most
 _PAUSE_S = 0.3  # [s], wall: the longest round while somebody has not been heard of
 
 
+def names_from(reading: int) -> list[str]:
+    """Return the processes that have ended since the last look, if any.
+
+    Args:
+        reading: End of a pipe that their supervisor writes their names to, one a line.
+    """
+    os.set_blocking(reading, False)
+    try:
+        return os.read(reading, 65536).decode().splitlines()
+    except BlockingIOError:
+        return []
+
+
 class HostedExperiment(Experiment):
     """An experiment whose layers are nodes."""
 
@@ -269,31 +282,33 @@ class HostedExperiment(Experiment):
 
     # ---------------------------------------------------------------- rounds
 
-    def wait_for(self, processes: Sequence[str], timeout: float) -> list[str]:
-        """Wait until processes have found their partners; returns those that have not in time (s, wall)."""
+    def wait_for(self, processes: Sequence[str], timeout: float, look: Callable[[], None]) -> list[str]:
+        """Wait until processes have found their partners; returns those that have not in time (s, wall).
+
+        Args:
+            processes: Their names.
+            timeout: How long (s, wall).
+            look: Called now and then; what it raises ends the waiting.
+        """
         deadline = time.monotonic() + timeout
         while not self.ready.issuperset(processes) and time.monotonic() < deadline:
             self._executor.spin_once(timeout_sec=0.05)
+            look()
         return sorted(set(processes) - self.ready)
 
     def watch_deaths(self, reading: int, parts: Sequence[Part]) -> None:
         """Wait no more for processes that have ended.
 
         Args:
-            reading: End of a pipe that their supervisor writes their names to, one a line.
+            reading: See `names_from`.
             parts: What each of them does.
         """
-        os.set_blocking(reading, False)
         self._parts = {part.name: part for part in parts}
 
         def look() -> None:
-            try:
-                words = os.read(reading, 65536).decode().split("\n")
-            except BlockingIOError:
-                return
-            for word in words:
-                if word in self._parts:
-                    self._has_ended(self._parts[word])
+            for name in names_from(reading):
+                if name in self._parts:
+                    self._has_ended(self._parts[name])
 
         self.node.while_waiting = self._look_for_deaths = look
 

@@ -22,7 +22,7 @@ from typing import Any
 from crazychoir_fw.errors import CrazychoirError, MissionError, RangeError
 from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.ros.parts import Part, parts_of
-from crazychoir_fw.ros.process import run_part
+from crazychoir_fw.ros.process import NOT_MADE, run_part
 from crazychoir_fw.ros.simulation import Pace
 from crazychoir_fw.ros.supervise import Supervisor
 
@@ -107,6 +107,9 @@ def fly_as_processes(
         quiet: Whether nothing is printed of the processes.
         watchers: Further processes, by name, that belong to the flight and decide nothing, such as a page; the flight
             ends with the first of them.
+
+    Raises:
+        MissionError: If a process cannot make its nodes as the mission says.
     """
     domain = free_domain() if options.domain is None else options.domain
     os.environ["ROS_DOMAIN_ID"] = str(domain)
@@ -170,6 +173,8 @@ class _Flight:
             for child in supervisor.watch(1.0):
                 if child.name in vital:
                     return int(child.process.exitcode or 0)
+                if child.process.exitcode == NOT_MADE and child.starts == 1:  # later, others are in the air
+                    raise MissionError(f"{self._mission.name}: {child.name} cannot be made, see what it said")
                 os.write(writing, f"{child.name}\n".encode())
                 supervisor.say(
                     f"{child.name} ended {how(child.process.exitcode)} after {time.monotonic() - began:.1f} s"
@@ -212,7 +217,7 @@ def hosting(options: RosOptions) -> Iterator[Callable[..., Any]]:
     from rclpy.context import Context
     from rclpy.signals import SignalHandlerOptions
 
-    from crazychoir_fw.ros.hosting import HostedExperiment
+    from crazychoir_fw.ros.hosting import HostedExperiment, names_from
     from crazychoir_fw.ros.process import make_executor, take_leave
 
     context = Context()
@@ -221,11 +226,17 @@ def hosting(options: RosOptions) -> Iterator[Callable[..., Any]]:
     nodes: list[Any] = []
     pace = Pace(options.speed, options.lockstep, options.deadline, unattended=True)
 
+    def look() -> None:
+        """Nobody need wait for a process that will not come; those that are started again are read over."""
+        ended = [] if options.deaths is None else names_from(options.deaths)
+        if ended and not options.restart:
+            raise CrazychoirError(f"{ended[0]} has ended before the flight began, see what it said")
+
     def make(flown: LayeredMission, backend: Any, observe: Any = None) -> HostedExperiment:
         experiment = HostedExperiment(flown, backend, executor, pace, observe, context)
         nodes.append(experiment.node)
         experiment.prepare(flown.flight)
-        late = experiment.wait_for([part.name for part in options.parts], _BOOT_S)
+        late = experiment.wait_for([part.name for part in options.parts], _BOOT_S, look)
         if late:
             raise CrazychoirError(
                 f"{', '.join(late[:3])}{' and others' if len(late) > 3 else ''}: not found on ROS domain "

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -17,6 +19,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
+from crazychoir_fw.errors import CrazychoirError
 from crazychoir_fw.experiment import agents
 from crazychoir_fw.experiment.communicators import disturbed, goes_by_distance
 from crazychoir_fw.experiment.services import make_table
@@ -32,6 +35,9 @@ from crazychoir_fw.ros.tasks import TableDesk, TaskTable
 from crazychoir_fw.ros.teams import make_teams
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
 from crazychoir_fw.ros.whereabouts import Whereabouts
+
+NOT_MADE = os.EX_CONFIG
+"""Exit code of a process whose nodes cannot be made as the mission says."""
 
 _LOOK_EVERY = 0.05  # [s], wall: whether all partners are there
 _LOOK_AT_CLOCK = 0.5  # [s], wall: whether somebody still publishes it
@@ -168,7 +174,13 @@ def run_part(
         executor = make_executor(context)
         # whoever is near travels on a topic, after the odometry: controllers that wait for it take no short cut
         hub = Hub(part.name, lockstep) if mission.layers.safety is None else None
-        nodes += make_nodes(mission, part, lockstep, patience, context, hub)
+        try:
+            nodes += make_nodes(mission, part, lockstep, patience, context, hub)
+        except CrazychoirError as error:
+            if not context.ok():
+                raise
+            print(error, file=sys.stderr)
+            return NOT_MADE
         for node in nodes:
             executor.add_node(node)
         is_spinning.set()

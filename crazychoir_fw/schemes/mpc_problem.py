@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.errors import RangeError
-from crazychoir_fw.optimization.quadratic import InfeasibleError, QuadraticProblem
+from crazychoir_fw.optimization.quadratic import InfeasibleError, QuadraticProblem, solver
 
 Array = NDArray[np.float64]
 
@@ -64,7 +64,9 @@ class MPCProblem:
 
         Raises:
             RangeError: If shapes do not fit, or there is no stabilizing gain.
+            MissingLibraryError: If there is no solver for constraints, which is better known now than in flight.
         """
+        solver()
         self.A, self.B, self.Q, self.R = (np.atleast_2d(np.asarray(part, np.float64)) for part in (A, B, Q, R))
         n, m = self.B.shape
         for name, shape, wanted in (

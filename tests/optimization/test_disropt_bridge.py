@@ -54,7 +54,7 @@ def test_real_mpi_is_left_alone(monkeypatch):
 
 @pytest.mark.skipif(HAS_DISROPT, reason="disropt is installed")
 def test_missing_disropt_is_one_sentence():
-    with pytest.raises(StateError, match=r"disropt is missing: pip install 'crazychoir-fw\[disropt\]'"):
+    with pytest.raises(StateError, match=r"disropt is missing: run pip install 'crazychoir-fw\[disropt\]'"):
         disropt_bridge.import_disropt()
 
 

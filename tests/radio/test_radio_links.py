@@ -360,4 +360,5 @@ def test_callbacks_may_fail(air, eventually, caplog):
 def test_without_cflib_the_error_says_what_to_install():
     program = "import sys; sys.modules['cflib'] = None; import crazychoir_fw.radio"
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
-    assert "ImportError: the radio layer needs cflib, 0.1.32 or newer: pip install 'crazychoir-fw[radio]'" in run.stderr
+    said = "MissingLibraryError: the radio layer needs cflib, 0.1.32 or newer: run pip install 'crazychoir-fw[radio]'"
+    assert said in run.stderr

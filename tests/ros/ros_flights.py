@@ -37,7 +37,7 @@ class Flight:
             f"manager.RosOptions = partial(manager.RosOptions, deadline={PATIENCE}, patience={patience}); "
             # nor does the flight begin before the onlooker sees it
             "from crazychoir_fw.ros.hosting import HostedExperiment as Host; alone = Host.wait_for; "
-            f"Host.wait_for = lambda host, names, timeout: alone(host, [*names, {ONLOOKER!r}], timeout); app()"
+            f"Host.wait_for = lambda host, names, *rest: alone(host, [*names, {ONLOOKER!r}], *rest); app()"
         )
         command = [sys.executable, "-c", code, "fly", str(self.file), "--ros", "--no-video", "--out", str(self.out)]
         self.log = folder / "log.txt"

@@ -1,0 +1,45 @@
+"""Flights over ROS that cannot begin: one sentence, at once, and no process is left."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from ros_domains import reserve_domain
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+DIES = """
+import os
+from crazychoir_fw.guidance import BearingFormation
+
+class Dies(BearingFormation):
+    def __init__(self, *arguments, **options):
+        os._exit(3)
+"""
+
+
+def fly(mission, folder, *options):
+    command = [sys.executable, "-c", "from crazychoir_fw.cli import app; app()", "fly", EXAMPLES / mission, "--ros"]
+    command += ["--no-video", "--domain", str(reserve_domain()), "--out", folder, *options]
+    # shorter than 180 s, for which processes are waited for that may come
+    return subprocess.run(command, capture_output=True, text=True, timeout=150.0)
+
+
+@pytest.mark.parametrize("restart", [(), ("--restart",)], ids=["once", "restarted"])
+@pytest.mark.parametrize("processes", ["per-node", "one"])
+def test_what_cannot_be_made_is_said_in_a_sentence(restart, processes, tmp_path):
+    wrong = ("--set", "layers.guidance.options.coupling=-1.0", "--processes", processes)
+    flown = fly("mpc.yaml", tmp_path, *wrong, *restart)
+    assert flown.returncode == 2, flown.stdout
+    assert re.search(r"\| layers\.guidance: agent \d: coupling is -1\.0, allowed: ", flown.stdout)
+    assert "Traceback" not in flown.stdout + flown.stderr
+    assert flown.stderr.splitlines()[-1].endswith(" cannot be made, see what it said")
+
+
+def test_a_process_that_ends_before_the_flight_is_not_waited_for(tmp_path):
+    (tmp_path / "dies.py").write_text(DIES)
+    flown = fly("bearing_formation.yaml", tmp_path, "--set", f"layers.guidance.class={tmp_path / 'dies.py'}:Dies")
+    assert flown.returncode == 2, flown.stdout
+    assert "/guidance ended with code 3" in flown.stdout
+    assert flown.stderr.splitlines()[-1].endswith("/guidance has ended before the flight began, see what it said")
