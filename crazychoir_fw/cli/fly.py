@@ -10,7 +10,7 @@ import typer
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console
-from crazychoir_fw.cli.shared_options import Processes, Restart, UriBase
+from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Restart, UriBase, need_ros
 from crazychoir_fw.cli.tables import flight_tables, verdict
 from crazychoir_fw.cli.view import VIEW_HELP, require_way
 
@@ -84,7 +84,7 @@ def fly(
     ros: Annotated[
         bool, typer.Option("--ros", help="Fly the layers as ROS 2 nodes in processes of their own.")
     ] = False,
-    processes: Processes = "per-node",
+    processes: Processes = PROCESSES,
     domain: Annotated[
         int | None, typer.Option(help="With --ros, the ROS domain; otherwise a free one.", min=0, max=232)
     ] = None,
@@ -104,9 +104,12 @@ def fly(
     if ros:
         from crazychoir_fw.cli.fly_ros import fly_as_nodes
 
+        if watch:
+            raise typer.BadParameter("does not go with --ros", param_hint="--watch")
         if code := fly_as_nodes(request, processes, domain, pace, restart):
             raise typer.Exit(code)
         return
+    need_ros(processes=processes != PROCESSES, domain=domain is not None, pace=pace is not None, restart=restart)
     if watch:
         from crazychoir_fw.cli.again import fly_again_on_save
 
@@ -165,16 +168,9 @@ def attempt(request: Request, loaded: "Callable[[Mission], None] | None" = None)
 
 def load(request: Request) -> "Mission":
     """Read the mission; with --uri-base its drones get their URIs by number."""
-    from crazychoir_fw.mission import load_mission
+    from crazychoir_fw.cli.numbered_uris import load_numbered
 
-    if request.uri_base is None:
-        return load_mission(request.mission, **request.overrides)
-    from crazychoir_fw.cli.numbered_uris import numbered_uris
-
-    # how many drones there are is known before where they are
-    simulated = load_mission(request.mission, **{**request.overrides, "backend": "sim"})
-    uris = numbered_uris(request.uri_base, len(simulated.fleet))
-    return load_mission(request.mission, **request.overrides, uris=uris)
+    return load_numbered(request.mission, request.uri_base, request.overrides)
 
 
 def _make_folder(folder: Path) -> Path:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of, console
-from crazychoir_fw.cli.shared_options import Processes, Restart, UriBase
+from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Restart, UriBase, need_ros
 from crazychoir_fw.cli.signals import stop_at_signals
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def gui(
     ros_join: Annotated[
         bool, typer.Option("--ros-join", help="Show a flight that others have started over ROS 2, and leave it going.")
     ] = False,
-    processes: Processes = "per-node",
+    processes: Processes = PROCESSES,
     domain: Annotated[
         int | None,
         typer.Option(
@@ -61,6 +61,8 @@ def gui(
     from crazychoir_fw.errors import CrazychoirError, RangeError
     from crazychoir_fw.gui.server import check_host, require_nicegui
 
+    if not ros:
+        need_ros(processes=processes != PROCESSES, domain=domain is not None and not ros_join, restart=restart)
     try:
         check_host(host, token)
         require_nicegui()

@@ -1,10 +1,41 @@
 """URIs of a swarm out of that of its first drone."""
 
 import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from crazychoir_fw.errors import MissionError
 
+if TYPE_CHECKING:
+    from crazychoir_fw.mission.schema import Mission
+
 _HIGHEST_PORT = 65535
+
+
+def load_numbered(path: Path, base: str | None, overrides: Mapping[str, Any]) -> "Mission":
+    """Return a mission whose drones have their URIs by number.
+
+    Args:
+        path: The mission file.
+        base: URI of the first drone; None leaves them as the file has them.
+        overrides: What is stronger than the file, for `load_mission`.
+
+    Raises:
+        MissionError: If the file cannot be flown, or no drone of it is real.
+    """
+    from crazychoir_fw.mission import load_mission
+
+    if base is None:
+        return load_mission(path, **overrides)
+    # how many drones there are is known before where they are
+    simulated = load_mission(path, **{**overrides, "backend": "sim"})
+    mission = load_mission(path, **overrides, uris=numbered_uris(base, len(simulated.fleet)))
+    if mission.backend not in ("hardware", "mixed"):
+        raise MissionError(
+            f"--uri-base is for real drones, but the backend is {mission.backend}: add --backend hardware"
+        )
+    return mission
 
 
 def numbered_uris(base: str, count: int) -> list[str]:

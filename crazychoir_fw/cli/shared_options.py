@@ -11,6 +11,8 @@ UriBase = Annotated[
         metavar="URI",
     ),
 ]
+PROCESSES = "per-node"
+"""What `Processes` is if nobody says otherwise."""
 Processes = Annotated[
     str,
     typer.Option(
@@ -19,3 +21,17 @@ Processes = Annotated[
     ),
 ]
 Restart = Annotated[bool, typer.Option("--restart", help="With --ros, start processes again that have ended.")]
+
+
+def need_ros(**given: bool) -> None:
+    """Refuse options that count with --ros only: nobody should fly otherwise than he asked for.
+
+    Args:
+        given: By option, whether it is there.
+
+    Raises:
+        typer.BadParameter: If one is.
+    """
+    for name, is_given in given.items():
+        if is_given:
+            raise typer.BadParameter("counts with --ros only", param_hint=f"--{name}")

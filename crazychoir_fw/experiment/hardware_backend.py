@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
@@ -35,6 +36,11 @@ _HANDLERS = {
     "vel": "RadioHandlerVel",
     "xyz": "RadioHandlerXYZ",
 }
+
+
+def _is_news(record: logging.LogRecord) -> bool:
+    """Whether cflib logs what the handler does not tell: links that fail are sentences of it, without a traceback."""
+    return not str(record.msg).startswith(("Got link error callback", "Couldn't load link driver"))
 
 
 class HardwareBackend:
@@ -72,6 +78,7 @@ class HardwareBackend:
 
         if kind not in _HANDLERS:
             raise RangeError(f"kind is {kind!r}, allowed: {', '.join(_HANDLERS)}")
+        logging.getLogger("cflib.crazyflie").addFilter(_is_news)
         self.names = list(uris)
         self.masses = np.broadcast_to(np.asarray(masses, float), (len(self.names),)).copy()
         self.kind = kind

@@ -20,17 +20,11 @@ def open_mission(path: Path, uri_base: str | None = None, **overrides: Any) -> L
     Raises:
         MissionError: If the file cannot be flown.
     """
-    from crazychoir_fw.mission import load_mission
+    from crazychoir_fw.cli.numbered_uris import load_numbered
     from crazychoir_fw.mission.layers import GuidanceLayer, Layers
     from crazychoir_fw.mission.schema import LayeredMission
 
-    if uri_base is not None:
-        from crazychoir_fw.cli.numbered_uris import numbered_uris
-
-        # how many drones there are is known before where they are
-        simulated = load_mission(path, **{**overrides, "backend": "sim"})
-        overrides["uris"] = numbered_uris(uri_base, len(simulated.fleet))
-    mission = load_mission(path, **overrides)
+    mission = load_numbered(path, uri_base, overrides)
     if isinstance(mission, LayeredMission):
         return mission
     given = {name: getattr(mission, name) for name in type(mission).model_fields if name != "flight"}

@@ -8,7 +8,7 @@ pytest.importorskip("cflib")
 
 from served_drones import Served
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.errors import RadioError, RangeError
 from crazychoir_fw.experiment.hardware_backend import HardwareBackend
 from crazychoir_fw.messages import Twist
 from crazychoir_fw.mission.layered_flight import fly_layers, make_experiment
@@ -64,3 +64,9 @@ def test_a_kind_that_the_handler_was_not_made_for_is_refused(tmp_path):
         served.close()
     with pytest.raises(RangeError, match="allowed: fpqr, frpy, vel, xyz"):
         HardwareBackend({"a": "udp://127.0.0.1:19850"}, "thrust", connects=False)
+
+
+def test_a_link_that_fails_is_a_sentence_and_no_traceback(caplog):
+    with pytest.raises(RadioError, match="nobody listens there; is `crazychoir serve` running"):
+        HardwareBackend({"a": "udp://127.0.0.1:1"}, "vel")
+    assert "Traceback" not in caplog.text
