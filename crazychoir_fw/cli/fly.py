@@ -168,7 +168,7 @@ def attempt(request: Request, loaded: "Callable[[Mission], None] | None" = None)
 
 def load(request: Request) -> "Mission":
     """Read the mission; with --uri-base its drones get their URIs by number."""
-    from crazychoir_fw.cli.numbered_uris import load_numbered
+    from crazychoir_fw.mission.numbered_uris import load_numbered
 
     return load_numbered(request.mission, request.uri_base, request.overrides)
 

@@ -20,8 +20,8 @@ def open_mission(path: Path, uri_base: str | None = None, **overrides: Any) -> L
     Raises:
         MissionError: If the file cannot be flown.
     """
-    from crazychoir_fw.cli.numbered_uris import load_numbered
     from crazychoir_fw.mission.layers import GuidanceLayer, Layers
+    from crazychoir_fw.mission.numbered_uris import load_numbered
     from crazychoir_fw.mission.schema import LayeredMission
 
     mission = load_numbered(path, uri_base, overrides)

@@ -3,9 +3,9 @@
 import pytest
 from flown_layers import formation, hover, mission, within
 
-from crazychoir_fw.cli.numbered_uris import numbered_uris
 from crazychoir_fw.errors import CrazychoirError, MissionError
 from crazychoir_fw.mission.loader import parse_mission
+from crazychoir_fw.mission.numbered_uris import numbered_uris
 from crazychoir_fw.mission.schema import LayeredMission, Mission
 
 

@@ -3,17 +3,16 @@
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from crazychoir_fw.errors import MissionError
-
-if TYPE_CHECKING:
-    from crazychoir_fw.mission.schema import Mission
+from crazychoir_fw.mission.loader import load_mission
+from crazychoir_fw.mission.schema import Mission
 
 _HIGHEST_PORT = 65535
 
 
-def load_numbered(path: Path, base: str | None, overrides: Mapping[str, Any]) -> "Mission":
+def load_numbered(path: Path, base: str | None, overrides: Mapping[str, Any]) -> Mission:
     """Return a mission whose drones have their URIs by number.
 
     Args:
@@ -24,8 +23,6 @@ def load_numbered(path: Path, base: str | None, overrides: Mapping[str, Any]) ->
     Raises:
         MissionError: If the file cannot be flown, or no drone of it is real.
     """
-    from crazychoir_fw.mission import load_mission
-
     if base is None:
         return load_mission(path, **overrides)
     # how many drones there are is known before where they are
