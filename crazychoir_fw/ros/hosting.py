@@ -282,7 +282,7 @@ class HostedExperiment(Experiment):
 
     # ---------------------------------------------------------------- rounds
 
-    def wait_for(self, processes: Sequence[str], timeout: float, look: Callable[[], None]) -> list[str]:
+    def wait_for(self, processes: Sequence[str], timeout: float, look: Callable[[], None] = lambda: None) -> list[str]:
         """Wait until processes have found their partners; returns those that have not in time (s, wall).
 
         Args:
