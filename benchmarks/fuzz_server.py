@@ -392,12 +392,15 @@ def fuzz_sockets(recorded: list[bytes], datagrams: int, seed: int, per_second: f
 
 
 def ask_who_it_is(target: tuple[str, int]) -> bool:
-    """Connect as cflib does, once the drone is free."""
+    """Connect as cflib does, once the drone is free; cflib asks once."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
         client.settimeout(10.0)
         client.connect(target)
         client.send(b"\xfd\x00")
-        return client.recv(64)[1:].startswith(b"Bitcraze Crazyflie")
+        try:
+            return client.recv(64)[1:].startswith(b"Bitcraze Crazyflie")
+        except TimeoutError:
+            return False
 
 
 # ---------------------------------------------------------------- both

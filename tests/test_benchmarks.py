@@ -50,5 +50,6 @@ def test_benchmark_runs(name, tmp_path, monkeypatch, lasting_cache, miniature):
     monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(miniature))
     result = tmp_path / "result.json"
     command = [sys.executable, BENCHMARKS / name, *SMALLEST[name], "--json", result]
-    subprocess.run(command, check=True, capture_output=True, timeout=120)
+    ended = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=120)
+    assert ended.returncode == 0, ended.stdout
     assert json.loads(result.read_text())

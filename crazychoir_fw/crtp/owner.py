@@ -10,7 +10,8 @@ their log blocks from 1. So a drone belongs to one address at a time:
   command was a set-point of zeros and then even its pings have ceased, or it has been silent for a second, as the radio
   of a real drone has it.
 - Meanwhile nobody takes it away. Packets of others are counted and ignored. But a request for the link source is kept,
-  and answered when the owner is gone, because the client that sent it will not ask again.
+  and answered when the owner is gone, because the client that sent it will not ask again. Several can wait, and none
+  loses its place to another one: what was sent long ago, by somebody who has gone, may be read late.
 - With `newest_wins` such a request takes the drone at once.
 """
 
@@ -27,6 +28,9 @@ SILENCE_S = 1.0
 GOODBYE_S = 0.15
 """So long nothing comes from a client that has closed its link, and no living one is silent after a set-point of zeros:
 it pings every 0.1 s."""
+
+MOST_WAITING = 16
+"""Clients that wait for one drone; of more the earliest is forgotten."""
 
 _HEADER = 0xF3  # without the two reserved bits
 _LINK_SOURCE = 0xF1
@@ -67,8 +71,7 @@ class Owner:
         """Whom the drone belongs to."""
         self.heard_at = 0.0
         """When that client was heard last (s)."""
-        self.waiting: tuple[Address, bytes] | None = None
-        """Who waits for the drone, with the request that it will not repeat."""
+        self._waiting: dict[Address, bytes] = {}  # with the requests that they will not repeat, the latest at the end
         self._said_goodbye = False
 
     def hear(self, address: Address, datagram: bytes, now: float) -> Ruling:
@@ -88,16 +91,18 @@ class Owner:
             return Ruling.TAKE
         if kind == _NULL:
             return Ruling.NULL
-        if self.address is None or self.is_gone(now) or (kind == _LINK_SOURCE and self._newest_wins):
-            self._give_to(address, now)
-            return Ruling.BEGIN
         if kind != _LINK_SOURCE:
-            return Ruling.REFUSE
-        if self._may_be_replaced(now):
+            if self._waiting or not (self.address is None or self.is_gone(now)):
+                return Ruling.REFUSE
             self._give_to(address, now)
             return Ruling.BEGIN
-        # of several the latest: it is the most likely to be still there
-        self.waiting = address, datagram
+        if self._newest_wins or self._is_free(now):
+            self._give_to(address, now)
+            return Ruling.BEGIN
+        self.forget(address)
+        self._waiting[address] = datagram
+        if len(self._waiting) > MOST_WAITING:
+            del self._waiting[next(iter(self._waiting))]
         return Ruling.KEEP
 
     def wait_for_answer(self, now: float) -> None:
@@ -110,23 +115,27 @@ class Owner:
 
     def next_in_line(self, now: float) -> bytes | None:
         """Hand the drone to whoever waits, if it is free. Returns the request to be answered."""
-        if self.waiting is None or not (self.address is None or self._may_be_replaced(now)):
+        if not (self._waiting and self._is_free(now)):
             return None
-        address, request = self.waiting
+        # of several the latest: it is the most likely to be still there
+        address, request = self._waiting.popitem()
         self._give_to(address, now)
         return request
+
+    def forget(self, address: Address) -> None:
+        """Know that somebody does not wait any more."""
+        self._waiting.pop(address, None)
 
     def leave(self) -> None:
         """Let the drone belong to nobody."""
         self.address = None
         self._said_goodbye = False
 
-    def _may_be_replaced(self, now: float) -> bool:
-        return self.is_gone(now) or (self._said_goodbye and now - self.heard_at > GOODBYE_S)
+    def _is_free(self, now: float) -> bool:
+        return self.address is None or self.is_gone(now) or (self._said_goodbye and now - self.heard_at > GOODBYE_S)
 
     def _give_to(self, address: Address, now: float) -> None:
         self.address = address
         self.heard_at = now
         self._said_goodbye = False
-        if self.waiting is not None and self.waiting[0] == address:
-            self.waiting = None
+        self.forget(address)

@@ -428,8 +428,6 @@ class Radio:
 
     def _serve_next(self, radio: DroneRadio, now: float) -> None:
         """Hand the drone to who waits for it, if it is free."""
-        if radio.owner.waiting is None:
-            return
         previous = radio.owner.address
         request = radio.owner.next_in_line(now)
         if request is not None:
@@ -443,8 +441,7 @@ class Radio:
             gone += read_refusals(radio.private)
         owner = radio.owner
         for address in gone:
-            if owner.waiting is not None and owner.waiting[0] == address:
-                owner.waiting = None
+            owner.forget(address)
             if owner.address == address:
                 self._end(radio, now, "gone")
                 owner.leave()

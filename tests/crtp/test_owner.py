@@ -2,7 +2,7 @@
 
 import pytest
 
-from crazychoir_fw.crtp.owner import GOODBYE_S, SILENCE_S, Owner, Ruling
+from crazychoir_fw.crtp.owner import GOODBYE_S, MOST_WAITING, SILENCE_S, Owner, Ruling
 
 FIRST, SECOND, THIRD = ("127.0.0.1", 1001), ("127.0.0.1", 1002), ("10.0.0.3", 1001)
 SOURCE, PING, NULL = b"\xfd\0", b"\xfc" + bytes(9), b"\xff"
@@ -71,12 +71,50 @@ def test_a_newcomer_waits_until_the_owner_is_gone(owner):
     assert owner.next_in_line(99.0) is None
 
 
-def test_of_two_newcomers_the_latest_waits(owner):
+def test_of_two_newcomers_the_latest_comes_first_and_the_other_one_next(owner):
     owner.hear(SECOND, SOURCE, 10.1)
     owner.hear(THIRD, b"\xfd\1", 10.2)
     owner.leave()
     assert owner.next_in_line(10.3) == b"\xfd\1"
     assert owner.address == THIRD
+    assert owner.next_in_line(10.4) is None
+    owner.leave()
+    assert owner.next_in_line(10.5) == SOURCE
+    assert owner.address == SECOND
+
+
+def test_who_asks_again_waits_once_and_is_the_latest(owner):
+    for address, request in ((SECOND, SOURCE), (THIRD, SOURCE), (SECOND, b"\xfd\2")):
+        assert owner.hear(address, request, 10.1) is Ruling.KEEP
+    owner.leave()
+    assert owner.next_in_line(10.3) == b"\xfd\2"
+    assert owner.next_in_line(12.0) == SOURCE
+    assert owner.next_in_line(14.0) is None
+
+
+def test_nobody_else_takes_a_free_drone_for_which_somebody_waits(owner):
+    owner.hear(SECOND, SOURCE, 10.1)
+    assert owner.hear(THIRD, HOVER, 11.5) is Ruling.REFUSE
+    assert owner.next_in_line(11.5) == SOURCE
+    assert owner.address == SECOND
+
+
+def test_who_has_stopped_waiting_is_not_served(owner):
+    owner.hear(SECOND, SOURCE, 10.1)
+    owner.hear(THIRD, b"\xfd\1", 10.2)
+    owner.forget(THIRD)
+    owner.forget(("10.0.0.9", 9))
+    owner.leave()
+    assert owner.next_in_line(10.3) == SOURCE
+
+
+def test_many_newcomers_fill_no_memory(owner):
+    for number in range(3 * MOST_WAITING):
+        assert owner.hear(("10.0.0.4", number), SOURCE, 10.1) is Ruling.KEEP
+    served = []
+    while (owner.leave(), owner.next_in_line(10.2))[1] is not None:
+        served.append(owner.address[1])
+    assert served == list(range(3 * MOST_WAITING))[: -MOST_WAITING - 1 : -1]
 
 
 def test_the_next_script_has_the_drone_as_soon_as_the_last_one_has_closed_its_link(owner):

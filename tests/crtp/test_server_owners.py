@@ -102,6 +102,21 @@ def test_a_closed_socket_frees_its_drone_at_once(open_server, connect, world, cl
 
 
 @needs_icmp
+def test_a_client_that_has_gone_takes_nobodys_place_in_the_line(open_server, connect, world):
+    server = open_server()
+    first, second, dead = connect(server), connect(server), connect(server)
+    first.ask(SOURCE)
+    for waiting in (second, dead):
+        waiting.send(SOURCE)
+        assert waiting.ask(NULL) == NULL
+    dead.socket.close()
+    first.socket.close()
+    # at the latest when nothing has been heard of the first one for a second
+    world.step(1100)
+    assert second.read() == GREETING
+
+
+@needs_icmp
 def test_a_scanner_that_is_gone_takes_no_client_with_it(open_server, connect):
     server = open_server()
     client = connect(server)
