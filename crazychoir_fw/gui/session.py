@@ -366,7 +366,7 @@ class Session:
         self.access.recall(moment.world)
         self.flying = moment.extra
         self.branches.leave(parent, moment)
-        now = self.experiment.time
+        self._remembered = now = self.experiment.time
         self._next_sample = self._next_plot = -np.inf
         self._next_moment = now + MOMENT_S
         self._seen_happenings = len(self.experiment.happenings)

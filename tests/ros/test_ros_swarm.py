@@ -192,6 +192,11 @@ class Swarm:
         pairs = [pair for pair in PAIRS if not set(pair) & set(without)]
         return max(bearing_errors_deg(self.places, FORMATION, pairs))
 
+    @property
+    def is_seen(self):
+        """Whether everybody has been heard of, the watched one, too: discovery takes its time."""
+        return self.last_answer > 0.0 and self.places.any(axis=1).all()
+
     def go_on(self, seconds):
         """Look on for a while (s, simulated)."""
         end = self.flight.time + seconds
@@ -218,6 +223,7 @@ def test_when_a_follower_is_killed_the_others_make_their_formation_and_it_joins_
     try:
         swarm = Swarm(flight, killed)
         flight.until(lambda: swarm.has_begun, "the experiment starts")
+        flight.until(lambda: swarm.is_seen, "the onlooker sees everybody")
         swarm.go_on(0.2)
         numbers = flight.numbers()
         os.kill(numbers.pop(name), signal.SIGKILL)
