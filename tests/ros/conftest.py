@@ -4,6 +4,7 @@ import os
 import shutil
 import tempfile
 import time
+from collections import Counter
 
 import pytest
 from ros_domains import reserve_domain
@@ -70,10 +71,20 @@ class Bench:
 
     def at(self, now):
         """Let simulated time be so much (s), and whatever is due then happen."""
-        self.until(lambda: self.clock.get_subscription_count() >= len(self._followers()))
+        self.until(self.is_connected)
         self.clock.publish(Clock(clock=to_stamp(now)))
         self.until(lambda: all(node.get_clock().now().nanoseconds == round(now * 1e9) for node in self._followers()))
         self.drain()
+
+    def is_connected(self):
+        """Tell whether all who listen here hear all who speak here, which takes a moment."""
+        everybody = [*self.nodes, self.user]
+        heard = Counter(listener.topic_name for node in everybody for listener in node.subscriptions)
+        return all(
+            speaker.get_subscription_count() >= heard[speaker.topic_name]
+            for node in everybody
+            for speaker in node.publishers
+        )
 
     def _followers(self):
         return [node for node in self.nodes if node.get_parameter("use_sim_time").value]
