@@ -1,5 +1,8 @@
 """`crazychoir gui`: a page in the browser to draw, preview, fly, watch and rewind a mission."""
 
+import socket
+import threading
+import webbrowser
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -72,7 +75,7 @@ def gui(
         loaded = open_mission(mission, uri_base, backend=backend, seed=seed)
         if log is not None:
             check_format(log.name)
-        page = Page(host, _free_port(host, port), token, drawings, not no_browser, log)
+        page = Page(host, _bind(host, port), token, drawings, not no_browser, log)
         if ros or ros_join:
             from crazychoir_fw.cli.gui_ros import OverRos, show_over_ros
 
@@ -98,7 +101,8 @@ class Page:
     """Where the page of a flight is, and where its log goes."""
 
     host: str
-    port: int
+    bound: socket.socket
+    """Where it will be; deaf until the drones are ready."""
     token: str | None
     drawings: Path
     opens_browser: bool
@@ -112,17 +116,20 @@ class Page:
         """
         from crazychoir_fw.gui.server import make_server
 
-        server = make_server(session, self.host, self.port, self.token, self.drawings)
+        port = self.bound.getsockname()[1]
+        server = make_server(session, self.host, port, self.token, self.drawings)
         shown = "127.0.0.1" if self.host in ("0.0.0.0", "::") else self.host
-        address = f"http://{shown}:{self.port}/" + (f"?token={self.token}" if self.token else "")
-        with session:
+        address = f"http://{shown}:{port}/" + (f"?token={self.token}" if self.token else "")
+        with self.bound, session:
             with console.status("The drones get ready"):
                 session.wait_until_ready(_READY_S)
+            # who comes before the server has started waits for it
+            self.bound.listen()
             console.print(f"The page is at {address} (Ctrl-C ends it)", soft_wrap=True, markup=False)
             if self.opens_browser:
-                _open_soon(address)
+                threading.Thread(target=webbrowser.open, args=[address], daemon=True).start()
             with stop_at_signals(lambda: None):  # which the server hears
-                server.run()
+                server.run([self.bound])
         if self.log is not None:
             _write_log(session, self.log)
 
@@ -144,23 +151,18 @@ def _write_log(session: "Session", path: Path) -> None:
     console.print(f"{record.duration_s:.1f} s of flight are in {path}", soft_wrap=True, markup=False)
 
 
-def _free_port(host: str, port: int) -> int:
-    """Return a port that can be listened at.
+def _bind(host: str, port: int) -> socket.socket:
+    """Return a socket at an address that is nobody else's.
 
     Raises:
         OSError: If it is taken.
     """
-    import socket
-
-    with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET) as probe:
-        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        probe.bind((host, port))
-        return int(probe.getsockname()[1])
-
-
-def _open_soon(address: str) -> None:
-    """Open the browser when the server listens."""
-    import threading
-    import webbrowser
-
-    threading.Timer(1.0, webbrowser.open, [address]).start()
+    bound = socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET)
+    try:
+        # a page can be opened again right after it was closed
+        bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, int(port != 0))
+        bound.bind((host, port))
+    except BaseException:
+        bound.close()
+        raise
+    return bound

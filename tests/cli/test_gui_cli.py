@@ -1,13 +1,18 @@
 """`crazychoir gui` and `crazychoir press`, as far as they go without a browser."""
 
+import contextlib
 import json
+import re
+import socket
 import threading
 from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
+from crazychoir_fw.cli.gui import Page, _bind
 from crazychoir_fw.cli.press import command_of
 
 
@@ -25,6 +30,41 @@ def test_a_mission_that_is_not_there_is_one_sentence(tmp_path):
     result = run("gui", tmp_path / "mission.yaml", "--no-browser")
     assert result.exit_code == 2
     assert "mission.yaml cannot be read" in result.stderr
+
+
+def test_who_comes_when_the_address_is_told_is_not_refused(monkeypatch, capsys):
+    """The page is served a moment later than its address is printed; before, nobody gets in."""
+    pytest.importorskip("nicegui")
+    listener = _bind("127.0.0.1", 0)
+    place = listener.getsockname()
+
+    class Ready(contextlib.nullcontext):
+        def wait_until_ready(self, timeout_s):
+            with pytest.raises(ConnectionRefusedError):
+                socket.create_connection(place, timeout=10.0)
+
+    class Server:
+        def run(self, sockets):
+            said = re.search(r"http://127.0.0.1:(\d+)/", capsys.readouterr().out)
+            with socket.create_connection(("127.0.0.1", int(said[1])), timeout=10.0) as client:
+                visitor, _ = sockets[0].accept()
+                with visitor:
+                    assert visitor.getpeername() == client.getsockname()
+
+    monkeypatch.setattr("crazychoir_fw.gui.server.make_server", lambda *_: Server())
+    Page("127.0.0.1", listener, None, Path("drawings"), False, None).show(Ready())
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(place, timeout=10.0)
+
+
+def test_a_port_that_is_taken_is_one_sentence():
+    mission = Path(__file__).parents[2] / "examples" / "draw.yaml"
+    with _bind("127.0.0.1", 0) as taken:
+        taken.listen()
+        port = taken.getsockname()[1]
+        result = run("gui", mission, "--no-browser", "--port", port, "--backend", "integrator")
+    assert result.exit_code == 2
+    assert f"--port {port}: Address already in use" in result.stderr
 
 
 @pytest.mark.parametrize(
