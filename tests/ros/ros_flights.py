@@ -59,6 +59,10 @@ class Flight:
     def until(self, condition, what):
         """Work until something is so; the flight begins with the first call."""
         self.begin()
+        self.see(condition, what)
+
+    def see(self, condition, what):
+        """Work until something is so, before the flight begins too."""
         deadline = time.monotonic() + PATIENCE
         while not condition():
             assert time.monotonic() < deadline, f"{what}: not within {PATIENCE} s\n{self.log.read_text()[-3000:]}"
@@ -66,8 +70,13 @@ class Flight:
             self.executor.spin_once(timeout_sec=0.05)
 
     def begin(self):
-        """Let the flight begin, now that all is subscribed to that must be heard."""
+        """Let the flight begin, now that all is subscribed to that must be heard.
+
+        A packet of discovery that a busy machine drops is sent again three seconds later: short flights are over then.
+        """
         if self._said is None:
+            listeners = list(self.node.subscriptions)
+            self.see(lambda: all(listener.get_publisher_count() for listener in listeners), "the nodes are seen")
             self._said = self.node.create_publisher(String, READY, LATEST)
             self._said.publish(String(data=ONLOOKER))
 

@@ -100,6 +100,9 @@ def flown(tmp_path_factory):
     folder = tmp_path_factory.mktemp("flown")
     flight = Flight(folder, MISSION.format(start=2.0), patience=60.0)
     try:
+        spoken = [topic for topic in TABLE if topic.rpartition("/")[2] in DEPTHS]
+        flight.see(lambda: all(map(flight.node.count_publishers, spoken)), "the publishers are seen")
+        flight.see(lambda: set(TABLE) <= set(dict(flight.node.get_topic_names_and_types())), "all topics are seen")
         flight.until(lambda: flight.time > 2.0, "the flight begins")
         graph = dict(flight.node.get_topic_names_and_types())
         depths = {
