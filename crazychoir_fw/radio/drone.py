@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar
@@ -76,7 +77,7 @@ class RadioDrone:
         self._sender = Sender(agent_id, self._link, options, self._tick)
         self._flight = Flight(self._sender, options, self.first_mode, self._send_level, self._happened)
         self._whereabouts = Whereabouts(self._who, options, self._sender, self._flight)
-        self._telemetry = Telemetry(self._who, options, self._logged, self._moved)
+        self._telemetry = Telemetry(self._who, options, self._logged, self._moved, self._happened)
 
     def __repr__(self) -> str:
         return f"<{type(self).__name__} {self._who} {self._link.state}, {self._flight.mode}>"
@@ -415,8 +416,9 @@ class RadioDrone:
         if send_set_point is not None:
             send_set_point()
         self._flight.emit()
+        look_again = self._telemetry.look(now) if self._link.is_connected else math.inf
         with self._sender.lock:
-            return min(self._sender.next_set_point(), self._flight.due)
+            return min(self._sender.next_set_point(), self._flight.due, look_again)
 
     def _send_level(self, cf: LinkedCrazyflie) -> None:
         """Send a level attitude with a thrust; only classes that know the thrust of a drone have one."""

@@ -65,7 +65,7 @@ class RadioHandler:
         self.on_odometry: Callable[[str, Any], None] | None = None
         """Called with agent and `Odometry`."""
         self.on_event: Callable[[str, str, str], None] | None = None
-        """Called with agent, kind (``silence``, ``safety_area``) and a text."""
+        """Called with agent, kind (``silence``, ``safety_area``, ``grounded``, ``logs``) and a text."""
         agents = agents_of(uris, agent_ids)
         own = {agent_name(agent): values for agent, values in self.options.agent_parameters.items()}
         for agent in own:

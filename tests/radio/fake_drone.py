@@ -1,5 +1,6 @@
 """Drones behind a link that is made up: cflib's own classes talk to them, byte for byte, without sockets or waiting."""
 
+import errno
 import queue
 import struct
 import threading
@@ -144,10 +145,13 @@ class FakeDrone:
         if command == 5:
             self.blocks.clear()
         elif command in (6, 7):
-            status = self.refuses_blocks
+            status = self.refuses_blocks or (errno.EEXIST if command == 6 and number in self.blocks else 0)
             ids = [struct.unpack("<H", data[i + 1 : i + 3])[0] for i in range(2, len(data) - 2, 3)]
-            names = self.blocks.get(number, ([], 0))[0] + [list(self.logs)[i] for i in ids]
-            self.blocks[number] = (names, 0)
+            if not status:
+                names = self.blocks.get(number, ([], 0))[0] + [list(self.logs)[i] for i in ids]
+                self.blocks[number] = (names, 0)
+        elif command == 3 and number not in self.blocks:
+            status = errno.ENOENT
         elif command == 3:
             self.blocks[number] = (self.blocks[number][0], data[2] * 10)
         return [(1, bytes((command, number, status)))]

@@ -325,6 +325,32 @@ def test_the_example_says_what_to_start():
     assert "crazychoir serve --drones 2" in run.stderr
 
 
+STANDS_STILL = """
+import ctypes, sys, time
+from crazychoir_fw.radio import RadioHandlerVel
+
+told = []
+with RadioHandlerVel([sys.argv[1]], odometry_hz=50) as swarm:
+    swarm.on_event = lambda agent, kind, text: told.append(kind)
+    swarm.takeoff(0.4)
+    time.sleep(2.5)
+    ctypes.PyDLL(None).usleep(1_300_000)  # with the interpreter, that no other thread gets
+    while "logs" not in told:
+        time.sleep(0.01)
+    known = swarm[0].odometry.time_s
+    while swarm[0].odometry.time_s < known + 0.2:
+        time.sleep(0.01)
+    print(f"at {swarm[0].position[2]:.1f} m")
+"""
+
+
+def test_logs_go_on_after_a_program_that_stood_still(real_time):
+    """For longer than the second after which a drone deletes them."""
+    _, uris = real_time
+    run = subprocess.run([sys.executable, "-c", STANDS_STILL, uris[0]], capture_output=True, text=True, timeout=120)
+    assert (run.returncode, run.stdout) == (0, "at 0.4 m\n"), run.stderr
+
+
 @pytest.mark.parametrize("before_ms", [-80, -40, 0, 20, 40, 80])
 def test_no_goal_is_lost_to_a_reset_on_the_floor(flight, before_ms):
     """planner-commander dossier 14.6: a drone that has waited for its pre-flight time-out forgets what it is told."""

@@ -166,3 +166,95 @@ def test_stamps_of_24_bits(fly, air, eventually):
     air["fake://0"].log(0x123456, stabilizer__roll=1.0)
     eventually(lambda: "stabilizer.roll" in swarm[0].latest)
     assert swarm[0].latest["stabilizer.roll"].time_s == 0x123456 / 1000
+
+
+def test_logs_that_a_drone_has_deleted_are_started_again(fly, air, clock, eventually):
+    drone, told = air["fake://0"], []
+    swarm = fly(RadioHandlerVelLightHouse, logger=True)
+    swarm.on_event = lambda *what: told.append(what)
+    blocks = dict(drone.blocks)
+    assert len(blocks) == 2
+    drone.blocks.clear()  # as after a second without a packet
+    clock.now += 1.4
+    swarm.tick()
+    drone.log(10)
+    assert drone.blocks == {}
+    clock.now += 0.2
+    swarm.tick()
+    eventually(lambda: drone.blocks == blocks)
+    assert [(agent, kind) for agent, kind, _ in told] == [("agent_0", "logs")]
+    drone.log(2000, stateEstimateZ__x=1500, stabilizer__roll=3.0)
+    eventually(lambda: swarm[0].odometry is not None and "stabilizer.roll" in swarm[0].latest)
+    assert swarm[0].position[0] == 1.5
+
+
+def test_logs_that_are_deleted_twice(fly, air, clock, eventually):
+    drone, told = air["fake://0"], []
+    swarm = fly(RadioHandler, logger=True)
+    swarm.on_event = lambda *what: told.append(what)
+    for stamp in (1000, 2000):
+        drone.blocks.clear()
+        clock.now += 2.0
+        swarm.tick()
+        eventually(lambda: drone.blocks and all(period for _, period in drone.blocks.values()))
+        clock.now += 0.2
+        drone.log(stamp, stabilizer__roll=stamp)
+        eventually(lambda stamp=stamp: swarm[0].latest.get("stabilizer.roll", (0,))[0] == stamp)
+        clock.now += 0.2
+        drone.log(stamp + 200)
+        eventually(lambda stamp=stamp: swarm[0].latest["stabilizer.roll"].time_s == (stamp + 200) / 1000)
+    assert len(told) == 2
+
+
+def test_questions_that_are_lost_are_asked_again(fly, air, clock, eventually):
+    class Deaf(type(air["fake://0"])):
+        def _log(self, channel, data):
+            if channel != 1 or data[0] in heard:
+                return super()._log(channel, data)
+            missed.append(data[0])
+            return []
+
+    create, start = 6, 3
+    drone, heard, missed = air["fake://0"], {create, start}, []
+    swarm = fly(RadioHandler, logger=True)
+    blocks = dict(drone.blocks)
+    drone.__class__ = Deaf
+    drone.blocks.clear()
+    for now_heard, missing in ((set(), start), ({start}, create), ({create}, start), ({create, start}, None)):
+        clock.now += 60.0
+        heard.clear()
+        heard.update(now_heard)
+        missed.clear()
+        swarm.tick()
+        if missing is not None:
+            eventually(lambda missing=missing: missing in missed)
+    eventually(lambda: drone.blocks == blocks)
+
+
+def test_slow_logs_are_not_disturbed_for_long(fly, air, clock, eventually):
+    drone = air["fake://0"]
+    swarm = fly(RadioHandler, logger=True)
+    asked = []
+    for second in range(1, 61):
+        clock.now += 1.0
+        drone.packets.clear()
+        swarm.tick()
+        if drone.packets:
+            asked.append(second)
+        if second % 4 == 0:  # of five per second, at a twentieth of the speed
+            drone.log(second)
+            eventually(
+                lambda second=second: swarm[0].latest and swarm[0].latest["stabilizer.roll"].time_s == second / 1000
+            )
+    assert asked == [2]
+
+
+def test_without_a_link_nothing_is_asked(fly, air, clock, eventually):
+    drone = air["fake://0"]
+    swarm = fly(RadioHandler, logger=True, reconnect=None)
+    drone.break_link()
+    eventually(lambda: not swarm[0].is_connected)
+    drone.packets.clear()
+    clock.now += 10.0
+    swarm.tick()
+    assert drone.packets == []
