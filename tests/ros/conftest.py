@@ -62,11 +62,11 @@ class Bench:
         while self._work(QUIET):
             pass
 
-    def until(self, happened):
-        """Work until something has happened."""
+    def until(self, happened, heard=()):
+        """Work until something has happened; else the last of what was heard may say why not."""
         end = time.monotonic() + PATIENCE
         while not happened():
-            assert time.monotonic() < end, "waited in vain"
+            assert time.monotonic() < end, f"waited in vain, heard {heard[-5:]}"
             self._work(0.05)
 
     def at(self, now):

@@ -12,7 +12,7 @@ import pytest
 from geometry_msgs.msg import Twist, Vector3
 from nav_msgs.msg import Odometry
 from ros_domains import reserve_domain
-from std_msgs.msg import Empty
+from std_msgs.msg import Empty, String
 
 from crazychoir_fw.ros.radio import RadioHandlerVel
 
@@ -55,6 +55,7 @@ def test_a_radio_node_takes_off_flies_and_lands(uris, bench):
     parameters = {"uris": [uris["cf3"]], "agent_ids": [2], "takeoff_height": 0.4}
     bench.add(RadioHandlerVel(parameters=parameters, context=bench.context))
     heard = bench.hear(Odometry, "/agent_2/cf_odom")
+    states = bench.hear(String, "/agent_2/radio_state")
     commands = bench.speaker(Twist, "/agent_2/cmd_vel")
     takeoff, land = bench.speaker(Empty, "/takeoff"), bench.speaker(Empty, "/land")
 
@@ -65,17 +66,17 @@ def test_a_radio_node_takes_off_flies_and_lands(uris, bench):
     bench.until(lambda: heard)
     start = place()
     takeoff.publish(Empty())
-    bench.until(lambda: place()[2] > 0.3)
+    bench.until(lambda: place()[2] > 0.3, states)
 
     def has_moved():
         # as many as the executor can take: the radio's threads live on beside them
         commands.publish(Twist(linear=Vector3(x=0.3)))
         return place()[0] - start[0] > 0.15
 
-    bench.until(has_moved)
+    bench.until(has_moved, states)
     assert abs(place()[1] - start[1]) < 0.1
     land.publish(Empty())
-    bench.until(lambda: place()[2] < 0.1)
+    bench.until(lambda: place()[2] < 0.1, states)
 
 
 TASKS = """
