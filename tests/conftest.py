@@ -1,6 +1,7 @@
 """What all tests share."""
 
 import fcntl
+import gc
 import hashlib
 import os
 import sys
@@ -35,6 +36,21 @@ def pytest_configure(config):
     """Keep what is compiled for the next run, and apart from what a user keeps."""
     if config.pluginmanager.hasplugin("cacheprovider"):
         os.environ.setdefault("CRAZYCHOIR_CACHE", str(config.cache.mkdir("firmware") / "cache"))
+
+
+def pytest_collection():
+    """Collect tests without collecting garbage."""
+    gc.disable()
+
+
+def pytest_collection_finish():
+    """Leave out of later collections of garbage what the session keeps anyway.
+
+    Among ten thousand tests a full one takes seconds, for which drones that fly in real time hear nothing.
+    """
+    gc.collect()
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.fixture(scope="session")
