@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Callable, Sequence
 
 from cflib.crazyflie.log import Log, LogConfig
@@ -25,7 +26,7 @@ class LogWatch:
     Args:
         configs: Blocks that have been started, one or more.
         clock: Returns the time (s).
-        renewed: Called in cflib's thread of the drone when blocks are made anew, once for all of them.
+        renewed: Called in cflib's thread of the drone when blocks are made anew, once per question.
     """
 
     def __init__(self, configs: Sequence[LogConfig], clock: Callable[[], float], renewed: Callable[[], None]) -> None:
@@ -35,6 +36,7 @@ class LogWatch:
         fastest = min(configs, key=lambda config: config.period_in_ms)
         self._least_s = self._patience_s = max(_SILENCE_S, _PERIODS * fastest.period_in_ms / 1000.0)
         self._heard_at = self._asked_at = clock()
+        self._is_told = False
         fastest.data_received_cb.add_callback(self._heard)
         for config in configs:
             # an answer that there is no such block comes from cflib's Log, a change of the flag from the block
@@ -53,6 +55,7 @@ class LogWatch:
             return
         self._asked_at = now
         self._patience_s *= 2.0
+        self._is_told = False
         for config in self._configs:
             config.pending = 0  # of a question that was lost
             config.start()
@@ -63,9 +66,10 @@ class LogWatch:
         self._heard_at = now
 
     def _renew(self, config: LogConfig) -> None:
-        if not config.added:  # it is under way
+        if config.err_no != errno.ENOENT or not config.added:  # refused for good, or under way
             return
-        if all(other.added for other in self._configs):
+        if not self._is_told:
+            self._is_told = True
             self._renewed()
         config.added = config.started = False
         config.create()

@@ -71,6 +71,11 @@ class FakeDrone:
             if port in FLIGHT_PORTS and (port, channel) != (9, 0)
         ]
 
+    @property
+    def ports(self):
+        """Where packets came to: cflib's pings come at any time."""
+        return [port for port, *_ in self.packets]
+
     def take(self):
         """What concerns flying since the last call."""
         flown = self.flown

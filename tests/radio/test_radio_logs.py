@@ -1,5 +1,6 @@
 """What drones say about themselves."""
 
+import errno
 import math
 
 import numpy as np
@@ -12,6 +13,7 @@ from crazychoir_fw.errors import RadioError, RangeError, UnknownNameError
 from crazychoir_fw.radio import RadioHandler, RadioHandlerVel, RadioHandlerVelLightHouse
 from crazychoir_fw.radio.logs import DroneClock, log_blocks
 
+LOGGING = 5
 TYPES = {name: size for name, _, size in LogTocElement.types.values()}
 
 
@@ -206,6 +208,29 @@ def test_logs_that_are_deleted_twice(fly, air, clock, eventually):
     assert len(told) == 2
 
 
+def test_a_drone_that_refuses_to_start_a_block_is_not_asked_at_once_again(fly, air, clock, eventually):
+    class Refuses(type(air["fake://0"])):
+        def _log(self, channel, data):
+            if channel != 1:
+                return super()._log(channel, data)
+            commands.append(data[0])
+            return [(1, bytes((*data[:2], errno.ENOMEM)))]
+
+    drone, commands, told = air["fake://0"], [], []
+    swarm = fly(RadioHandler, logger=True)
+    swarm.on_event = lambda *what: told.append(what)
+    drone.__class__ = Refuses
+    block = swarm[0].cf.log.log_blocks[0]
+    refusals = []
+    block.started_cb.add_callback(lambda *_: refusals.append(block.err_no))
+    for number in (1, 2):
+        clock.now += 60.0
+        swarm.tick()
+        eventually(lambda number=number: len(refusals) == number)
+    start = 3
+    assert (refusals, commands, told) == ([errno.ENOMEM] * 2, [start] * 2, [])
+
+
 def test_questions_that_are_lost_are_asked_again(fly, air, clock, eventually):
     class Deaf(type(air["fake://0"])):
         def _log(self, channel, data):
@@ -229,6 +254,7 @@ def test_questions_that_are_lost_are_asked_again(fly, air, clock, eventually):
         if missing is not None:
             eventually(lambda missing=missing: missing in missed)
     eventually(lambda: drone.blocks == blocks)
+    assert swarm[0].is_connected
 
 
 def test_slow_logs_are_not_disturbed_for_long(fly, air, clock, eventually):
@@ -239,7 +265,7 @@ def test_slow_logs_are_not_disturbed_for_long(fly, air, clock, eventually):
         clock.now += 1.0
         drone.packets.clear()
         swarm.tick()
-        if drone.packets:
+        if LOGGING in drone.ports:
             asked.append(second)
         if second % 4 == 0:  # of five per second, at a twentieth of the speed
             drone.log(second)
@@ -257,4 +283,4 @@ def test_without_a_link_nothing_is_asked(fly, air, clock, eventually):
     drone.packets.clear()
     clock.now += 10.0
     swarm.tick()
-    assert drone.packets == []
+    assert LOGGING not in drone.ports
