@@ -186,6 +186,10 @@ bool cf_work_find(bool is_log, const char *group, const char *name, int32_t *dis
   return true;
 }
 
+bool cf_work_name(bool is_log, int32_t distance, const char **group, const char **name) {
+  return drone != NULL && host->name_of(drone, is_log, (char *)drone + distance, group, name);
+}
+
 void *cf_work_variable(int32_t distance) {
   void *in_image = distance >= 0 && drone != NULL && (size_t)distance < cf_image_bytes()
                        ? cf_image_address((size_t)distance)
