@@ -1,3 +1,6 @@
+// With it longjmp() ends a process that jumps from one stack to another, as out of a task.
+#undef _FORTIFY_SOURCE
+
 #include "library/work.h"
 
 #include <signal.h>
