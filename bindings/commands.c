@@ -4,6 +4,8 @@
 #include <stddef.h>
 #include <string.h>
 
+#include "system_commands.h"
+
 #define HIGH_LEVEL(cf_, provider_) &(cf_)->onboard.high_level, provider_, (cf_)->provider_state
 
 static uint64_t now_us(const cf_t *cf) {
@@ -21,6 +23,9 @@ cf_status_t cf_send_setpoint(cf_t *cf, const setpoint_t *setpoint) {
     return CF_ERR_STATE;
   }
   cf->onboard.client_setpoint = *setpoint;
+  if (provider->system != NULL) {
+    return cf_system_set_setpoint(cf, provider->system, setpoint);
+  }
   const bool is_taken =
       cf_commander_set_setpoint(&cf->onboard.commander, provider, cf->provider_state, setpoint,
                                 COMMANDER_PRIORITY_CRTP, cf->onboard.tick);
@@ -118,6 +123,10 @@ cf_status_t cf_send_manual(cf_t *cf, float roll, float pitch, float yaw_rate, ui
 }
 
 void cf_notify_setpoint_stop(cf_t *cf) {
+  if (cf_system_of(cf) != NULL) {
+    cf_system_request(cf, CF_SYSTEM_RELAX);
+    return;
+  }
   cf_commander_relax_priority(&cf->onboard.commander, &cf->onboard.high_level,
                               &cf->onboard.estimate);
 }
@@ -125,6 +134,9 @@ void cf_notify_setpoint_stop(cf_t *cf) {
 // -------------------------------------------------------------------------- high-level commander
 
 cf_status_t cf_takeoff(cf_t *cf, float height, float duration, float yaw, bool use_current_yaw) {
+  if (cf_system_of(cf) != NULL) {
+    return cf_system_takeoff(cf, height, duration, yaw, use_current_yaw);
+  }
   const cf_provider_t *provider = cf_provider_of(cf);
   return provider == NULL
              ? CF_ERR_STATE
@@ -133,6 +145,9 @@ cf_status_t cf_takeoff(cf_t *cf, float height, float duration, float yaw, bool u
 }
 
 cf_status_t cf_land(cf_t *cf, float height, float duration, float yaw, bool use_current_yaw) {
+  if (cf_system_of(cf) != NULL) {
+    return cf_system_land(cf, height, duration, yaw, use_current_yaw);
+  }
   const cf_provider_t *provider = cf_provider_of(cf);
   return provider == NULL ? CF_ERR_STATE
                           : cf_high_level_commander_land(HIGH_LEVEL(cf, provider), height, duration,
@@ -140,12 +155,18 @@ cf_status_t cf_land(cf_t *cf, float height, float duration, float yaw, bool use_
 }
 
 cf_status_t cf_stop(cf_t *cf) {
+  if (cf_system_of(cf) != NULL) {
+    return cf_system_stop(cf);
+  }
   const cf_provider_t *provider = cf_provider_of(cf);
   return provider == NULL ? CF_ERR_STATE : cf_high_level_commander_stop(HIGH_LEVEL(cf, provider));
 }
 
 cf_status_t cf_go_to(cf_t *cf, float x, float y, float z, float yaw, float duration, bool relative,
                      bool linear) {
+  if (cf_system_of(cf) != NULL) {
+    return cf_system_go_to(cf, x, y, z, yaw, duration, relative, linear);
+  }
   const struct vec     position = {x, y, z};
   const cf_provider_t *provider = cf_provider_of(cf);
   return provider == NULL ? CF_ERR_STATE
@@ -155,6 +176,10 @@ cf_status_t cf_go_to(cf_t *cf, float x, float y, float z, float yaw, float durat
 
 cf_status_t cf_takeoff_with_velocity(cf_t *cf, float height, bool height_is_relative,
                                      float velocity, float yaw, bool use_current_yaw) {
+  if (cf_system_of(cf) != NULL) {
+    return cf_system_takeoff_with_velocity(cf, height, height_is_relative, velocity, yaw,
+                                           use_current_yaw);
+  }
   const cf_provider_t *provider = cf_provider_of(cf);
   return provider == NULL ? CF_ERR_STATE
                           : cf_high_level_commander_takeoff_with_velocity(
@@ -164,6 +189,10 @@ cf_status_t cf_takeoff_with_velocity(cf_t *cf, float height, bool height_is_rela
 
 cf_status_t cf_land_with_velocity(cf_t *cf, float height, bool height_is_relative, float velocity,
                                   float yaw, bool use_current_yaw) {
+  if (cf_system_of(cf) != NULL) {
+    return cf_system_land_with_velocity(cf, height, height_is_relative, velocity, yaw,
+                                        use_current_yaw);
+  }
   const cf_provider_t *provider = cf_provider_of(cf);
   return provider == NULL ? CF_ERR_STATE
                           : cf_high_level_commander_land_with_velocity(
@@ -172,6 +201,9 @@ cf_status_t cf_land_with_velocity(cf_t *cf, float height, bool height_is_relativ
 }
 
 cf_status_t cf_spiral(cf_t *cf, const cf_spiral_t *spiral) {
+  if (cf_system_of(cf) != NULL) {
+    return cf_system_spiral(cf, spiral);
+  }
   const cf_provider_t *provider = cf_provider_of(cf);
   return provider == NULL
              ? CF_ERR_STATE
@@ -179,25 +211,41 @@ cf_status_t cf_spiral(cf_t *cf, const cf_spiral_t *spiral) {
 }
 
 void cf_set_group_mask(cf_t *cf, uint8_t mask) {
+  if (cf_system_of(cf) != NULL) {
+    cf_system_set_group_mask(cf, mask);
+    return;
+  }
   cf_high_level_commander_set_group_mask(&cf->onboard.high_level, mask);
 }
 
 cf_status_t cf_write_trajectory(cf_t *cf, uint32_t offset, uint32_t length, const uint8_t *data) {
+  if (cf_system_of(cf) != NULL) {
+    return cf_system_write_trajectory(cf, offset, length, data);
+  }
   return cf_high_level_commander_write_trajectory(&cf->onboard.high_level, offset, length, data);
 }
 
 cf_status_t cf_read_trajectory(const cf_t *cf, uint32_t offset, uint32_t length, uint8_t *data) {
+  if (cf_system_of(cf) != NULL) {
+    return cf_system_read_trajectory(cf, offset, length, data);
+  }
   return cf_high_level_commander_read_trajectory(&cf->onboard.high_level, offset, length, data);
 }
 
 cf_status_t cf_define_trajectory(cf_t *cf, uint8_t id, uint8_t type, uint32_t offset,
                                  uint8_t n_pieces) {
+  if (cf_system_of(cf) != NULL) {
+    return cf_system_define_trajectory(cf, id, type, offset, n_pieces);
+  }
   return cf_high_level_commander_define_trajectory(&cf->onboard.high_level, id, type, offset,
                                                    n_pieces);
 }
 
 cf_status_t cf_start_trajectory(cf_t *cf, uint8_t id, float timescale, bool relative_position,
                                 bool relative_yaw, bool reversed) {
+  if (cf_system_of(cf) != NULL) {
+    return cf_system_start_trajectory(cf, id, timescale, relative_position, relative_yaw, reversed);
+  }
   const cf_provider_t *provider = cf_provider_of(cf);
   return provider == NULL ? CF_ERR_STATE
                           : cf_high_level_commander_start_trajectory(
@@ -206,6 +254,9 @@ cf_status_t cf_start_trajectory(cf_t *cf, uint8_t id, float timescale, bool rela
 }
 
 bool cf_is_trajectory_finished(const cf_t *cf) {
+  if (cf_system_of(cf) != NULL) {
+    return cf->onboard.plan_is_finished;
+  }
   const cf_provider_t *provider = cf_provider(cf->config.provider);
   const bool           works    = provider != NULL && cf->onboard.fault != CF_FAULT_SOFTWARE;
   return !works ||
@@ -214,6 +265,9 @@ bool cf_is_trajectory_finished(const cf_t *cf) {
 
 int cf_high_level_packet(cf_t *cf, const uint8_t *data, uint32_t size,
                          uint8_t reply[CF_HIGH_LEVEL_REPLY_BYTES]) {
+  if (cf_system_of(cf) != NULL) {
+    return cf_system_high_level_packet(cf, data, size, reply);
+  }
   const cf_provider_t *provider = cf_provider_of(cf);
   return provider == NULL ? CF_ERR_STATE
                           : cf_high_level_commander_packet(HIGH_LEVEL(cf, provider), data, size,
@@ -223,14 +277,24 @@ int cf_high_level_packet(cf_t *cf, const uint8_t *data, uint32_t size,
 // ------------------------------------------------------------------- supervisor and localization
 
 cf_status_t cf_arm(cf_t *cf, bool arm) {
+  if (cf_system_of(cf) != NULL) {
+    return cf_system_request(cf, arm ? CF_SYSTEM_ARM : CF_SYSTEM_DISARM);
+  }
   return cf_supervisor_request_arming(&cf->onboard.supervisor, arm) ? CF_OK : CF_ERR_STATE;
 }
 
 cf_status_t cf_recover_from_crash(cf_t *cf) {
+  if (cf_system_of(cf) != NULL) {
+    return cf_system_request(cf, CF_SYSTEM_RECOVER);
+  }
   return cf_supervisor_request_crash_recovery(&cf->onboard.supervisor, true) ? CF_OK : CF_ERR_STATE;
 }
 
 void cf_emergency_stop(cf_t *cf) {
+  if (cf_system_of(cf) != NULL) {
+    cf_system_request(cf, CF_SYSTEM_EMERGENCY_STOP);
+    return;
+  }
   cf_supervisor_request_emergency_stop(&cf->onboard.supervisor);
 }
 

@@ -42,18 +42,37 @@ const cf_provider_t *cf_provider_of(cf_t *cf) {
 
 // --------------------------------------------------------------------------------------- booting
 
-static void set_parameter(const cf_provider_t *provider, void *provider_state, const char *group,
-                          const char *name, float value) {
+// Returns whether this changed anything.
+static bool set_parameter(const cf_provider_t *provider, void *provider_state, const char *group,
+                          const char *name, const void *value, size_t bytes) {
+  bool           is_changed = false;
   cf_variables_t tables[CF_PROVIDER_MAX_TABLES];
   const int      count = provider->parameters(tables, CF_PROVIDER_MAX_TABLES);
   for (int i = 0; i < count && i < CF_PROVIDER_MAX_TABLES; i++) {
     for (int k = 0; k < tables[i].count; k++) {
       const cf_variable_t *row = &tables[i].rows[k];
       if (strcmp(row->group, group) == 0 && strcmp(row->name, name) == 0) {
-        memcpy((char *)provider_state + tables[i].base + row->offset, &value, sizeof value);
+        char *place = (char *)provider_state + tables[i].base + row->offset;
+        is_changed  = is_changed || memcmp(place, value, bytes) != 0;
+        memcpy(place, value, bytes);
       }
     }
   }
+  return is_changed;
+}
+
+// Tells the Kalman filter where the drone stands. Returns whether it did not know.
+static bool tell_start(cf_t *cf, const cf_provider_t *provider) {
+  static const char *const NAMES[4] = {"initialX", "initialY", "initialZ", "initialYaw"};
+  const float             *position = cf->config.start_position;
+  const float values[4]             = {position[0], position[1], position[2], cf->config.start_yaw};
+  bool        is_changed            = false;
+  for (int i = 0; i < 4; i++) {
+    const bool was_other = set_parameter(provider, cf->provider_state, "kalman", NAMES[i],
+                                         &values[i], sizeof values[i]);
+    is_changed           = is_changed || was_other;
+  }
+  return is_changed;
 }
 
 // Never 0, which names no peer. Drones whose ids are 255 apart share an address.
@@ -88,25 +107,32 @@ static cf_status_t boot(cf_t *cf) {
     return CF_ERR_STATE;
   }
 
-  set_parameter(provider, cf->provider_state, "kalman", "initialX", config->start_position[0]);
-  set_parameter(provider, cf->provider_state, "kalman", "initialY", config->start_position[1]);
-  set_parameter(provider, cf->provider_state, "kalman", "initialZ", config->start_position[2]);
-  set_parameter(provider, cf->provider_state, "kalman", "initialYaw", config->start_yaw);
-
-  const cf_boot_t onboard = {
-      .controller     = config->controller,
-      .estimator      = boot_estimator(config),
-      .auto_arming    = !cf_platform_facts(config->platform)->requires_arming,
-      .acc_trim_pitch = config->acc_trim_pitch,
-      .acc_trim_roll  = config->acc_trim_roll,
-      .platform       = config->platform,
-      .seed           = config->seed,
-      .serial         = config->id,
-      .radio_id       = radio_id(config),
+  tell_start(cf, provider);
+  const cf_positioning_t positioning = config->vehicle.positioning;
+  const bool             has_loco    = positioning == CF_POSITIONING_LOCO_TWR ||
+                                       positioning == CF_POSITIONING_LOCO_TDOA2 ||
+                                       positioning == CF_POSITIONING_LOCO_TDOA3;
+  const cf_boot_t        onboard     = {
+      .controller                = config->controller,
+      .estimator                 = boot_estimator(config),
+      .auto_arming               = !cf_platform_facts(config->platform)->requires_arming,
+      .acc_trim_pitch            = config->acc_trim_pitch,
+      .acc_trim_roll             = config->acc_trim_roll,
+      .is_attitude_reversion_off = has_loco && config->loco_is_planar != 0,
+      .platform                  = config->platform,
+      .seed                      = config->seed,
+      .serial                    = config->id,
+      .radio_id                  = radio_id(config),
   };
   const cf_status_t booted = cf_onboard_init(&cf->onboard, provider, cf->provider_state, &onboard);
   if (booted != CF_OK) {
     return booted;
+  }
+  if (provider->system != NULL && tell_start(cf, provider)) {
+    // their boot sets the parameters anew, so that the filter begins again from these, as on the
+    // vehicle when a client sets them
+    const uint8_t yes = 1;
+    set_parameter(provider, cf->provider_state, "kalman", "resetEstimation", &yes, sizeof yes);
   }
   cf_position_boot(cf);
   return cf->onboard.fault == CF_FAULT_NONE ? CF_OK : CF_ERR_STATE;
@@ -312,7 +338,9 @@ int cf_logs(int provider, cf_variables_t *tables, int capacity) {
   n     = add(tables, capacity, n, cf_lighthouse_deck_logs(), ONBOARD(decks.lighthouse));
   n     = add(tables, capacity, n, cf_loco_deck_logs(), ONBOARD(decks.loco));
   n     = add_provider(tables, capacity, n, cf_provider(provider)->logs);
-  n     = add(tables, capacity, n, cf_estimator_logs(), ONBOARD(estimator));  // ends group kalman
-  n     = add(tables, capacity, n, cf_vehicle_logs(), offsetof(cf_t, vehicle));
+  if (cf_provider(provider)->system == NULL) {
+    n = add(tables, capacity, n, cf_estimator_logs(), ONBOARD(estimator));  // ends group kalman
+  }
+  n = add(tables, capacity, n, cf_vehicle_logs(), offsetof(cf_t, vehicle));
   return add(tables, capacity, n, cf_contacts_logs(), offsetof(cf_t, contacts));
 }

@@ -6,6 +6,7 @@
 #include "onboard/packets/localization_packets.h"
 #include "onboard/packets/setpoint_packets.h"
 #include "onboard/packets/supervisor_packets.h"
+#include "system_commands.h"
 
 #define PORT_RPYT 3
 #define PORT_LOCALIZATION 6
@@ -65,6 +66,14 @@ static cf_status_t locate(cf_t *cf, const cf_localization_packet_t *packet) {
   return status;
 }
 
+static void notify_watchdog(cf_t *cf) {
+  if (cf_system_of(cf) != NULL) {
+    cf_system_request(cf, CF_SYSTEM_FEED_WATCHDOG);
+  } else {
+    cf_supervisor_notify_emergency_watchdog(&cf->onboard.supervisor, cf->onboard.tick);
+  }
+}
+
 static cf_status_t receive_localization(cf_t *cf, uint8_t channel, const uint8_t *data, int length,
                                         cf_packet_reply_t *reply) {
   cf_localization_packet_t packet;
@@ -78,7 +87,7 @@ static cf_status_t receive_localization(cf_t *cf, uint8_t channel, const uint8_t
     cf_emergency_stop(cf);
   }
   if (packet.request == CF_LOCALIZATION_ASKS_TO_WATCH) {
-    cf_supervisor_notify_emergency_watchdog(&cf->onboard.supervisor, cf->onboard.tick);
+    notify_watchdog(cf);
   }
   reply->length = packet.reply_length;
   memcpy(reply->data, packet.reply, sizeof packet.reply);
@@ -102,6 +111,10 @@ cf_status_t cf_receive_packet(cf_t *cf, uint8_t port, uint8_t channel, const uin
     return CF_ERR_VALUE;
   }
 
+  if (port != PORT_LOCALIZATION && cf_system_of(cf) != NULL &&
+      cf_system_packet(cf, port, channel, data, length, reply)) {
+    return CF_OK;
+  }
   switch (port) {
     case PORT_RPYT:
       return receive_rpyt(cf, channel, data, length);

@@ -88,6 +88,77 @@ typedef struct {
   point_t pos;  // [m], world
 } cf_peer_t;
 
+#define CF_SYSTEM_PACKET_BYTES 30  // of a packet's data, and of its reply
+
+// How a provider's own modules boot.
+typedef struct {
+  int  estimator;   // StateEstimatorType, not AutoSelect
+  int  controller;  // ControllerType; AutoSelect leaves the choice to the configuration
+  bool is_attitude_reversion_off;
+} cf_system_boot_t;
+
+// What they are told every millisecond.
+typedef struct {
+  uint32_t             now_ms;
+  const sensorData_t  *sensors;          // the newest samples, after filters
+  bool                 are_calibrated;   // the sensors, before these samples
+  const measurement_t *queue;            // what was measured since the tick before, in order
+  int                  count;            // of it
+  float                battery_voltage;  // [V]
+  const cf_peer_t     *peers;            // PEER_LOCALIZATION_MAX_NEIGHBORS entries
+  int                  controller;       // parameters of the loop, where the loop is not theirs
+  int                  estimator;
+} cf_system_inputs_t;
+
+// What they came to.
+typedef struct {
+  stabilizerStep_t    step;  // 0 until the loop runs
+  state_t             estimate;
+  setpoint_t          setpoint;
+  control_t           control;
+  motors_thrust_pwm_t motors;
+  int                 controller;  // what is active
+  int                 estimator;
+  int                 priority;     // of the commander
+  bool                is_blocked;   // the high-level commander
+  bool                is_finished;  // its trajectory
+  uint16_t            info;         // CF_SUPERVISOR_INFO_…
+  bool                are_motors_allowed;
+} cf_system_outputs_t;
+
+// Requests of a client that are no packets.
+typedef enum {
+  CF_SYSTEM_ARM,
+  CF_SYSTEM_DISARM,
+  CF_SYSTEM_RECOVER,  // from a crash
+  CF_SYSTEM_RELAX,    // the commander gives way to the high-level commander
+  CF_SYSTEM_EMERGENCY_STOP,
+  CF_SYSTEM_FEED_WATCHDOG,  // of the emergency stop
+} cf_system_request_t;
+
+// A provider that flies more than the algorithms: the firmware's own commander, high-level
+// commander, supervisor, table of controllers, estimator task and, perhaps, its own loop. onboard/
+// then keeps the sensor front end, the decks and what the outputs say, and nothing else of its own
+// decides anything.
+typedef struct {
+  const char *modules;  // what is theirs, for people
+
+  // After cf_provider_t.init. Returns CF_ERR_UNKNOWN for a controller or estimator that they lack,
+  // and CF_ERR_STATE when one of their tests fails.
+  cf_status_t (*boot)(void *state, const cf_system_boot_t *boot);
+  void (*tick)(void *state, const cf_system_inputs_t *inputs, cf_system_outputs_t *outputs);
+
+  // Between two ticks. `set_setpoint` returns whether the commander took it. `packet` hands the
+  // data of a CRTP packet to the module of its port, fills `reply` and returns its length, 0 when
+  // there is none, and -1 when no module has this port.
+  bool (*set_setpoint)(void *state, const setpoint_t *setpoint, int priority, uint32_t now_ms);
+  int (*packet)(void *state, uint8_t port, uint8_t channel, const uint8_t *data, int length,
+                uint8_t reply[CF_SYSTEM_PACKET_BYTES], uint32_t now_ms);
+  bool (*request)(void *state, cf_system_request_t what, uint32_t now_ms);
+  bool (*read_trajectory)(void *state, uint32_t offset, uint32_t length, uint8_t *data);
+  bool (*write_trajectory)(void *state, uint32_t offset, uint32_t length, const uint8_t *data);
+} cf_system_t;
+
 typedef struct {
   const char *name;
   int         platform;     // cf_platform_t, or -1: every one
@@ -187,6 +258,8 @@ typedef struct {
   void (*parameter_written)(void *state, const char *group, const char *name);
   // Before somebody reads log variables: brings those up to date that are computed. May be null.
   void (*refresh_logs)(void *state);
+
+  const cf_system_t *system;  // null: the algorithms are all there is
 } cf_provider_t;
 
 // Returns provider number i, or null behind the last one.

@@ -2,7 +2,7 @@
  * in the order in which upstream's own bindings include them.
  *
  * HAVE_* say what the release has (probes/), CF_WITH_* which of extra_sources.txt are part of the
- * library, and CF_FIRMWARE_MODE_* which are compiled as for the vehicle. */
+ * library, and CF_VEHICLE_MODE_* which are compiled as for the vehicle. */
 #ifndef CF_BITCRAZE_CHECKOUT_H
 #define CF_BITCRAZE_CHECKOUT_H
 

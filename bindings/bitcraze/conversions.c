@@ -40,7 +40,9 @@ struct api_traj_eval cf_api_goal(const struct traj_eval *from) {
 #if HAVE_TRAJ_EVAL_JERK
       .jerk = AXES(from->jerk),
 #endif
+#if HAVE_TRAJ_EVAL_OMEGA
       .omega = AXES(from->omega),
+#endif
       .yaw   = from->yaw,
   };
 }

@@ -6,7 +6,7 @@
 
 // -------------------------------------------------------------------------------------- Mellinger
 
-#if CF_WITH_CONTROLLER_MELLINGER && CF_FIRMWARE_MODE_CONTROLLER_MELLINGER
+#if CF_WITH_CONTROLLER_MELLINGER && CF_VEHICLE_MODE_CONTROLLER_MELLINGER
 // declared by the checkout's header for the vehicle only
 void controllerMellingerFirmwareInit(void);
 void controllerMellingerFirmware(control_t *control, const setpoint_t *setpoint,
@@ -95,7 +95,7 @@ static void boot_mellinger(void) {
 
 #define HAS_LEE (CF_WITH_CONTROLLER_LEE && HAVE_CONTROLLER_LEE)
 
-#if HAS_LEE && CF_FIRMWARE_MODE_CONTROLLER_LEE
+#if HAS_LEE && CF_VEHICLE_MODE_CONTROLLER_LEE
 void controllerLeeFirmwareInit(void);
 void controllerLeeFirmware(control_t *control, const setpoint_t *setpoint,
                            const sensorData_t *sensors, const state_t *state, const uint32_t tick);

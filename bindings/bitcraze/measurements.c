@@ -53,11 +53,20 @@ static kalmanCoreData_t *const CORE CF_UNUSED = &cf_kalman_task.core;
 #define MISSED(what_) \
   CF_SAY_ONCE("ESTKALMAN: no model of " what_ " in this build, measurements ignored\n")
 
+#if HAS_SWEEPS
+// Older filters know until when a window is open, and not how wide it is.
+static void tell_sweep_window(void) {
+#if HAVE_LIGHTHOUSE_OPENING_WINDOW
+  cf_kalman_task.sweep_window = sweep_filter.openingWindowMs;
+#endif
+}
+#endif
+
 void cf_measurements_reset(void) {
   outlierFilterTdoaReset(&tdoa_filter);
 #if HAS_SWEEPS
   outlierFilterLighthouseReset(&sweep_filter, 0);
-  cf_kalman_task.sweep_window = sweep_filter.openingWindowMs;
+  tell_sweep_window();
 #endif
 }
 
@@ -154,7 +163,7 @@ static void fuse_sweep(const api_sweepAngleMeasurement_t *from, uint32_t now_ms)
   if (sweep.sensorPos && sweep.rotorPos && sweep.rotorRot && sweep.rotorRotInv && sweep.calib &&
       sweep.calibrationMeasurementModel) {
     kalmanCoreUpdateWithSweepAngles(CORE, &sweep, now_ms, &sweep_filter);
-    cf_kalman_task.sweep_window = sweep_filter.openingWindowMs;
+    tell_sweep_window();
   }
 }
 #else

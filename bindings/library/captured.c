@@ -5,7 +5,6 @@
 
 #include "library/captured_variables.h"
 #include "library/image.h"
-#include "library/include/log.h"
 #include "library/inner.h"
 
 _Static_assert(sizeof(cf_captured_t) == 32, "tables of different files follow without gaps");
@@ -28,9 +27,23 @@ static union {
   float    number;
 } cells[MAX_COMPUTED];
 
+// A computed variable as the firmware declares it: one of seven functions, and what it is handed.
 typedef struct {
-  const logByFunction_t *function;
-  cf_type_t              type;
+  union {
+    uint8_t (*uint8)(uint32_t timestamp, void *data);
+    uint16_t (*uint16)(uint32_t timestamp, void *data);
+    uint32_t (*uint32)(uint32_t timestamp, void *data);
+    int8_t (*int8)(uint32_t timestamp, void *data);
+    int16_t (*int16)(uint32_t timestamp, void *data);
+    int32_t (*int32)(uint32_t timestamp, void *data);
+    float (*number)(uint32_t timestamp, void *data);
+  };
+  void *data;
+} function_t;
+
+typedef struct {
+  const function_t *function;
+  cf_type_t         type;
 } computed_t;
 
 typedef struct {
@@ -189,32 +202,32 @@ void cf_captured_parameter_set(const void *address) {
 }
 
 static void compute(int i) {
-  const logByFunction_t *log = computed[i].function;
-  const uint32_t         now = cf_library_now_ms();
-  if (log->acquireUInt32 == NULL) {  // of whatever type
+  const function_t *log = computed[i].function;
+  const uint32_t    now = cf_library_now_ms();
+  if (log->uint32 == NULL) {  // of whatever type
     return;
   }
   switch (computed[i].type) {
     case CF_TYPE_UINT8:
-      cells[i].word = log->acquireUInt8(now, log->data);
+      cells[i].word = log->uint8(now, log->data);
       break;
     case CF_TYPE_UINT16:
-      cells[i].word = log->acquireUInt16(now, log->data);
+      cells[i].word = log->uint16(now, log->data);
       break;
     case CF_TYPE_UINT32:
-      cells[i].word = log->acquireUInt32(now, log->data);
+      cells[i].word = log->uint32(now, log->data);
       break;
     case CF_TYPE_INT8:
-      cells[i].word = (uint32_t)log->acquireInt8(now, log->data);
+      cells[i].word = (uint32_t)log->int8(now, log->data);
       break;
     case CF_TYPE_INT16:
-      cells[i].word = (uint32_t)log->acquireInt16(now, log->data);
+      cells[i].word = (uint32_t)log->int16(now, log->data);
       break;
     case CF_TYPE_INT32:
-      cells[i].word = (uint32_t)log->acquireInt32(now, log->data);
+      cells[i].word = (uint32_t)log->int32(now, log->data);
       break;
     case CF_TYPE_FLOAT:
-      cells[i].number = log->acquireFloat(now, log->data);
+      cells[i].number = log->number(now, log->data);
       break;
   }
 }

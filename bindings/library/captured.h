@@ -1,17 +1,18 @@
 /* Parameters and log variables as PARAM_* and LOG_* of compiled firmware sources declare them.
  *
- * The macros (library/include/param.h and log.h, which stand in for the firmware's) put rows of
- * this form into a section of their own; the library reads them when it is opened. */
+ * The macros of include/tables.h put rows of this form into a section of their own; the library
+ * reads them when it is opened. */
 #ifndef CF_LIBRARY_CAPTURED_H
 #define CF_LIBRARY_CAPTURED_H
 
 #include <stdint.h>
 
 typedef enum {
-  CF_CAPTURED_NOTHING     = 0,  // fills gaps between tables
-  CF_CAPTURED_GROUP       = 1,  // `name` opens a group
-  CF_CAPTURED_VARIABLE    = 2,
-  CF_CAPTURED_BY_FUNCTION = 3,  // a log variable that is computed: `address` is a logByFunction_t
+  CF_CAPTURED_NOTHING  = 0,  // fills gaps between tables
+  CF_CAPTURED_GROUP    = 1,  // `name` opens a group
+  CF_CAPTURED_VARIABLE = 2,
+  CF_CAPTURED_BY_FUNCTION =
+      3,  // a log variable that is computed: `address` is the firmware's logByFunction_t
 } cf_captured_kind_t;
 
 // 32 bytes on every host with 64 bits, so that tables of different files follow without gaps.

@@ -146,6 +146,48 @@ DO_NOW(collision_avoidance,
         const state_t *estimate, uint32_t now_ms),
        state, setpoint, peers, sensors, estimate, now_ms)
 
+// ----------------------------------------------------------------------------------------- system
+
+GUARDED(cf_status_t, system_boot, (void *state, const cf_system_boot_t *boot), cf_work_enter,
+        cf_work_leave, inner->system->boot(state, boot), CF_ERR_STATE)
+
+static void system_tick_now(void *state, const cf_system_inputs_t *inputs,
+                            cf_system_outputs_t *outputs) {
+  cf_work_tell_time(inputs->now_ms);
+  inner->system->tick(state, inputs, outputs);
+}
+
+GUARDED_VOID(system_tick,
+             (void *state, const cf_system_inputs_t *inputs, cf_system_outputs_t *outputs),
+             cf_work_leave, system_tick_now(state, inputs, outputs))
+GUARDED(bool, system_set_setpoint,
+        (void *state, const setpoint_t *setpoint, int priority, uint32_t now_ms), cf_work_enter,
+        cf_work_leave, AT_NOW(inner->system->set_setpoint(state, setpoint, priority, now_ms)),
+        false)
+GUARDED(int, system_packet,
+        (void *state, uint8_t port, uint8_t channel, const uint8_t *data, int length,
+         uint8_t reply[CF_SYSTEM_PACKET_BYTES], uint32_t now_ms),
+        cf_work_enter, cf_work_leave,
+        AT_NOW(inner->system->packet(state, port, channel, data, length, reply, now_ms)), 0)
+GUARDED(bool, system_request, (void *state, cf_system_request_t what, uint32_t now_ms),
+        cf_work_enter, cf_work_leave, AT_NOW(inner->system->request(state, what, now_ms)), false)
+GUARDED(bool, system_read, (void *state, uint32_t offset, uint32_t length, uint8_t *data),
+        cf_work_enter, cf_work_leave_unchanged,
+        inner->system->read_trajectory(state, offset, length, data), false)
+GUARDED(bool, system_write, (void *state, uint32_t offset, uint32_t length, const uint8_t *data),
+        cf_work_enter, cf_work_leave, inner->system->write_trajectory(state, offset, length, data),
+        false)
+
+static cf_system_t guarded_system CF_LIBRARY_KEEP = {
+    .boot             = system_boot,
+    .tick             = system_tick,
+    .set_setpoint     = system_set_setpoint,
+    .packet           = system_packet,
+    .request          = system_request,
+    .read_trajectory  = system_read,
+    .write_trajectory = system_write,
+};
+
 // -------------------------------------------------------------------------------------- variables
 
 static void run_callbacks(void *state, const char *group, const char *name) {
@@ -243,6 +285,10 @@ const cf_provider_t *cf_guard_open(const cf_library_host_t *host) {
   if (inner->out_of_tree_estimator == NULL) {
     guarded.out_of_tree_estimator_init = NULL;
     guarded.out_of_tree_estimator      = NULL;
+  }
+  if (inner->system != NULL) {
+    guarded_system.modules = inner->system->modules;
+    guarded.system         = &guarded_system;
   }
   return &guarded;
 }

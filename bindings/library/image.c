@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "library/inner.h"
+#include "library/relocation.h"
 
 #define WORD 8  // [bytes]
 
@@ -27,37 +28,6 @@ static int n_slots     CF_LIBRARY_KEEP = 0;
 static size_t n_bytes  CF_LIBRARY_KEEP = 0;
 static void *factory   CF_LIBRARY_KEEP = NULL;  // a block
 
-// ---------------------------------------------------------------------------------------- pointers
-
-// The linker's names for the first byte of the library in memory and for the one behind the last.
-extern char __ehdr_start[] __attribute__((visibility("hidden")));
-extern char _end[] __attribute__((visibility("hidden")));
-
-// A pointer into the library is kept as its distance from the begin of the library, with a mark in
-// the upper 16 bits. No address that a program can have looks like this, and no small number either
-// that somebody keeps in a pointer, such as (void *)1: all others are kept as they are. Null is one
-// of them. So are addresses elsewhere (the C library, the heap), which are the same for all copies
-// of the library.
-#define MARK ((uintptr_t)0xCF1B << 48)
-#define MARK_BITS ((uintptr_t)0xFFFF << 48)
-
-static uintptr_t library_begin(void) {
-  return (uintptr_t)__ehdr_start;
-}
-
-static uintptr_t library_bytes(void) {
-  return (uintptr_t)_end - library_begin();
-}
-
-static uintptr_t to_distance(uintptr_t pointer, uintptr_t begin, uintptr_t bytes) {
-  // one behind the last is a pointer of C as well
-  return pointer - begin <= bytes ? (pointer - begin) | MARK : pointer;
-}
-
-static uintptr_t to_address(uintptr_t kept, uintptr_t begin) {
-  return (kept & MARK_BITS) == MARK ? begin + (kept & ~MARK_BITS) : kept;
-}
-
 // ------------------------------------------------------------------------------------ in and out
 
 // By memcpy, since a packed struct may hold a pointer at any address.
@@ -76,9 +46,9 @@ void cf_image_load(const void *block) {
   for (int i = 0; i < n_ranges; i++) {
     memcpy(ranges[i].address, kept + ranges[i].at, ranges[i].bytes);
   }
-  const uintptr_t begin = library_begin();
+  const uintptr_t begin = cf_library_begin();
   for (int i = 0; i < n_slots; i++) {
-    put_word(slots[i].address, to_address(get_word(kept + slots[i].at), begin));
+    put_word(slots[i].address, cf_to_address(get_word(kept + slots[i].at), begin));
   }
 }
 
@@ -87,10 +57,10 @@ void cf_image_store(void *block) {
   for (int i = 0; i < n_ranges; i++) {
     memcpy(kept + ranges[i].at, ranges[i].address, ranges[i].bytes);
   }
-  const uintptr_t begin = library_begin();
-  const uintptr_t bytes = library_bytes();
+  const uintptr_t begin = cf_library_begin();
+  const uintptr_t bytes = cf_library_bytes();
   for (int i = 0; i < n_slots; i++) {
-    put_word(kept + slots[i].at, to_distance(get_word(slots[i].address), begin, bytes));
+    put_word(kept + slots[i].at, cf_to_distance(get_word(slots[i].address), begin, bytes));
   }
 }
 
@@ -129,7 +99,7 @@ static bool take_ranges(const cf_image_map_t *map) {
   uint32_t at = 0;
   for (int i = 0; i < map->n_ranges; i++) {
     const cf_image_range_t *range = &map->ranges[i];
-    if (range->offset > library_bytes() || range->bytes > library_bytes() - range->offset) {
+    if (range->offset > cf_library_bytes() || range->bytes > cf_library_bytes() - range->offset) {
       return false;
     }
     char *address = __ehdr_start + range->offset;

@@ -13,13 +13,14 @@
 #ifndef CF_LIBRARY_LIBRARY_H
 #define CF_LIBRARY_LIBRARY_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #include "provider.h"
 
 // Changes when this header or provider.h does, so that an old library is refused.
-#define CF_LIBRARY_ABI 1
+#define CF_LIBRARY_ABI 2
 
 // A piece of the library's memory that belongs to the drone, and not to the code.
 typedef struct {
@@ -45,6 +46,10 @@ typedef struct {
   // none of that name. Addresses within the block mean the image: see cf_library_variable.
   void *(*log_variable)(void *state, const char *group, const char *name, int *type);
   void *(*parameter)(void *state, const char *group, const char *name, int *type);
+  // The reverse: group and name of the log variable, or parameter, at an address that one of the
+  // two gave. Returns false when there is none.
+  bool (*name_of)(void *state, bool is_log, const void *address, const char **group,
+                  const char **name);
   // Where siglongjmp shall go, with the number of the signal, when this thread's code crashes;
   // null: nowhere, the process ends. A sigjmp_buf *.
   void (*set_rescue)(void *rescue);

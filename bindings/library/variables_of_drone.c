@@ -1,14 +1,19 @@
-// The firmware's functions that read log variables, and read and write parameters, by id.
-
+/* The firmware's functions that read log variables, and read and write parameters, by id.
+ *
+ * Compiled with the headers that declare them, a checkout's or those of app/include: ids are passed
+ * by value, so that both sides must agree what an id is. */
 #include <stddef.h>
 #include <string.h>
 
-#include "convert.h"
+#include "log.h"
+#include "param.h"
+
+#include "../convert.h"
 #include "library/captured_variables.h"
-#include "library/include/log.h"
-#include "library/include/param.h"
 #include "library/inner.h"
 #include "library/work.h"
+
+#define HALF_FLOAT 8  // a type to fetch as, which not all releases name
 
 // What somebody asked for by name. Ids are places in this table, and the table is part of the
 // image, since the ids are too: code asks once and keeps the id in a variable.
@@ -57,6 +62,18 @@ static uint16_t id_of(bool is_log, const char *group, const char *name) {
 static const known_t *known_as(bool is_log, uint16_t id) {
   const bool is_valid = id < MAX_KNOWN && known[id].is_in_use && known[id].is_log == is_log;
   return is_valid ? &known[id] : NULL;
+}
+
+// Names of nothing are empty, as an id that is not valid has them on the vehicle.
+static void name(bool is_log, uint16_t id, char **group_of, char **name_of) {
+  const known_t *variable = known_as(is_log, id);
+  const char    *group    = "";
+  const char    *own      = "";
+  if (variable != NULL) {
+    cf_work_name(is_log, variable->distance, &group, &own);
+  }
+  *group_of = (char *)(uintptr_t)group;
+  *name_of  = (char *)(uintptr_t)own;
 }
 
 // ----------------------------------------------------------------------------------------- values
@@ -140,7 +157,7 @@ WEAK int logGetType(logVarId_t varid) {
 }
 
 WEAK uint8_t logVarSize(int type) {
-  return type == LOG_FP16 ? 2 : (uint8_t)cf_captured_size(type - LOG_UINT8);
+  return type == HALF_FLOAT ? 2 : (uint8_t)cf_captured_size(type - LOG_UINT8);
 }
 
 WEAK void *logGetAddress(logVarId_t varid) {
@@ -160,6 +177,10 @@ WEAK unsigned int logGetUint(logVarId_t varid) {
   return (unsigned int)get_int(known_as(true, varid));
 }
 
+WEAK void logGetGroupAndName(logVarId_t varid, char **group_of, char **name_of) {
+  name(true, varid, group_of, name_of);
+}
+
 // ----------------------------------------------------------------------------------------- param.h
 
 // Wire types in the order of cf_type_t.
@@ -171,13 +192,30 @@ WEAK paramVarId_t paramGetVarId(const char *group, const char *name) {
   return (paramVarId_t){.index = id, .id = id};
 }
 
+#define LONGEST_GROUP 32
+
+WEAK paramVarId_t paramGetVarIdFromComplete(const char *complete_name) {
+  const char *dot    = strchr(complete_name, '.');
+  size_t      length = dot != NULL ? (size_t)(dot - complete_name) : LONGEST_GROUP;
+  if (length >= LONGEST_GROUP) {
+    return (paramVarId_t){.index = NO_ID, .id = NO_ID};
+  }
+  char group[LONGEST_GROUP] = "";
+  memcpy(group, complete_name, length);
+  return paramGetVarId(group, dot + 1);
+}
+
+WEAK void paramGetGroupAndName(paramVarId_t varid, char **group_of, char **name_of) {
+  name(false, varid.id, group_of, name_of);
+}
+
 WEAK int paramGetType(paramVarId_t varid) {
   const known_t *variable = known_as(false, varid.id);
   return variable != NULL ? PARAM_TYPES[variable->type] : -1;
 }
 
 WEAK uint8_t paramVarSize(int type) {
-  return (uint8_t)(1 << (type & PARAM_BYTES_MASK));
+  return (uint8_t)(1 << (type & 0x03));
 }
 
 WEAK float paramGetFloat(paramVarId_t varid) {

@@ -1,3 +1,6 @@
+// With it longjmp() ends a process that jumps from one stack to another, as out of a task.
+#undef _FORTIFY_SOURCE
+
 #include "library/work.h"
 
 #include <signal.h>
@@ -184,6 +187,10 @@ bool cf_work_find(bool is_log, const char *group, const char *name, int32_t *dis
   }
   *distance = (int32_t)((intptr_t)address - (intptr_t)drone);
   return true;
+}
+
+bool cf_work_name(bool is_log, int32_t distance, const char **group, const char **name) {
+  return drone != NULL && host->name_of(drone, is_log, (char *)drone + distance, group, name);
 }
 
 void *cf_work_variable(int32_t distance) {

@@ -50,6 +50,9 @@ void cf_work_tell_time(uint32_t now_ms);
 // for as long as there is the drone. Returns false when there is none of that name.
 bool cf_work_find(bool is_log, const char *group, const char *name, int32_t *distance, int *type);
 
+// The reverse: group and name of what cf_work_find gave a distance for.
+bool cf_work_name(bool is_log, int32_t distance, const char **group, const char **name);
+
 // Where the variable at this distance is now: in the image or with the host.
 void *cf_work_variable(int32_t distance);
 

@@ -51,11 +51,32 @@ static void *parameter(void *state, const char *group, const char *name, int *ty
   return find(cf, tables, count, group, name, type);
 }
 
+static bool name_of(void *state, bool is_log, const void *address, const char **group,
+                    const char **name) {
+  cf_t          *cf = drone_of(state);
+  cf_variables_t tables[MAX_TABLES];
+  const int      provider = cf->config.provider;
+  const int      count =
+      is_log ? cf_logs(provider, tables, MAX_TABLES) : cf_parameters(provider, tables, MAX_TABLES);
+  for (int i = 0; i < count && i < MAX_TABLES; i++) {
+    for (int k = 0; k < tables[i].count; k++) {
+      const cf_variable_t *row = &tables[i].rows[k];
+      if ((char *)cf + tables[i].base + row->offset == (const char *)address) {
+        *group = row->group;
+        *name  = row->name;
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 const cf_library_host_t *cf_library_host(void) {
   static const cf_library_host_t HOST = {.console      = print,
                                          .fail         = fail,
                                          .log_variable = log_variable,
                                          .parameter    = parameter,
+                                         .name_of      = name_of,
                                          .set_rescue   = cf_rescue_set};
   return &HOST;
 }

@@ -87,20 +87,25 @@ static void keep(cf_latest_samples_t *latest, const measurement_t *measurement) 
   }
 }
 
-// Sweep angles refer to base stations by their number; the estimator gets them with pointers. Not
-// inlined, because the others have no need of that much stack.
+int cf_estimator_take_queue(cf_estimator_t *estimator, measurement_t *queue,
+                            cf_resolved_sweep_t *sweeps) {
+  const uint32_t count = estimator->queue_count;
+  for (uint32_t i = 0; i < count; i++) {
+    queue[i] = *cf_lighthouse_resolve(&sweeps[i], &estimator->queue[i], &estimator->stations);
+  }
+  estimator->queue_count = 0;
+  return (int)count;
+}
+
+// Not inlined, because the others have no need of that much stack.
 __attribute__((noinline)) static void run_out_of_tree(cf_estimator_t      *estimator,
                                                       const cf_provider_t *provider,
                                                       void *provider_state, state_t *estimate,
                                                       stabilizerStep_t step, uint32_t now_ms) {
   measurement_t       queue[CF_ESTIMATOR_QUEUE_SIZE];
   cf_resolved_sweep_t sweeps[CF_ESTIMATOR_QUEUE_SIZE];
-  const uint32_t      count = estimator->queue_count;
-  for (uint32_t i = 0; i < count; i++) {
-    queue[i] = *cf_lighthouse_resolve(&sweeps[i], &estimator->queue[i], &estimator->stations);
-  }
-  estimator->queue_count = 0;
-  provider->out_of_tree_estimator(provider_state, queue, (int)count, estimate, step, now_ms);
+  const int           count = cf_estimator_take_queue(estimator, queue, sweeps);
+  provider->out_of_tree_estimator(provider_state, queue, count, estimate, step, now_ms);
 }
 
 void cf_estimator_update(cf_estimator_t *estimator, const cf_provider_t *provider,

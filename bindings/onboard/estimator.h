@@ -99,6 +99,12 @@ void cf_estimator_update(cf_estimator_t *estimator, const cf_provider_t *provide
                          void *provider_state, state_t *estimate, stabilizerStep_t step,
                          uint32_t now_ms);
 
+// Takes everything out of the queue, and returns how many that were. Sweep angles, which refer to
+// base stations by their number there, come with pointers into `sweeps`. Both arrays have
+// CF_ESTIMATOR_QUEUE_SIZE entries.
+int cf_estimator_take_queue(cf_estimator_t *estimator, measurement_t *queue,
+                            cf_resolved_sweep_t *sweeps);
+
 // Copies the estimate of the Kalman filter's latest loop.
 void cf_estimator_get(const cf_estimator_t *estimator, state_t *estimate);
 

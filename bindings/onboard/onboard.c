@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "onboard/firmware_modules.h"
+
 #define SENSORS_START_UP 1000     // [ms], estimators dossier section 12.1
 #define SUPPLY_START 4.2f         // [V], control-pid dossier section 14
 #define SUPPLY_FILTER_GAIN 0.01f  // per control of the motors
@@ -19,6 +21,23 @@ static void tell_controller(cf_onboard_t *onboard, const cf_provider_t *provider
                         provider->controller_name(onboard->controller_type), number);
 }
 
+// The estimator and the controller that a drone boots with.
+static cf_status_t boot_selection(cf_onboard_t *onboard, const cf_provider_t *provider,
+                                  void *provider_state, const cf_boot_t *boot) {
+  if (!cf_estimator_exists(provider, boot->estimator)) {
+    return CF_ERR_UNKNOWN;
+  }
+  const cf_status_t status = provider->controller_init(provider_state, boot->controller);
+  if (status != CF_OK) {
+    return status;
+  }
+  onboard->controller_type = (uint8_t)provider->controller_type(provider_state);
+  cf_estimator_init(&onboard->estimator, provider, provider_state, boot->estimator, onboard->tick);
+  onboard->estimator_type = onboard->estimator.type;
+  tell_controller(onboard, provider);
+  return CF_OK;
+}
+
 cf_status_t cf_onboard_init(cf_onboard_t *onboard, const cf_provider_t *provider,
                             void *provider_state, const cf_boot_t *boot) {
   const cf_console_t console = onboard->console;
@@ -29,19 +48,8 @@ cf_status_t cf_onboard_init(cf_onboard_t *onboard, const cf_provider_t *provider
   onboard->supply_voltage   = SUPPLY_START;
   onboard->radio_id         = boot->radio_id;
 
-  if (!cf_estimator_exists(provider, boot->estimator)) {
-    return CF_ERR_UNKNOWN;
-  }
-  const cf_status_t status = provider->controller_init(provider_state, boot->controller);
-  if (status != CF_OK) {
-    return status;
-  }
-  onboard->controller_type = (uint8_t)provider->controller_type(provider_state);
-
   cf_sensors_init(&onboard->sensors);
   cf_sensors_set_trim(&onboard->sensors, boot->acc_trim_pitch, boot->acc_trim_roll);
-  cf_estimator_init(&onboard->estimator, provider, provider_state, boot->estimator, onboard->tick);
-  onboard->estimator_type = onboard->estimator.type;
   cf_high_level_commander_init(&onboard->high_level);
   cf_commander_init(&onboard->commander, onboard->tick);
   cf_rpyt_init(&onboard->rpyt);
@@ -51,8 +59,9 @@ cf_status_t cf_onboard_init(cf_onboard_t *onboard, const cf_provider_t *provider
   cf_power_management_init(&onboard->power, boot->platform);
   cf_health_init(&onboard->health, boot->platform);
   cf_system_variables_init(&onboard->system, boot->seed, boot->serial);
-  tell_controller(onboard, provider);
-  return CF_OK;
+  return provider->system != NULL
+             ? cf_firmware_modules_boot(onboard, provider, provider_state, boot)
+             : boot_selection(onboard, provider, provider_state, boot);
 }
 
 // ------------------------------------------------------------------------- external positioning
@@ -313,6 +322,20 @@ static void count_rate(cf_onboard_t *onboard) {
   }
 }
 
+// The same for a provider that brings more than the algorithms.
+static void fly_firmware_modules(cf_onboard_t *onboard, const cf_provider_t *provider,
+                                 void *provider_state, bool are_calibrated) {
+  cf_firmware_modules_tick(onboard, provider, provider_state, are_calibrated);
+  if (!is_finite_estimate(&onboard->estimate)) {
+    cf_onboard_fail(onboard, CF_FAULT_ESTIMATE);
+  } else if (!is_finite_control(&onboard->control)) {
+    cf_onboard_fail(onboard, CF_FAULT_CONTROL);
+  }
+  if (onboard->fault != CF_FAULT_NONE) {
+    cf_onboard_fail(onboard, onboard->fault);
+  }
+}
+
 void cf_onboard_tick(cf_onboard_t *onboard, const cf_provider_t *provider, void *provider_state,
                      const cf_hardware_t *hardware) {
   onboard->tick++;
@@ -325,6 +348,10 @@ void cf_onboard_tick(cf_onboard_t *onboard, const cf_provider_t *provider, void 
   // the loop begins with the sample after those that it was calibrated with
   const bool is_calibrated = cf_sensors_are_calibrated(&onboard->sensors);
   sample_sensors(onboard, hardware);
+  if (provider->system != NULL) {
+    fly_firmware_modules(onboard, provider, provider_state, is_calibrated);
+    return;
+  }
   if (onboard->step == 0) {
     if (!is_calibrated) {
       return;

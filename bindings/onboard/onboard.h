@@ -56,11 +56,12 @@ typedef struct {
 
 // What is chosen before the onboard software boots.
 typedef struct {
-  int   controller;      // ControllerType
-  int   estimator;       // StateEstimatorType
-  bool  auto_arming;     // arms by itself when the pre-flight checks pass
-  float acc_trim_pitch;  // [deg], see cf_sensors_set_trim
-  float acc_trim_roll;   // [deg]
+  int   controller;                 // ControllerType
+  int   estimator;                  // StateEstimatorType
+  bool  auto_arming;                // arms by itself when the pre-flight checks pass
+  bool  is_attitude_reversion_off;  // a deck cannot live with the drift to the first attitude
+  float acc_trim_pitch;             // [deg], see cf_sensors_set_trim
+  float acc_trim_roll;              // [deg]
 
   cf_platform_t platform;
   uint32_t      seed;  // with `serial` it makes the unique id of the processor
@@ -92,12 +93,13 @@ typedef struct {
   control_t                control;
   motors_thrust_uncapped_t uncapped;
   motors_thrust_uncapped_t compensated;
-  motors_thrust_pwm_t      motors;          // what the motor drivers hold; 0 while stopped
-  int16_t                  control_yaw;     // log controller.ctr_yaw
-  float                    supply_voltage;  // [V], filtered for the compensation
-  poseMeasurement_t        external_pose;   // the last one received, log locSrv
-  uint16_t                 external_tick;   // [ms], low half of when; log locSrvZ.tick
-  uint8_t                  radio_id;        // low byte of the radio address
+  motors_thrust_pwm_t      motors;       // what the motor drivers hold; 0 while stopped
+  int16_t                  control_yaw;  // log controller.ctr_yaw
+  bool              plan_is_finished;  // said by a provider that flies its own high-level commander
+  float             supply_voltage;    // [V], filtered for the compensation
+  poseMeasurement_t external_pose;     // the last one received, log locSrv
+  uint16_t          external_tick;     // [ms], low half of when; log locSrvZ.tick
+  uint8_t           radio_id;          // low byte of the radio address
 
   // log variables; the compressed ones are made by cf_onboard_refresh_logs when somebody reads them
   float                 loop_rate;   // [Hz], stabilizer.rtStab: over the latest 500 ms

@@ -18,7 +18,7 @@ from crazychoir_fw.firmware.checkout import open_checkout
 from crazychoir_fw.firmware.objects import Compiled, Objects, Unit, demand_all
 from crazychoir_fw.firmware.own_sources import bindings_folder
 from crazychoir_fw.firmware.probes import source_flag
-from crazychoir_fw.firmware.recipe import FORCED, Recipe, bitcraze_recipe, header_names
+from crazychoir_fw.firmware.recipe import Recipe, bitcraze_recipe
 from crazychoir_fw.firmware.toolchain import Compiler, find_compiler
 from crazychoir_fw.version import __version__
 
@@ -103,10 +103,9 @@ class _ModuleBuild:
     def _build(self, generated: Path, suffix: str) -> Path:
         recipe = self.recipe
         bindings = bindings_folder()
-        scenery = digest_of(header_names([*recipe.include_dirs, *recipe.own_include_dirs]))
+        scenery = digest_of(recipe.header_names())
         self.objects = Objects(self.compiler, self.cache, self.fingerprints, scenery)
-        includes = [f"-I{path}" for path in (recipe.include_dirs[0], generated, *recipe.include_dirs[1:])]
-        theirs = (*recipe.flags, *includes, "-include", str(generated / FORCED))
+        theirs = recipe.host_flags(generated)
 
         compiled = self._compile([Unit(path, theirs) for path in recipe.sources])
         compiled += self._compile([Unit(bindings / "cffi" / "cffirmware_services.c", recipe.flags)])

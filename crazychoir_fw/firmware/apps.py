@@ -186,15 +186,28 @@ def _hooks(functions: set[str], files: Sequence[Path]) -> tuple[str, ...]:
     return tuple(found)
 
 
+def _functions(elf: Any) -> set[str]:
+    """Return the names of all functions in a library.
+
+    They are those of the symbol table: of two functions with the same code the compiler keeps one, and says of the
+    other in no other place that it is there.
+    """
+    table = elf.get_section_by_name(".symtab")
+    symbols = table.iter_symbols() if table is not None else ()
+    defined = (one for one in symbols if one["st_info"]["type"] == "STT_FUNC" and one["st_shndx"] != "SHN_UNDEF")
+    return {symbol.name for symbol in defined}
+
+
 def _contents(library: Library, files: Sequence[Path]) -> tuple[set[str], int]:
-    """Return the functions that files define within a library, and the size of their variables (bytes)."""
+    """Return the functions of a library that files make, and the size of the files' variables (bytes)."""
     from elftools.elf.elffile import ELFFile
 
     from crazychoir_fw.firmware.image import address_of_variable, bytes_of_unit, size_of_variable
 
-    functions, variables = set(), {}
+    variables = {}
     with library.path.open("rb") as file:
         elf = ELFFile(file)
+        functions = _functions(elf)
         begin = min(segment["p_vaddr"] for segment in elf.iter_segments("PT_LOAD"))
         dwarf = elf.get_dwarf_info()
         names = _where_named(dwarf, files)
@@ -204,10 +217,7 @@ def _contents(library: Library, files: Sequence[Path]) -> tuple[set[str], int]:
             if (names and not any(name in data for name in names)) or _source_of(unit) not in files:
                 continue
             for die in unit.iter_DIEs():
-                name = die.attributes.get("DW_AT_name")
-                if die.tag == "DW_TAG_subprogram" and name is not None and "DW_AT_low_pc" in die.attributes:
-                    functions.add(name.value.decode())
-                elif die.tag == "DW_TAG_variable" and (address := address_of_variable(die)) is not None:
+                if die.tag == "DW_TAG_variable" and (address := address_of_variable(die)) is not None:
                     variables[address - begin] = size_of_variable(die)
     # constants lie elsewhere
     ranges = [(start, start + size) for start, size in library.ranges]

@@ -14,11 +14,11 @@ from typing import Any
 from crazychoir_fw.errors import BuildError, LinkError
 from crazychoir_fw.firmware import configuration, linking
 from crazychoir_fw.firmware.cache import Cache, Fingerprints, digest_of, digest_of_code, used, write_text
-from crazychoir_fw.firmware.checkout import open_checkout
+from crazychoir_fw.firmware.checkout import VENDOR, open_checkout
 from crazychoir_fw.firmware.library import BUILD_LOG, Library
 from crazychoir_fw.firmware.objects import Compiled, Objects, Unit, demand_all
 from crazychoir_fw.firmware.probes import feature_flags, features, probe_units, source_flag
-from crazychoir_fw.firmware.recipe import FIRMWARE_MODE, FORCED, Recipe, bitcraze_recipe, builtin_recipe, header_names
+from crazychoir_fw.firmware.recipe import Recipe, bitcraze_recipe, builtin_recipe
 from crazychoir_fw.firmware.toolchain import Compiler, find_compiler
 from crazychoir_fw.version import __version__
 
@@ -76,7 +76,7 @@ def build(recipe: Recipe, force: bool = False, progress: Progress | None = None)
 class _Choice:
     """How the sources of a checkout are compiled, after they were tried."""
 
-    firmware_mode: set[Path]
+    vehicle_mode: set[Path]
     extras: set[Path]
 
 
@@ -137,20 +137,19 @@ class _Build:
         return replace(library, identity={**library.identity, "version": version})
 
     def _build(self, generated: Path) -> Library:
-        scenery = digest_of(header_names([*self.recipe.include_dirs, *self.recipe.own_include_dirs]))
-        self.objects = Objects(self.compiler, self.cache, self.fingerprints, scenery, recall=not self.force)
         recipe = self.recipe
-        includes = [f"-I{path}" for path in (recipe.include_dirs[0], generated, *recipe.include_dirs[1:])]
-        own_includes = [f"-I{path}" for path in recipe.own_include_dirs]
-        forced = ["-include", str(generated / FORCED)]
-        theirs = (*recipe.flags, *includes, *forced)
+        scenery = digest_of(recipe.header_names())
+        self.objects = Objects(self.compiler, self.cache, self.fingerprints, scenery, recall=not self.force)
+        # behind those of the checkout, which has headers of the same names
+        own_includes = tuple(f"-idirafter{path}" for path in recipe.own_include_dirs)
+        self._host, self._vehicle = recipe.host_flags(generated), recipe.vehicle_flags(generated)
         ours = (*recipe.flags, *own_includes)
-        adapting = (*recipe.flags, *includes, *own_includes, *forced)
+        adapting = (*self._vehicle, *own_includes)
 
         found = features(self._compile("asking", probe_units(recipe.probes, adapting), must=False))
-        choice, compiled = self._compile_checkout(theirs)
+        choice, compiled = self._compile_checkout()
         fixed = self._compile("compiling", [Unit(path, ours) for path in recipe.own])
-        apps = self._compile("compiling", [Unit(path, (*theirs, *recipe.app_flags)) for path in recipe.apps])
+        apps = self._compile("compiling", [Unit(path, (*self._vehicle, *recipe.app_flags)) for path in recipe.apps])
         for _ in range(_MAX_LINKS):
             known = [*feature_flags(found), *self._source_flags(choice)]
             adapter = self._compile("compiling", [Unit(path, (*adapting, *known)) for path in recipe.adapter])
@@ -161,21 +160,23 @@ class _Build:
                 undefined = linking.link(self.compiler, {kept.path: kept.unit.source for kept in objects}, path)
                 if not undefined:
                     return self._finish(path, found, choice, objects)
-            compiled = self._retreat(undefined, choice, compiled, theirs)
+            compiled = self._retreat(undefined, choice, compiled)
         raise LinkError(linking.explain(undefined))
 
-    def _compile_checkout(self, flags: tuple[str, ...]) -> tuple[_Choice, dict[Path, Compiled]]:
+    def _compile_checkout(self) -> tuple[_Choice, dict[Path, Compiled]]:
         """Compile the sources of the checkout, each in the best way that works."""
         recipe = self.recipe
         paths = [*recipe.sources, *recipe.extras]
-        choice = _Choice({path for path in paths if path in recipe.firmware_mode}, set(recipe.extras))
-        units = [Unit(path, self._mode(flags, path in choice.firmware_mode)) for path in paths]
+        choice = _Choice({path for path in paths if path in recipe.vehicle_mode}, set(recipe.extras))
+        units = [Unit(path, self._vehicle if path in choice.vehicle_mode else self._host) for path in paths]
         compiled = dict(zip(paths, self._compile("compiling", units, must=False), strict=True))
-        again = [path for path in choice.firmware_mode if not compiled[path].ok]
+        again = sorted(path for path in choice.vehicle_mode if not compiled[path].ok)
+        plain = self._compile_plain(again)
         for path in again:
-            choice.firmware_mode.discard(path)
-            self.notes.append(f"{self._relative(path)} does not compile as for the vehicle, taken as for the host")
-        compiled |= self._compile_plain(again, flags)
+            choice.vehicle_mode.discard(path)
+            if plain[path].ok:
+                compiled[path] = plain[path]
+                self.notes.append(f"{self._relative(path)} does not compile as for the vehicle, taken as for the host")
         demand_all([compiled[path] for path in recipe.sources])
         for path in recipe.extras:
             if not compiled[path].ok:
@@ -184,8 +185,8 @@ class _Build:
                 del compiled[path]
         return choice, compiled
 
-    def _compile_plain(self, paths: Sequence[Path], flags: tuple[str, ...]) -> dict[Path, Compiled]:
-        units = [Unit(path, flags) for path in paths]
+    def _compile_plain(self, paths: Sequence[Path]) -> dict[Path, Compiled]:
+        units = [Unit(path, self._host) for path in paths]
         return dict(zip(paths, self._compile("compiling", units, must=False), strict=True))
 
     def _retreat(
@@ -193,26 +194,25 @@ class _Build:
         undefined: Sequence[linking.Undefined],
         choice: _Choice,
         compiled: dict[Path, Compiled],
-        flags: tuple[str, ...],
     ) -> dict[Path, Compiled]:
         """Give up what leaves symbols undefined and can be done without.
 
         Raises:
             LinkError: If a source that is needed leaves one undefined.
         """
-        optional = choice.extras | choice.firmware_mode
+        optional = choice.extras | choice.vehicle_mode
         lost = [symbol for symbol in undefined if not symbol.needed_by or set(symbol.needed_by) - optional]
         if lost:
             raise LinkError(linking.explain(lost))
         culprits = {path for symbol in undefined for path in symbol.needed_by}
         names = {path: [one.name for one in undefined if path in one.needed_by] for path in culprits}
-        plain = sorted(culprits & choice.firmware_mode)
+        plain = sorted(culprits & choice.vehicle_mode)
         for path in plain:
-            choice.firmware_mode.discard(path)
+            choice.vehicle_mode.discard(path)
             needs = ", ".join(names[path])
             self.notes.append(f"{self._relative(path)} taken as for the host, as for the vehicle it needs {needs}")
         remaining = {path: one for path, one in compiled.items() if path not in culprits}
-        remaining |= self._compile_plain(plain, flags)
+        remaining |= self._compile_plain(plain)
         demand_all([remaining[path] for path in plain if path not in choice.extras])
         for path in sorted(culprits):
             if path in choice.extras and (path not in plain or not remaining[path].ok):
@@ -244,13 +244,10 @@ class _Build:
         if self._progress is not None:
             self._progress(what, done, total)
 
-    def _mode(self, flags: tuple[str, ...], vehicle: bool) -> tuple[str, ...]:
-        return (*flags, FIRMWARE_MODE) if vehicle else flags
-
     def _source_flags(self, choice: _Choice) -> list[str]:
         # what the checkout's own list has of extra_sources.txt counts as well
         present = [source_flag("CF_WITH", path) for path in sorted({*self.recipe.sources, *choice.extras})]
-        return [*present, *(source_flag("CF_FIRMWARE_MODE", path) for path in sorted(choice.firmware_mode))]
+        return [*present, *(source_flag("CF_VEHICLE_MODE", path) for path in sorted(choice.vehicle_mode))]
 
     def _relative(self, path: Path) -> str:
         checkout = self.recipe.checkout
@@ -291,7 +288,7 @@ class _Build:
             "features": _words(name for name, there in found.items() if there),
             "missing_features": _words(name for name, there in found.items() if not there),
             "extra_sources": [self._relative(path) for path in sorted(choice.extras)],
-            "vehicle_mode": [self._relative(path) for path in sorted(choice.firmware_mode)],
+            "host_mode": [self._relative(path) for path in sources if self._is_only_host(path, choice)],
             "apps": [str(path) for path in recipe.apps],
             "configuration": {name: recipe.settings.get(name) for name in sorted(mentioned | recipe.settings.keys())},
             "compiler": self.compiler.version,
@@ -301,6 +298,11 @@ class _Build:
             "notes": self.notes,
             "warnings": warnings,
         }
+
+    def _is_only_host(self, path: Path, choice: _Choice) -> bool:
+        """Return whether a source of the firmware itself is compiled as for the host."""
+        vendor = self.recipe.checkout is not None and path.is_relative_to(self.recipe.checkout.root / VENDOR)
+        return path not in choice.vehicle_mode and path not in self.recipe.apps and not vendor
 
     def _log(self, library: Library) -> str:
         """Return how the library was made, for people."""

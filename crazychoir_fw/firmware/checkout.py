@@ -21,7 +21,8 @@ PINNED = "2026.08"
 
 SETUP = Path("bindings", "setup.py")
 MODULES = Path("src", "modules", "src")
-CMSIS = Path("vendor", "CMSIS")
+VENDOR = "vendor"
+CMSIS = Path(VENDOR, "CMSIS")
 CMSIS_HEADER = CMSIS / "CMSIS" / "DSP" / "Include" / "arm_math.h"
 
 

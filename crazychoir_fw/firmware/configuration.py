@@ -1,8 +1,9 @@
 """The configuration header of a platform: what `make <platform>_defconfig` would have generated, as far as it is read.
 
-Upstream's build makes build/include/generated/autoconf.h with kconfig, in the checkout. Ours is made without tools and
-without a write into the checkout: the platform, what stands in configs/<platform>_defconfig, and for a handful of
-symbols that the sources look at the default of Kconfig.
+Upstream's build makes build/include/generated/autoconf.h with kconfig, in the checkout. Ours is made without a write
+into the checkout: what its own Kconfig files give for configs/<platform>_defconfig (kconfig.py), and for symbols that
+those do not know, or for a checkout without them, the stock configuration. Decks and the task of an app stay out: the
+simulation brings the former, and apps are built one by one.
 """
 
 from __future__ import annotations
@@ -12,32 +13,57 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from crazychoir_fw.errors import CheckoutError, UnknownNameError
+from crazychoir_fw.firmware.kconfig import read_kconfig
 
 FILE_NAME = "autoconf.h"
 PLATFORM_PREFIX = "CONFIG_PLATFORM_"
 
-# what Kconfig gives in the stock configuration of each platform, where the defconfig is silent
-# (upstream-build dossier section 3.3, control-pid dossier sections 13 and 14)
+# what Kconfig gives on every platform, where the defconfig is silent (upstream-shape dossier section 4)
+_COMMON = {
+    "CONFIG_CONTROLLER_AUTO_SELECT": "1",
+    "CONFIG_ESTIMATOR_AUTO_SELECT": "1",
+    "CONFIG_ESTIMATOR_KALMAN_ENABLE": "1",
+    "CONFIG_ESTIMATOR_KALMAN_INITIAL_YAW_STD": "10",
+    "CONFIG_ESTIMATOR_OUTLIER_FILTERS": "1",
+    "CONFIG_IMU_MAHONY_QUATERNION": "1",
+    # read as values, so that 0 must stand there
+    "CONFIG_MOTORS_DEFAULT_BAT_TEST_PWM_RATIO": "0",
+    "CONFIG_MOTORS_DEFAULT_PROP_TEST_PWM_RATIO": "0",
+    # a fork's commander needs it to start the high-level commander; nothing else looks at it
+    "CONFIG_ONBOARD_GUIDANCE_HIGHLEVEL_COMMANDER": "1",
+    "CONFIG_POWER_DISTRIBUTION_QUADROTOR": "1",
+}
+
+# the same for each platform (upstream-build dossier section 3.3, control-pid dossier sections 13 and 14)
 _STOCK: dict[str, dict[str, str]] = {
     "cf2": {
-        "CONFIG_ESTIMATOR_KALMAN_ENABLE": "1",
-        "CONFIG_ENABLE_THRUST_BAT_COMPENSATED": "1",
+        **_COMMON,
         "CONFIG_CRAZYFLIE_21_PLUS": "1",
+        "CONFIG_ENABLE_THRUST_BAT_COMPENSATED": "1",
+        "CONFIG_MOTORS_ESC_PROTOCOL_ONESHOT125": "1",
         "CONFIG_THRUST_BAT_COMPENSATION_TYPE": "1",
     },
     "cf21bl": {
-        "CONFIG_ESTIMATOR_KALMAN_ENABLE": "1",
+        **_COMMON,
         "CONFIG_ENABLE_THRUST_BAT_COMPENSATED": "1",
-        "CONFIG_MOTORS_REQUIRE_ARMING": "1",
         "CONFIG_MOTORS_DEFAULT_IDLE_THRUST": "7000",
+        "CONFIG_MOTORS_ESC_PROTOCOL_DSHOT": "1",
+        "CONFIG_MOTORS_REQUIRE_ARMING": "1",
+        "CONFIG_THRUST_BAT_COMPENSATION_MAX_THRUST": "200",
     },
     # without a thrust curve, compensation would divide by zero
     "bolt": {
-        "CONFIG_ESTIMATOR_KALMAN_ENABLE": "1",
+        **_COMMON,
+        "CONFIG_MOTORS_ESC_PROTOCOL_ONESHOT125": "1",
         "CONFIG_MOTORS_REQUIRE_ARMING": "1",
     },
 }
 PLATFORMS = tuple(_STOCK)
+
+# what a host build leaves out whatever Kconfig says: drivers, tasks, and motors that report how fast they turn
+_LEFT_OUT = re.compile(
+    r"CONFIG_(DECK_\w+|APP_ENABLE|MOTORS_ESC_PROTOCOL_DSHOT_BIDIRECTIONAL|ESTIMATOR_UKF\w*|DEBUG_PRINT_ON_\w+)"
+)
 
 # exclusive choices: one of them in the defconfig puts the stock choice aside
 _CHOICES = (("CONFIG_CRAZYFLIE_21_PLUS", "CONFIG_CRAZYFLIE_THRUST_UPGRADE_KIT", "CONFIG_CRAZYFLIE_LEGACY_PROPELLERS"),)
@@ -65,13 +91,16 @@ def settings(root: Path, platform: str, extra: Iterable[str] = ()) -> dict[str, 
         raise UnknownNameError(f"no platform named {platform!r}, allowed: {', '.join(PLATFORMS)}")
     _demand_platform(root, platform)
     defconfig = root / "configs" / f"{platform}_defconfig"
+    given, known = read_kconfig(root, defconfig) or ({}, set())
+    given = {name: value for name, value in given.items() if not _LEFT_OUT.fullmatch(name)}
+    stock = {name: value for name, value in _STOCK[platform].items() if name not in known} | given
     text = defconfig.read_text(encoding="utf-8", errors="replace") if defconfig.is_file() else ""
     own = {name: value for name, written in _SETTING.findall(text) if (value := _c_value(written)) is not None}
     silent = set(_UNSET.findall(text)) | {name for name, written in _SETTING.findall(text) if written == "n"}
     for choice in _CHOICES:
         if own.keys() & set(choice):
             silent |= set(choice) - own.keys()
-    chosen = {name: value for name, value in (_STOCK[platform] | own).items() if name not in silent}
+    chosen = {name: value for name, value in (stock | own).items() if name not in silent}
     # a defconfig names its own platform; that of another one would make two of them true
     chosen = {name: value for name, value in chosen.items() if not name.startswith(PLATFORM_PREFIX)}
     chosen[PLATFORM_PREFIX + platform.upper()] = "1"

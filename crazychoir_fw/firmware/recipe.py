@@ -14,14 +14,17 @@ from pathlib import Path
 
 from crazychoir_fw.errors import CheckoutError, UnknownNameError
 from crazychoir_fw.firmware import configuration
-from crazychoir_fw.firmware.checkout import CMSIS, SETUP, Checkout
+from crazychoir_fw.firmware.checkout import CMSIS, MODULES, SETUP, VENDOR, Checkout
 from crazychoir_fw.firmware.fallback_lists import GENERATED
 from crazychoir_fw.firmware.own_sources import bindings_folder, deciding_flags, read_list
 from crazychoir_fw.firmware.setup_lists import SetupLists, read_setup_lists
 
-FIRMWARE_MODE = "-DCRAZYFLIE_FW"
+VEHICLE_MODE = "-DCRAZYFLIE_FW"
+HOST_MODE = "-DUNIT_TEST_MODE"
 FORCED = "forced.h"
 BUILTIN_ADAPTER = Path("library", "builtin_adapter.c")
+# our sources of a library that are compiled with the headers that declare what they define
+_WITH_THEIR_HEADERS = ("variables_of_drone.c",)
 _FACTS = ("platform.c", "status.c")  # what our own provider needs from outside of builtin/
 APP_WARNINGS = ("-Wall", "-Wextra")
 
@@ -39,8 +42,15 @@ _HARMFUL = re.compile(r"-f(no-)?.*(plugin|profile|dump|coverage|lto|save|usage|i
 
 _BUILTIN_PLATFORMS = ("cf2", "cf21bl")
 
-# folders of headers that the vehicle's build gives to apps, and the list of the bindings does not have
-_APP_INCLUDES = ("src/modules/interface/estimator",)
+# folders of headers of the vehicle's build that the list of the bindings lacks, or may lack
+_MORE_INCLUDES = (
+    "src/modules/interface",
+    "src/modules/interface/estimator",
+    "src/modules/interface/lighthouse",
+    "src/deck/interface",
+    "src/utils/interface/tdoa",
+    "src/utils/interface/kve",
+)
 
 # word in an app's source that shows that it brings a part of the firmware, and the symbol that says so
 _OUT_OF_TREE = {
@@ -61,16 +71,18 @@ class Recipe:
     """Sources that must compile."""
     extras: tuple[Path, ...]
     """Sources of the checkout beyond its own list, left out if they do not compile."""
-    firmware_mode: frozenset[Path]
-    """Sources and extras that are first tried as they are compiled for the vehicle."""
+    vehicle_mode: frozenset[Path]
+    """Sources and extras that are first tried as they are compiled for the vehicle, see `vehicle_flags`."""
     adapter: tuple[Path, ...]
     """Our sources that see the checkout's headers, and what the probes found."""
     own: tuple[Path, ...]
     """Our sources that do not."""
     apps: tuple[Path, ...]
     probes: tuple[Path, ...]
+    first_include_dirs: tuple[Path, ...]
+    """Our folders of headers that come before those of the checkout, without the generated one."""
     include_dirs: tuple[Path, ...]
-    """Folders of headers for `sources`, `extras`, `adapter`, `apps` and `probes`, without the generated one."""
+    """Folders of headers for `sources`, `extras`, `adapter`, `apps` and `probes`."""
     flags: tuple[str, ...]
     """Flags for everything."""
     app_flags: tuple[str, ...]
@@ -84,9 +96,29 @@ class Recipe:
     def key(self) -> dict[str, object]:
         """Return the recipe as plain data, for the name under which the library is kept."""
         plain = {name: value for name, value in vars(self).items() if name not in ("checkout", "notes")}
-        plain["firmware_mode"] = sorted(self.firmware_mode)
-        plain["scenery"] = header_names([*self.include_dirs, *self.own_include_dirs])
+        plain["vehicle_mode"] = sorted(self.vehicle_mode)
+        plain["scenery"] = self.header_names()
         return plain
+
+    def header_names(self) -> list[str]:
+        """Return the names of all headers that may be included: a new one may take the place of another."""
+        return header_names([*self.first_include_dirs, *self.include_dirs, *self.own_include_dirs])
+
+    def host_flags(self, generated: Path) -> tuple[str, ...]:
+        """Return the flags for sources of the checkout as its own bindings compile them, with folders of headers.
+
+        Warnings that headers of the checkout cause are left out: nobody who edits one file wants those of all others.
+
+        Args:
+            generated: Folder of the headers that were made for this build.
+        """
+        ours = (*self.first_include_dirs, generated)
+        folders = [*(f"-I{path}" for path in ours), *(f"-isystem{path}" for path in self.include_dirs)]
+        return (*self.flags, *folders, "-include", str(generated / FORCED))
+
+    def vehicle_flags(self, generated: Path) -> tuple[str, ...]:
+        """Return the flags for sources of the checkout as they are compiled for the vehicle."""
+        return (*(flag for flag in self.host_flags(generated) if flag != HOST_MODE), VEHICLE_MODE)
 
 
 def bitcraze_recipe(
@@ -116,31 +148,35 @@ def bitcraze_recipe(
         notes.append(f"configuration header {configured} is used")
     folder = bindings / "bitcraze"
     sources = _sources(root, lists, notes)
-    extras = [root / name for name in read_list(folder / "extra_sources.txt")]
-    extras = [path for path in extras if path.is_file() and path not in sources]
+    extras = [path for path in _extras(root, folder / "extra_sources.txt", settings) if path not in sources]
+    listed = [name for name in lists.include_dirs if not _is_generated(name)]
     include_dirs = [
-        bindings / "library" / "include",
-        *(root / name for name in lists.include_dirs if not _is_generated(name)),
-        *(path for path in [folder / "include"] if path.is_dir()),
+        *(root / name for name in dict.fromkeys((*listed, *_MORE_INCLUDES)) if (root / name).is_dir()),
+        folder / "include",
     ]
+    # the vendor's code knows neither mode; the vehicle's half of this one asks modules that are not compiled
+    only_host = (root / VENDOR, root / MODULES / "collision_avoidance.c")
     return Recipe(
         name=_library_name("bitcraze", apps),
         platform=platform,
         checkout=checkout,
         sources=tuple(sources),
         extras=tuple(extras),
-        firmware_mode=frozenset(root / name for name in read_list(folder / "firmware_mode.txt")),
-        adapter=_ours(folder / "adapter_sources.txt"),
+        vehicle_mode=frozenset(
+            path for path in (*sources, *extras) if not any(path.is_relative_to(one) for one in only_host)
+        ),
+        adapter=(*_ours(folder / "adapter_sources.txt"), *_library_sources(with_their_headers=True)),
         own=(*_ours(folder / "own_sources.txt"), *_library_sources()),
         apps=apps,
         probes=tuple(sorted((folder / "probes").glob("HAVE_*.c"))),
+        first_include_dirs=(bindings / "library" / "include", folder / "shadow"),
         include_dirs=tuple(include_dirs),
         flags=tuple(_flags(lists, root, notes)),
-        app_flags=(*APP_WARNINGS, *(f"-I{root / name}" for name in _APP_INCLUDES if (root / name).is_dir())),
+        app_flags=APP_WARNINGS,
         own_include_dirs=(bindings,),
         generated={
             configuration.FILE_NAME: configuration.header_text(settings),
-            FORCED: _forced_header(include_dirs[1:]),
+            FORCED: FORCED_HEADER,
         },
         settings=settings,
         notes=tuple(notes),
@@ -170,18 +206,19 @@ def builtin_recipe(platform: str, apps: Sequence[Path]) -> Recipe:
         checkout=None,
         sources=(),
         extras=(),
-        firmware_mode=frozenset(),
-        adapter=(),
+        vehicle_mode=frozenset(),
+        adapter=_library_sources(with_their_headers=True),
         own=(*builtin, *sorted((bindings / "app").glob("*.c")), bindings / BUILTIN_ADAPTER, *_library_sources()),
         apps=apps,
         probes=(),
-        include_dirs=(bindings / "library" / "include", bindings / "app" / "include", bindings),
+        first_include_dirs=(bindings / "library" / "include",),
+        include_dirs=(bindings / "app" / "include", bindings),
         flags=(*deciding_flags(), *_LIBRARY_FLAGS),
         app_flags=APP_WARNINGS,
         own_include_dirs=(bindings,),
         generated={
             configuration.FILE_NAME: configuration.header_text(settings),
-            FORCED: _forced_header([]),
+            FORCED: FORCED_HEADER,
         },
         settings=settings,
         notes=(),
@@ -215,6 +252,13 @@ def _sources(root: Path, lists: SetupLists, notes: list[str]) -> list[Path]:
     raise CheckoutError(f"{SETUP} of {root} names {first}{more}, which is missing: run `git -C {quoted} status`")
 
 
+def _extras(root: Path, listing: Path, settings: Mapping[str, str]) -> list[Path]:
+    """Return the files of a list that exist; ``NAME if CONFIG_SYMBOL`` counts where the symbol is set."""
+    named = [line.partition(" if ") for line in read_list(listing)]
+    wanted = [root / name.strip() for name, _, symbol in named if not symbol or symbol.strip() in settings]
+    return [path for path in wanted if path.is_file()]
+
+
 def _is_generated(name: str) -> bool:
     return os.path.normpath(name) == os.path.normpath(GENERATED)
 
@@ -238,40 +282,22 @@ def _flags(lists: SetupLists, root: Path, notes: list[str]) -> list[str]:
     return [*optimization, *theirs, *(flag for flag in ours if flag not in optimization), *_LIBRARY_FLAGS]
 
 
-_GUARD = re.compile(r"^[ \t]*#[ \t]*ifndef[ \t]+(\w+)[^\n]*\n\s*#[ \t]*define[ \t]+\1\b", re.MULTILINE)
-_ONCE = re.compile(r"^[ \t]*#[ \t]*pragma[ \t]+once\b", re.MULTILINE)
 _COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
-_MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", re.MULTILINE)
-_NAME = re.compile(r"\b(?:log|param)[A-Z]\w*")
 
-
-def _forced_header(include_dirs: Sequence[Path]) -> str:
-    """Return the header that comes before every source: our PARAM_* and LOG_*, and the checkout's kept out.
-
-    A header beside log.h finds the checkout's own, whatever the order of folders. Its guard makes it empty.
-    """
-    before, after = [], []
-    for path in (folder / name for name in ("log.h", "param.h") for folder in include_dirs):
-        if guard := include_guard(path):
-            after += [f"#ifndef {guard}", f"#define {guard}", "#endif"]
-        elif path.is_file() and _ONCE.search(_code(path)):
-            before += _read_once(path)
-    ours = ['#include "prologue.h"', '#include "log.h"', '#include "param.h"']
-    return "\n".join(
-        ["// Comes before every source; made by crazychoir, changes are lost.", *before, *ours, *after, ""]
-    )
-
-
-def _read_once(path: Path) -> list[str]:
-    """Return lines that read a header without a guard under other names, after which it is never read again."""
-    folder = bindings_folder() / "library" / "include"
-    names = sorted(set(_NAME.findall(_code(folder / "log.h") + _code(folder / "param.h"))))
-    forgotten = [*names, *sorted(set(_MACRO.findall(_code(path))))]
-    return [
-        *(f"#define {name} cf_their_{name}" for name in names),
-        f'#include "{path}"',
-        *(f"#undef {name}" for name in forgotten),
-    ]
+# The headers that declare parameters and log variables are the checkout's own, found by their names, in the form that
+# they have on the vehicle; afterwards only the macros that make rows of tables are exchanged (tables.h). So neither the
+# order of includes, nor the form of a guard, nor a type or prototype of a release can be in the way.
+FORCED_HEADER = """\
+// Comes before every source; made by crazychoir, changes are lost.
+#include "prologue.h"
+#include "autoconf.h"
+#pragma push_macro("UNIT_TEST_MODE")
+#undef UNIT_TEST_MODE
+#include "log.h"
+#include "param.h"
+#pragma pop_macro("UNIT_TEST_MODE")
+#include "tables.h"
+"""
 
 
 def _code(path: Path) -> str:
@@ -279,18 +305,11 @@ def _code(path: Path) -> str:
     return _COMMENT.sub(" ", path.read_text(encoding="utf-8", errors="replace"))
 
 
-def include_guard(path: Path) -> str | None:
-    """Return the macro that keeps a header from being read twice; None without header or macro."""
-    if not path.is_file():
-        return None
-    found = _GUARD.search(_code(path))
-    return found[1] if found else None
-
-
-def _library_sources() -> tuple[Path, ...]:
+def _library_sources(with_their_headers: bool = False) -> tuple[Path, ...]:
     """Return our sources that every library has: its entry, the image, the guard, the captured variables."""
-    folder = bindings_folder() / "library"
-    return tuple(path for path in sorted(folder.glob("*.c")) if path.name != BUILTIN_ADAPTER.name)
+    sources = sorted((bindings_folder() / "library").glob("*.c"))
+    every = [path for path in sources if path.name != BUILTIN_ADAPTER.name]
+    return tuple(path for path in every if (path.name in _WITH_THEIR_HEADERS) == with_their_headers)
 
 
 def _ours(listing: Path) -> tuple[Path, ...]:

@@ -34,7 +34,10 @@ FEATURES = {
         *("position_reset_at", "controller_lee"),
     },
 }
-ALWAYS = {"complementary", "kalman_attitude_reversion", "lighthouse_model_lh2"}
+ALWAYS = {
+    *("complementary", "kalman_attitude_reversion", "lighthouse_model_lh2"),
+    *("lighthouse_opening_window", "traj_eval_omega"),
+}
 
 
 @pytest.mark.parametrize(("fixture", "release"), [("newest", "2026.08"), ("older", "2025.02"), ("oldest", "2024.10")])
@@ -42,8 +45,7 @@ def test_each_probe_answers_for_each_release(request, fixture, release):
     identity = request.getfixturevalue(fixture).identity
     assert set(identity["features"]) == FEATURES[release] | ALWAYS
     assert set(identity["missing_features"]) == FEATURES["2026.08"] - FEATURES[release]
-    lee = ["controller_lee.c"] if "controller_lee" in FEATURES[release] else []
-    assert [name.rpartition("/")[2] for name in identity["vehicle_mode"]] == [*lee, "controller_mellinger.c"]
+    assert [name.rpartition("/")[2] for name in identity["host_mode"]] == ["collision_avoidance.c"]
     assert identity["notes"] == []
 
 

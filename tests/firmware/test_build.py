@@ -30,7 +30,7 @@ TEXTS = {
         #ifdef CF_WITH_EXTRA
           total += extra();
         #endif
-        #ifdef CF_FIRMWARE_MODE_VEHICLE
+        #ifdef CF_VEHICLE_MODE_VEHICLE
           total += on_vehicle();
         #endif
           return HAVE_SPEED ? total : -total;
@@ -61,12 +61,13 @@ def recipe(place, cache_folder):
             "checkout": Checkout(root),
             "sources": (root / "planner.c", root / "vehicle.c"),
             "extras": (root / "extra.c",),
-            "firmware_mode": frozenset([root / "vehicle.c"]),
+            "vehicle_mode": frozenset([root / "vehicle.c"]),
             "adapter": (ours / "adapter.c",),
             "own": (ours / "own.c",),
             "apps": (place / "app" / "law.c",),
             "probes": (ours / "HAVE_SPEED.c", ours / "HAVE_LEE.c"),
-            "include_dirs": (ours, root),
+            "first_include_dirs": (ours,),
+            "include_dirs": (root,),
             "flags": ("-O1", "-g", "-gdwarf-4", "-fPIC", "-fvisibility=hidden"),
             "app_flags": ("-Wall",),
             "own_include_dirs": (ours,),
@@ -110,7 +111,7 @@ def test_a_library_says_what_it_is(recipe, cache_folder):
     assert identity["features"] == ["speed"]
     assert identity["missing_features"] == ["lee"]
     assert identity["extra_sources"] == ["extra.c"]
-    assert identity["vehicle_mode"] == ["vehicle.c"]
+    assert identity["host_mode"] == ["planner.c", "extra.c"]
     assert identity["version"] == identity["content"]
     assert identity["sources"] == 4
     assert identity["notes"] == []
@@ -199,7 +200,7 @@ def test_vehicle_mode_is_given_up_when_it_does_not_work(recipe, place, trouble):
     path = place / "checkout" / "vehicle.c"
     path.write_text(path.read_text() + f"\n#ifdef CRAZYFLIE_FW\n{trouble}\n#endif\n")
     library = build(recipe())
-    assert library.identity["vehicle_mode"] == []
+    assert "vehicle.c" in library.identity["host_mode"]
     assert len(library.identity["notes"]) == 1
     assert library.identity["notes"][0].startswith("vehicle.c ")
 
@@ -208,9 +209,9 @@ def test_an_extra_in_vehicle_mode_is_first_taken_as_for_the_host(recipe, place):
     extra = place / "checkout" / "extra.c"
     extra.write_text("int missing(void);\n#ifdef CRAZYFLIE_FW\nint extra(void) { return missing(); }\n#else\n"
                      "int extra(void) { return 0; }\n#endif\n")  # fmt: skip
-    library = build(recipe(firmware_mode=frozenset([extra])))
+    library = build(recipe(vehicle_mode=frozenset([extra])))
     assert library.identity["extra_sources"] == ["extra.c"]
-    assert library.identity["vehicle_mode"] == []
+    assert library.identity["host_mode"] == ["planner.c", "vehicle.c", "extra.c"]
 
 
 def test_sources_that_do_not_compile(recipe, place):
@@ -309,5 +310,5 @@ def test_spaces_and_signs_in_every_path(recipe, place, cache_folder):
         for name, value in vars(recipe()).items()
         if name in ("sources", "extras", "adapter", "own", "apps", "probes", "include_dirs", "own_include_dirs")
     }
-    library = build(recipe(**moved, checkout=Checkout(odd / "checkout"), firmware_mode=frozenset()))
+    library = build(recipe(**moved, checkout=Checkout(odd / "checkout"), vehicle_mode=frozenset()))
     assert library.identity["features"] == ["speed"]

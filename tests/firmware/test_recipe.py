@@ -5,7 +5,7 @@ import pytest
 from crazychoir_fw.errors import CheckoutError, UnknownNameError
 from crazychoir_fw.firmware.checkout import Checkout
 from crazychoir_fw.firmware.own_sources import bindings_folder, deciding_flags, read_list
-from crazychoir_fw.firmware.recipe import bitcraze_recipe, builtin_recipe, header_names, include_guard
+from crazychoir_fw.firmware.recipe import bitcraze_recipe, builtin_recipe, header_names
 from crazychoir_fw.firmware.toolchain import find_compiler
 
 SETUP = """
@@ -24,8 +24,8 @@ def checkout(tmp_path):
         files = {
             "bindings/setup.py": SETUP.format(flags=list(flags)),
             "src/modules/src/planner.c": "",
-            "src/modules/interface/log.h": "/* #ifndef NOT_THIS */\n#ifndef __LOG_H_\n#define __LOG_H_ 1\n",
-            "src/modules/interface/param.h": "#pragma once\n",
+            "src/modules/interface/log.h": "",
+            "src/modules/interface/param.h": "",
             "vendor/CMSIS/CMSIS/DSP/Source/a.c": "",
             "build/include/generated/autoconf.h": "#error theirs\n",
         }
@@ -44,38 +44,60 @@ def test_lists_become_paths_in_the_checkout(checkout):
     assert recipe.sources[0] == opened.root / "src/modules/src/planner.c"
     assert opened.root / "build/include/generated" not in recipe.include_dirs
     assert opened.root / "src/modules/interface" in recipe.include_dirs
-    assert recipe.include_dirs[0] == bindings_folder() / "library" / "include"
+    assert recipe.first_include_dirs[0] == bindings_folder() / "library" / "include"
     assert "#define CONFIG_PLATFORM_CF21BL 1\n" in recipe.generated["autoconf.h"]
 
 
-def test_the_guards_of_their_headers_are_set_after_ours(checkout):
-    lines = bitcraze_recipe(checkout(), "cf2").generated["forced.h"].splitlines()
-    assert lines.index('#include "log.h"') < lines.index("#define __LOG_H_")
-    assert not any("NOT_THIS" in line for line in lines)
+TABLES = """
+static uint8_t x;
+LOG_GROUP_START(mine)
+LOG_ADD(LOG_UINT8, x, &x)
+LOG_GROUP_STOP(mine)
+_Static_assert(sizeof cf_logs_mine == 64, "a group and a variable");
+"""
+
+LOG = """
+#include <stdint.h>
+#define LOG_ADD(A, B, C)
+#define LOG_GROUP_START(A)
+#define LOG_GROUP_STOP(A)
+#define LOG_UINT8 1
+typedef struct { int x; } logByFunction_t;
+typedef uint16_t logVarId_t;
+static inline int logVarIdIsValid(logVarId_t id) { return id != 1; }
+"""
 
 
-def test_headers_without_a_guard_are_kept_out_too(checkout, tmp_path):
+@pytest.mark.parametrize("guard", ["#pragma once\n", "#ifndef ODD\n#define ODD\n"])
+@pytest.mark.parametrize("included", ['"log.h"', "<log.h>"])
+def test_their_headers_come_first_and_only_tables_are_ours(checkout, tmp_path, guard, included):
     opened = checkout()
     interface = opened.root / "src/modules/interface"
-    (interface / "log.h").write_text(
-        "#pragma once\n#include <stdint.h>\n#define LOG_ADD(A, B, C)\n#define LOG_GROUP_START(A)\n"
-        "#define LOG_GROUP_STOP(A)\n#define LOG_UINT8 99\ntypedef struct { int x; } logByFunction_t;\n"
-        "typedef uint16_t logVarId_t;\nstatic inline int logVarIdIsValid(logVarId_t id) { return id != 1; }\n"
+    (interface / "log.h").write_text(guard + LOG + ("#endif\n" if "ifndef" in guard else ""))
+    # one header includes itself by way of another one, by angle brackets
+    (interface / "param.h").write_text('#pragma once\n#include "param_logic.h"\n#define PARAM_UINT8 8\n')
+    (interface / "param_logic.h").write_text(
+        "#pragma once\n#include <param.h>\ntypedef struct { int mine; } paramVarId_t;\n"
     )
-    (interface / "planner.h").write_text('#include "log.h"\n#include "param.h"\n')
+    (interface / "planner.h").write_text(f"#include {included}\n#include <param.h>\n")
     source = opened.root / "src/modules/src/planner.c"
     source.write_text(
-        '#include "planner.h"\nstatic uint8_t x; logByFunction_t y; void *z = &y.data;\n'
-        "LOG_GROUP_START(mine)\nLOG_ADD(LOG_UINT8, x, &x)\nLOG_GROUP_STOP(mine)\n"
-        '_Static_assert(sizeof cf_logs_mine == 64, "a group and a variable");\n'
+        f'#include "planner.h"\nlogByFunction_t y; int *z = &y.x; paramVarId_t i = {{.mine = 1}};\n{TABLES}'
     )
     recipe = bitcraze_recipe(opened, "cf2")
     for name, text in recipe.generated.items():
         (tmp_path / name).write_text(text)
-    includes = [f"-I{path}" for path in recipe.include_dirs]
-    command = [*find_compiler().command, *recipe.flags, *includes, "-include", str(tmp_path / "forced.h"), str(source)]
-    done = subprocess.run([*command, "-Wall", "-Werror", "-fsyntax-only"], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    for flags in (recipe.host_flags(tmp_path), recipe.vehicle_flags(tmp_path)):
+        command = [*find_compiler().command, *flags, "-Wall", "-Werror", "-fsyntax-only", str(source)]
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+
+
+def test_the_two_modes_differ_in_two_macros(checkout, tmp_path):
+    recipe = bitcraze_recipe(checkout(), "cf2")
+    host, vehicle = set(recipe.host_flags(tmp_path)), set(recipe.vehicle_flags(tmp_path))
+    assert (host - vehicle, vehicle - host) == ({"-DUNIT_TEST_MODE"}, {"-DCRAZYFLIE_FW"})
+    assert {path.name for path in recipe.vehicle_mode} == {"planner.c"}, "not what the vendor wrote"
 
 
 def test_flags_of_the_checkout_first_those_that_decide_the_bits_last(checkout):
@@ -179,15 +201,6 @@ def test_a_configuration_header_of_the_user(checkout, tmp_path):
     recipe = bitcraze_recipe(checkout(), "cf2", configured=path)
     assert recipe.settings == {"CONFIG_MINE": "7", "CONFIG_PLATFORM_CF2": "1"}
     assert "#define CONFIG_MINE 7\n" in recipe.generated["autoconf.h"]
-
-
-def test_guards_of_headers(tmp_path):
-    path = tmp_path / "log.h"
-    assert include_guard(path) is None
-    path.write_text("// #ifndef A\n// #define A\n#  ifndef B_\n\n# define B_\n")
-    assert include_guard(path) == "B_"
-    path.write_text("#pragma once\n#ifndef X\n#include <y.h>\n#endif\n")
-    assert include_guard(path) is None
 
 
 def test_names_of_headers_below_folders(tmp_path):

@@ -66,11 +66,30 @@ static void *parameter(void *state, const char *group, const char *name, int *ty
   return find(tables, count, state, group, name, type);
 }
 
+static bool name_of(void *state, bool is_log, const void *address, const char **group,
+                    const char **name) {
+  cf_variables_t tables[CF_PROVIDER_MAX_TABLES];
+  const int      count = is_log ? host_provider->logs(tables, CF_PROVIDER_MAX_TABLES)
+                                : host_provider->parameters(tables, CF_PROVIDER_MAX_TABLES);
+  for (int i = 0; i < count; i++) {
+    for (int k = 0; k < tables[i].count; k++) {
+      const cf_variable_t *row = &tables[i].rows[k];
+      if ((char *)state + tables[i].base + row->offset == (const char *)address) {
+        *group = row->group;
+        *name  = row->name;
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 cf_library_host_t host = {
     .console      = console,
     .fail         = fail,
     .log_variable = log_variable,
     .parameter    = parameter,
+    .name_of      = name_of,
     .set_rescue   = set_rescue,
 };
 

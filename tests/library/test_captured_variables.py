@@ -29,12 +29,12 @@ def test_parameters_with_types_and_flags(app):
     assert rows(app, "parameters", "counters") == {
         "gain": (lib.CF_TYPE_FLOAT, lib.CF_CORE | lib.CF_PERSISTENT),
         "odd": (lib.CF_TYPE_INT8, 0),
-        "a_macro": (lib.CF_TYPE_UINT32, lib.CF_CORE),
+        "something_else": (lib.CF_TYPE_UINT32, lib.CF_CORE),  # expanded, as on the vehicle
     }
 
 
 def test_logs_with_types_and_flags(app):
-    # half precision is a form to read in, and debug variables are for those who ask for them
+    # half precision is a form to read in; debug variables are there unless the configuration names them
     assert rows(app, "logs", "counters") == {
         "calls": (lib.CF_TYPE_UINT32, 0),
         "ccm": (lib.CF_TYPE_UINT32, lib.CF_CORE),
@@ -42,6 +42,7 @@ def test_logs_with_types_and_flags(app):
         "byte": (lib.CF_TYPE_INT8, 0),
         "gainChanges": (lib.CF_TYPE_UINT32, 0),
         "a_macro": (lib.CF_TYPE_FLOAT, lib.CF_CORE),
+        "debug": (lib.CF_TYPE_FLOAT, 0),
     }
 
 

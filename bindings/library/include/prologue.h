@@ -1,9 +1,8 @@
-/* Included before every source of a checkout and of an app (-include), which is how they find on a
- * host what the vehicle's tool chain gives them.
+/* Included before every source of a checkout and of an app (-include): what the vehicle's tool
+ * chain gives them, and a host's does not.
  *
  * Some sources call abs() and the like without the header that declares it: old compilers guess,
- * new ones refuse. log.h and param.h come here so that they are ours wherever the sources get
- * theirs from: a quoted include looks beside the file that includes, before any -I. */
+ * new ones refuse. */
 #ifndef CF_LIBRARY_PROLOGUE_H
 #define CF_LIBRARY_PROLOGUE_H
 
@@ -12,9 +11,6 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-
-#include "log.h"
-#include "param.h"
 
 // A type of ARM compilers, in which half precision numbers are stored, never computed.
 #ifndef __ARM_FP16_FORMAT_IEEE

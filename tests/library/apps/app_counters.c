@@ -113,7 +113,7 @@ static uint64_t    too_wide;
 PARAM_GROUP_START(counters)
 PARAM_ADD_CORE_WITH_CALLBACK(PARAM_FLOAT | PARAM_PERSISTENT, gain, &gain, gain_changed)
 PARAM_ADD(PARAM_INT8, odd, &odd_bytes[4])
-#define a_macro something_else  // which must not get into the name
+#define a_macro something_else  // which gets into the name of a parameter, as on the vehicle
 PARAM_ADD_CORE(PARAM_UINT32, a_macro, &cells[0])
 PARAM_ADD(PARAM_FLOAT, gain, &cells[0])                        // the first of a name wins
 PARAM_ADD(PARAM_FLOAT, outside, &constant)                     // no drone's own

@@ -1,0 +1,7 @@
+/* Stands in for the operating system's header: see freertos_shim.h. */
+#ifndef CF_BITCRAZE_EVENT_GROUPS_H
+#define CF_BITCRAZE_EVENT_GROUPS_H
+
+#include "FreeRTOS.h"
+
+#endif  // CF_BITCRAZE_EVENT_GROUPS_H

@@ -1,0 +1,98 @@
+#include "onboard/firmware_modules.h"
+
+#include <string.h>
+
+cf_status_t cf_firmware_modules_boot(cf_onboard_t *onboard, const cf_provider_t *provider,
+                                     void *provider_state, const cf_boot_t *boot) {
+  const cf_system_boot_t theirs = {
+      .estimator                 = boot->estimator,
+      .controller                = boot->controller,
+      .is_attitude_reversion_off = boot->is_attitude_reversion_off,
+  };
+  const cf_status_t status = provider->system->boot(provider_state, &theirs);
+  onboard->controller_type = (uint8_t)boot->controller;
+  onboard->estimator_type  = (uint8_t)boot->estimator;
+  onboard->estimator.type  = (uint8_t)boot->estimator;
+  return status;
+}
+
+// The state machine is theirs, and tells conditions and not its state; this is what they amount to.
+static supervisorState_t state_of(const cf_system_outputs_t *outputs) {
+  if (outputs->info & CF_SUPERVISOR_INFO_IS_LOCKED) {
+    return supervisorStateLocked;
+  }
+  if (outputs->info & CF_SUPERVISOR_INFO_IS_CRASHED) {
+    return supervisorStateCrashed;
+  }
+  if (outputs->info & CF_SUPERVISOR_INFO_IS_FLYING) {
+    return supervisorStateFlying;
+  }
+  if (outputs->are_motors_allowed) {
+    return supervisorStateReadyToFly;
+  }
+  return outputs->info & CF_SUPERVISOR_INFO_CAN_ARM ? supervisorStatePreFlChecksPassed
+                                                    : supervisorStatePreFlChecksNotPassed;
+}
+
+static void mirror_supervisor(cf_supervisor_t *supervisor, const cf_system_outputs_t *outputs) {
+  const uint16_t info    = outputs->info;
+  supervisor->info       = info;
+  supervisor->state      = state_of(outputs);
+  supervisor->is_armed   = (info & CF_SUPERVISOR_INFO_IS_ARMED) != 0;
+  supervisor->is_crashed = (info & CF_SUPERVISOR_INFO_IS_CRASHED) != 0;
+  supervisor->can_fly    = (info & CF_SUPERVISOR_INFO_CAN_FLY) != 0;
+  supervisor->is_flying  = (info & CF_SUPERVISOR_INFO_IS_FLYING) != 0;
+  supervisor->is_tumbled = (info & CF_SUPERVISOR_INFO_IS_TUMBLED) != 0;
+}
+
+static void mirror(cf_onboard_t *onboard, const cf_system_outputs_t *outputs) {
+  onboard->step                  = outputs->step;
+  onboard->estimate              = outputs->estimate;
+  onboard->setpoint              = outputs->setpoint;
+  onboard->control               = outputs->control;
+  onboard->control_yaw           = outputs->control.yaw;
+  onboard->motors                = outputs->motors;
+  onboard->controller_type       = (uint8_t)outputs->controller;
+  onboard->estimator_type        = (uint8_t)outputs->estimator;
+  onboard->estimator.type        = (uint8_t)outputs->estimator;
+  onboard->commander.setpoint    = outputs->setpoint;
+  onboard->commander.priority    = outputs->priority;
+  onboard->high_level.is_blocked = outputs->is_blocked;
+  onboard->plan_is_finished      = outputs->is_finished;
+  mirror_supervisor(&onboard->supervisor, outputs);
+}
+
+void cf_firmware_modules_tick(cf_onboard_t *onboard, const cf_provider_t *provider,
+                              void *provider_state, bool are_calibrated) {
+  measurement_t            queue[CF_ESTIMATOR_QUEUE_SIZE];
+  cf_resolved_sweep_t      sweeps[CF_ESTIMATOR_QUEUE_SIZE];
+  const cf_system_inputs_t inputs = {
+      .now_ms          = onboard->tick,
+      .sensors         = &onboard->sensors.data,
+      .are_calibrated  = are_calibrated,
+      .queue           = queue,
+      .count           = cf_estimator_take_queue(&onboard->estimator, queue, sweeps),
+      .battery_voltage = onboard->power.voltage,
+      .peers           = onboard->peers.peers,
+      .controller      = onboard->controller_type,
+      .estimator       = onboard->estimator_type,
+  };
+  // what is left as it was by a tick in which no controller ran
+  cf_system_outputs_t outputs = {
+      .step     = onboard->step,
+      .estimate = onboard->estimate,
+      .setpoint = onboard->setpoint,
+      .control  = onboard->control,
+  };
+  const stabilizerStep_t before = onboard->step;
+  provider->system->tick(provider_state, &inputs, &outputs);
+  if (onboard->fault != CF_FAULT_NONE) {
+    return;
+  }
+  mirror(onboard, &outputs);
+  provider->motor_override(provider_state, onboard->power.voltage, &onboard->motors);
+  if (onboard->step != before && onboard->step % (RATE_MAIN_LOOP / RATE_SUPERVISOR) == 0) {
+    cf_power_management_update(&onboard->power, onboard->tick);
+    cf_system_variables_update(&onboard->system);
+  }
+}
