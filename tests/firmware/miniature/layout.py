@@ -24,6 +24,8 @@ SINCE = {
     "src/modules/src/controller/controller_lee.c": "2025.12",
     "src/modules/interface/controller/controller_lee.h": "2025.12",
     "src/modules/interface/kalman_core/kalman_core_params_defaults.h": "2025.12",
+    "src/modules/interface/crtp_supervisor.h": "2026.08",
+    "src/modules/src/crtp_supervisor.c": "2026.08",
     "src/platform/interface/platform_defaults_cf21bl.h": "2025.02",
     "configs/cf21bl_defconfig": "2025.02",
 }

@@ -55,6 +55,7 @@
 #if MINIATURE_RELEASE >= 202608
 #define WORKER_TASK_PRI 1
 #define SUPERVISOR_TASK_PRI 1
+#define COLORLED_TASK_PRIO 1
 #endif
 
 #define SYSTEM_TASK_NAME "SYSTEM"
@@ -105,7 +106,7 @@
 #define BAT_LOADING_SAG_THRESHOLD 0.70f
 #define PROPELLER_BALANCE_TEST_THRESHOLD 2.5f
 
-#if defined(UART_OUTPUT_TRACE_DATA) && defined(DEBUG_PRINT_ON_UART1)
+#if defined(UART_OUTPUT_TRACE_DATA) && defined(CONFIG_DEBUG_PRINT_ON_UART1)
 #error "UART can only be used for one of trace data and debug prints"
 #endif
 #if defined(UART_OUTPUT_TRACE_DATA) && defined(UART_OUTPUT_RAW_DATA_ONLY)

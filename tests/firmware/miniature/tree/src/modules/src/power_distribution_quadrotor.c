@@ -38,7 +38,7 @@ uint16_t powerDistributionStopRatio(uint32_t id) {
 void powerDistributionInit(void) {
 #if (!defined(CONFIG_MOTORS_REQUIRE_ARMING) || (CONFIG_MOTORS_REQUIRE_ARMING == 0))
   if (idleThrust > 0) {
-    DEBUG_PRINT("WARNING: idle thrust without arming\n");
+    DEBUG_PRINT("WARNING: idle thrust %lu without arming\n", idleThrust);
   }
 #endif
 }

@@ -4,7 +4,7 @@
 #include "console.h"
 // clang-format on
 
-#ifdef DEBUG_PRINT_ON_UART1
+#ifdef CONFIG_DEBUG_PRINT_ON_UART1
 #include "uart1.h"
 #endif
 #ifdef DEBUG_PRINT_ON_SEGGER_RTT
@@ -24,7 +24,7 @@ void debugInit(void);
 #if defined(UNIT_TEST_MODE)
 #define DEBUG_PRINT(fmt, ...)
 #define DEBUG_PRINT_OS(fmt, ...)
-#elif defined(DEBUG_PRINT_ON_UART1)
+#elif defined(CONFIG_DEBUG_PRINT_ON_UART1)
 #define DEBUG_PRINT(fmt, ...) uart1Printf(DEBUG_FMT(fmt), ##__VA_ARGS__)
 #define DEBUG_PRINT_OS(fmt, ...) uart1Printf(DEBUG_FMT(fmt), ##__VA_ARGS__)
 #elif defined(DEBUG_PRINT_ON_SWO)
