@@ -25,19 +25,17 @@ def test_parameters_and_logs_are_those_of_the_builtin_provider(pair):
             assert mine == other or (np.isnan(mine) and np.isnan(other)), name
 
 
+_2025_02 = {
+    *("plan_go_to_linear", "plan_spiral", "position_reset_at", "traj_eval_jerk", "traj_eval_omega"),
+    "lighthouse_opening_window",
+}
+_2025_12 = {"controller_lee", "kalman_attitude_reversion", "kalman_predict_params", "power_cap_result", "setpoint_jerk"}
 FEATURES = {
     "2024.10": set(),
-    "2025.02": {"plan_go_to_linear", "plan_spiral", "power_cap_result", "traj_eval_jerk"},
-    "2026.08": {
-        *("plan_go_to_linear", "plan_spiral", "power_cap_result", "traj_eval_jerk"),
-        *("plan_start_trajectory_yaw", "setpoint_jerk", "tof_cone", "kalman_predict_params", "kalman_drag"),
-        *("position_reset_at", "controller_lee"),
-    },
+    "2025.02": _2025_02,
+    "2026.08": _2025_02 | _2025_12 | {"kalman_drag", "plan_start_trajectory_yaw", "tof_cone"},
 }
-ALWAYS = {
-    *("complementary", "kalman_attitude_reversion", "lighthouse_model_lh2"),
-    *("lighthouse_opening_window", "traj_eval_omega"),
-}
+ALWAYS = {"complementary", "lighthouse_model_lh2"}
 
 
 @pytest.mark.parametrize(("fixture", "release"), [("newest", "2026.08"), ("older", "2025.02"), ("oldest", "2024.10")])

@@ -61,7 +61,8 @@ def test_forms_of_setup_py_say_the_same(tmp_path, setup_py, miniature):
 @pytest.mark.parametrize("release", RELEASES)
 def test_every_release_is_understood(tmp_path, release):
     root = lay_out(tmp_path / "checkout", release=release)
-    assert bitcraze_recipe(open_checkout(root), "cf21bl").notes == ()
+    platform = "cf21bl" if release >= "2025.02" else "cf2"
+    assert bitcraze_recipe(open_checkout(root), platform).notes == ()
 
 
 @pytest.mark.parametrize("platform", ["cf2", "cf21bl", "bolt"])

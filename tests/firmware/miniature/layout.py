@@ -8,17 +8,26 @@ import re
 import subprocess
 from pathlib import Path
 
-from miniature import generated
+from miniature import forks, generated
 
 HERE = Path(__file__).parent
-RELEASES = {"2024.10": 202410, "2025.02": 202502, "2026.08": 202608}
-SETUP_PY = ("2023", "2025", "2026")
+RELEASES = {"2024.10": 202410, "2025.02": 202502, "2025.12": 202512, "2026.08": 202608, "after": 202609}
+"""Releases in order. `after` is what is said of the tree behind the newest one."""
+
+SETUP_PY = ("2023", "computed", "2025", "2026")
 CMSIS = "vendor/CMSIS"
+SYSTEM = HERE / "system"
+"""Modules of the operating system, which a build may take or leave; laid out like tree/."""
 
 # what came with a release; older ones lack it
 SINCE = {
-    "src/modules/src/controller/controller_lee.c": "2026.08",
-    "src/modules/interface/controller/controller_lee.h": "2026.08",
+    "src/modules/src/controller/controller_lee.c": "2025.12",
+    "src/modules/interface/controller/controller_lee.h": "2025.12",
+    "src/modules/interface/kalman_core/kalman_core_params_defaults.h": "2025.12",
+    "src/modules/interface/crtp_supervisor.h": "2026.08",
+    "src/modules/src/crtp_supervisor.c": "2026.08",
+    "src/platform/interface/platform_defaults_cf21bl.h": "2025.02",
+    "configs/cf21bl_defconfig": "2025.02",
 }
 
 
@@ -40,21 +49,30 @@ def for_release(text: str, release: str) -> str:
     return "".join(line for line, kept in lines if False not in kept)
 
 
+def _read(folder: Path) -> dict[str, str]:
+    return {
+        path.relative_to(folder).as_posix(): path.read_text() for path in sorted(folder.rglob("*")) if path.is_file()
+    }
+
+
+def _has(name: str, release: str) -> bool:
+    return RELEASES[SINCE.get(name, release)] <= RELEASES[release]
+
+
 def _files(release: str, setup_py: str) -> dict[str, str]:
-    tree = HERE / "tree"
-    files = {path.relative_to(tree).as_posix(): path.read_text() for path in sorted(tree.rglob("*")) if path.is_file()}
-    files |= {name: make() for name, make in generated.FILES.items()}
+    files = _read(HERE / "tree") | {name: make() for name, make in generated.FILES.items()} | _read(SYSTEM)
     estimator = "src/modules/interface/estimator/estimator.h"
     files[estimator] = generated.estimator(files[estimator])
-    files = {name: for_release(text, release) for name, text in files.items()}
-    files = {name: text for name, text in files.items() if SINCE.get(name, release) <= release}
+    files = {name: generated.with_precise_landing(text, name) for name, text in files.items()}
+    files = {name: for_release(text, release) for name, text in files.items() if _has(name, release)}
 
     script = (HERE / "setup_py" / f"{setup_py}.py.txt").read_text()
-    for name, since in SINCE.items():
-        if release < since:
+    for name in SINCE:
+        if not _has(name, release):
             module = re.escape(name.removeprefix("src/modules/src/"))
             script = re.sub(rf'.*"(src/modules/src/)?{module}",\n', "", script)
     files["bindings/setup.py"] = script
+    files["cffirmware_setup.py"] = script  # what `make bindings_python` copies to build/setup.py
     return files
 
 
@@ -70,7 +88,13 @@ def _commit(folder: Path, release: str) -> None:
 
 
 def lay_out(
-    folder: Path, *, release: str = "2026.08", setup_py: str = "2025", cmsis: bool = True, git: bool = False
+    folder: Path,
+    *,
+    release: str = "2026.08",
+    setup_py: str = "2025",
+    cmsis: bool = True,
+    git: bool = False,
+    fork: str | None = None,
 ) -> Path:
     """Writes a checkout into a folder, which is made.
 
@@ -80,12 +104,16 @@ def lay_out(
         setup_py: one of SETUP_PY, the form of bindings/setup.py.
         cmsis: whether the nested submodule vendor/CMSIS is there; its empty folder is in any case.
         git: whether to make it a repository with one commit, tagged with the release.
+        fork: one of forks.FORKS, what somebody has changed; None: nobody has.
     """
-    for name, text in _files(release, setup_py).items():
+    files = {name: text.encode() for name, text in _files(release, setup_py).items()}
+    if fork is not None:
+        files = forks.FORKS[fork](files)
+    for name, content in files.items():
         if cmsis or not name.startswith(CMSIS + "/"):
             path = folder / name
             path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text)
+            path.write_bytes(content)
     (folder / CMSIS).mkdir(parents=True, exist_ok=True)
     if git:
         _commit(folder, release)

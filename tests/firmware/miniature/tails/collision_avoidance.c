@@ -1,7 +1,10 @@
 #ifdef CRAZYFLIE_FW
+// clang-format off
 #include "FreeRTOS.h"
-#include "param.h"
 #include "task.h"
+#include "param.h"
+#include "log.h"
+// clang-format on
 
 static uint8_t                      collisionAvoidanceEnable;
 static collision_avoidance_params_t params = {
@@ -18,6 +21,8 @@ static collision_avoidance_params_t params = {
 static collision_avoidance_state_t collisionState = {
     .lastFeasibleSetPosition = {.x = NAN, .y = NAN, .z = NAN}};
 
+static float workspace[FLOATS_PER_ROW * (PEER_LOCALIZATION_MAX_NEIGHBORS + BOX_ROWS)];
+
 void collisionAvoidanceInit(void) {
 }
 
@@ -27,7 +32,6 @@ bool collisionAvoidanceTest(void) {
 
 void collisionAvoidanceUpdateSetpoint(setpoint_t *setpoint, const sensorData_t *sensorData,
                                       const state_t *state, stabilizerStep_t stabilizerStep) {
-  static float workspace[FLOATS_PER_ROW * (PEER_LOCALIZATION_MAX_NEIGHBORS + BOX_ROWS)];
   (void)stabilizerStep;
   if (!collisionAvoidanceEnable) {
     return;

@@ -1,3 +1,4 @@
+// PRECISE_LANDING Brescianini
 static bool isInit;
 
 void controllerBrescianiniInit(void) {

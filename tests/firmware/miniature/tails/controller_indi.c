@@ -1,3 +1,7 @@
+// PRECISE_LANDING INDI
+// what others may look at
+struct FloatRates body_rates = {0, 0, 0};
+
 void indi_init_filters(void);
 
 void indi_init_filters(void) {
@@ -19,6 +23,7 @@ bool controllerINDITest(void) {
 void controllerINDI(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors,
                     const state_t *state, const stabilizerStep_t stabilizerStep) {
   update(&self, control, setpoint, sensors, state, stabilizerStep);
+  body_rates = self.body_rates;
 }
 
 PARAM_GROUP_START(ctrlINDI)
@@ -47,9 +52,9 @@ LOG_ADD(LOG_FLOAT, cmd_thrust, &self.indi.thrust)
 LOG_ADD(LOG_FLOAT, cmd_roll, &self.indi.u_in.p)
 LOG_ADD(LOG_FLOAT, cmd_pitch, &self.indi.u_in.q)
 LOG_ADD(LOG_FLOAT, cmd_yaw, &self.indi.u_in.r)
-LOG_ADD(LOG_FLOAT, r_roll, &self.body_rates.p)
-LOG_ADD(LOG_FLOAT, r_pitch, &self.body_rates.p)
-LOG_ADD(LOG_FLOAT, r_yaw, &self.body_rates.p)
+LOG_ADD(LOG_FLOAT, r_roll, &body_rates.p)
+LOG_ADD(LOG_FLOAT, r_pitch, &body_rates.p)
+LOG_ADD(LOG_FLOAT, r_yaw, &body_rates.p)
 LOG_ADD(LOG_FLOAT, u_act_dyn_p, &self.indi.u_act_dyn.p)
 LOG_ADD(LOG_FLOAT, u_act_dyn_q, &self.indi.u_act_dyn.q)
 LOG_ADD(LOG_FLOAT, u_act_dyn_r, &self.indi.u_act_dyn.r)

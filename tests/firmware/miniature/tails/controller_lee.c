@@ -1,11 +1,16 @@
-bool controllerLeeTest(controllerLee_t *self);
-
 bool controllerLeeTest(controllerLee_t *self) {
   (void)self;
   return true;
 }
 
 #ifdef CRAZYFLIE_FW
+
+// clang-format off
+#include "param.h"
+#include "log.h"
+// clang-format on
+
+// PRECISE_LANDING LeeFirmware
 void controllerLeeFirmwareInit(void) {
   controllerLeeInit(&g_self);
 }
@@ -15,8 +20,9 @@ bool controllerLeeFirmwareTest(void) {
 }
 
 void controllerLeeFirmware(control_t *control, const setpoint_t *setpoint,
-                           const sensorData_t *sensors, const state_t *state, const uint32_t tick) {
-  controllerLee(&g_self, control, setpoint, sensors, state, tick);
+                           const sensorData_t *sensors, const state_t *state,
+                           const stabilizerStep_t stabilizerStep) {
+  controllerLee(&g_self, control, setpoint, sensors, state, stabilizerStep);
 }
 
 PARAM_GROUP_START(ctrlLee)

@@ -13,6 +13,7 @@ void controllerMellingerFirmware(control_t *control, const setpoint_t *setpoint,
   controllerMellinger(&g_self, control, setpoint, sensors, state, stabilizerStep);
 }
 
+// PRECISE_LANDING MellingerFirmware
 PARAM_GROUP_START(ctrlMel)
 PARAM_ADD_CORE(PARAM_FLOAT | PARAM_PERSISTENT, kp_xy, &g_self.kp_xy)
 PARAM_ADD_CORE(PARAM_FLOAT | PARAM_PERSISTENT, kd_xy, &g_self.kd_xy)

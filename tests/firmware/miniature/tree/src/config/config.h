@@ -1,14 +1,116 @@
+// What the vehicle's tasks are called, how urgent they are and how much stack they have.
 #ifndef CONFIG_H_
 #define CONFIG_H_
 
-#include <stdint.h>
-
+// clang-format off
 #include "nrf24l01.h"
 #include "trace.h"
+#include "usec_time.h"
+// clang-format on
 
-#define M2T(X) ((unsigned int)(X))
-#define F2T(X) ((unsigned int)(1000 / (X)))
-#define T2M(X) ((unsigned int)(X))
-#define T2S(X) ((X) / 1000.0f)
+#define PROTOCOL_VERSION 4
+#define QUAD_FORMATION_X
 
-#endif  // CONFIG_H_
+#define CONFIG_BLOCK_ADDRESS (2048 * (64 - 1))
+#define MCU_ID_ADDRESS 0x1FFF7A10
+#define MCU_FLASH_SIZE_ADDRESS 0x1FFF7A22
+#define FREERTOS_HEAP_SIZE 30000
+#define FREERTOS_MIN_STACK_SIZE 150
+#define FREERTOS_MCU_CLOCK_HZ 168000000
+
+#define configGENERATE_RUN_TIME_STATS 1
+#define portCONFIGURE_TIMER_FOR_RUN_TIME_STATS() usecTimerInit()
+#define portGET_RUN_TIME_COUNTER_VALUE() usecTimestamp()
+
+// priorities; the greater, the more urgent
+#define STABILIZER_TASK_PRI 5
+#define RATE_SUPERVISOR_TASK_PRI 5
+#define PASSTHROUGH_TASK_PRI 5
+#define SENSORS_TASK_PRI 4
+#define ADC_TASK_PRI 3
+#define FLOW_TASK_PRI 3
+#define MULTIRANGER_TASK_PRI 3
+#define LPS_DECK_TASK_PRI 3
+#define LIGHTHOUSE_TASK_PRI 3
+#define OA_DECK_TASK_PRI 3
+#define UART1_TEST_TASK_PRI 1
+#define UART2_TEST_TASK_PRI 1
+#define SYSLINK_TASK_PRI 3
+#define USBLINK_TASK_PRI 3
+#define SYSTEM_TASK_PRI 2
+#define CRTP_TX_TASK_PRI 2
+#define CRTP_RX_TASK_PRI 2
+#define CMD_HIGH_LEVEL_TASK_PRI 2
+#define KALMAN_TASK_PRI 2
+#define ERROR_UKF_TASK_PRI 2
+#define EXTRX_TASK_PRI 2
+#define ZRANGER_TASK_PRI 2
+#define ZRANGER2_TASK_PRI 2
+#define LOG_TASK_PRI 1
+#define MEM_TASK_PRI 1
+#define PARAM_TASK_PRI 1
+#define PM_TASK_PRI 0
+#define CRTP_SRV_TASK_PRI 0
+#define PLATFORM_SRV_TASK_PRI 0
+#if MINIATURE_RELEASE >= 202608
+#define WORKER_TASK_PRI 1
+#define SUPERVISOR_TASK_PRI 1
+#define COLORLED_TASK_PRIO 1
+#endif
+
+#define SYSTEM_TASK_NAME "SYSTEM"
+#define STABILIZER_TASK_NAME "STABILIZER"
+#define RATE_SUPERVISOR_TASK_NAME "RATE_SUP"
+#define SENSORS_TASK_NAME "SENSORS"
+#define KALMAN_TASK_NAME "KALMAN"
+#define ERROR_UKF_TASK_NAME "ERROR_UKF"
+#define CMD_HIGH_LEVEL_TASK_NAME "CMDHL"
+#define CRTP_TX_TASK_NAME "CRTP-TX"
+#define CRTP_RX_TASK_NAME "CRTP-RX"
+#define CRTP_SRV_TASK_NAME "CRTP-SRV"
+#define PLATFORM_SRV_TASK_NAME "PLATFORM-SRV"
+#define LOG_TASK_NAME "LOG"
+#define MEM_TASK_NAME "MEM"
+#define PARAM_TASK_NAME "PARAM"
+#define PM_TASK_NAME "PWRMGNT"
+#define APP_TASK_NAME "APP"
+#if MINIATURE_RELEASE >= 202608
+#define WORKER_TASK_NAME "WORKER"
+#define SUPERVISOR_TASK_NAME "SUPERVISOR"
+#endif
+
+#define SYSTEM_TASK_STACKSIZE (2 * configMINIMAL_STACK_SIZE)
+#define STABILIZER_TASK_STACKSIZE (3 * configMINIMAL_STACK_SIZE)
+#define RATE_SUPERVISOR_TASK_STACKSIZE (2 * configMINIMAL_STACK_SIZE)
+#define SENSORS_TASK_STACKSIZE (2 * configMINIMAL_STACK_SIZE)
+#define KALMAN_TASK_STACKSIZE (3 * configMINIMAL_STACK_SIZE)
+#define ERROR_UKF_TASK_STACKSIZE (4 * configMINIMAL_STACK_SIZE)
+#define CMD_HIGH_LEVEL_TASK_STACKSIZE (2 * configMINIMAL_STACK_SIZE)
+#define CRTP_TX_TASK_STACKSIZE configMINIMAL_STACK_SIZE
+#define CRTP_RX_TASK_STACKSIZE (2 * configMINIMAL_STACK_SIZE)
+#define CRTP_SRV_TASK_STACKSIZE configMINIMAL_STACK_SIZE
+#define PLATFORM_SRV_TASK_STACKSIZE (2 * configMINIMAL_STACK_SIZE)
+#define LOG_TASK_STACKSIZE (2 * configMINIMAL_STACK_SIZE)
+#define MEM_TASK_STACKSIZE (2 * configMINIMAL_STACK_SIZE)
+#define PARAM_TASK_STACKSIZE configMINIMAL_STACK_SIZE
+#define PM_TASK_STACKSIZE configMINIMAL_STACK_SIZE
+#if MINIATURE_RELEASE >= 202608
+#define WORKER_TASK_STACKSIZE (2 * configMINIMAL_STACK_SIZE)
+#define SUPERVISOR_TASK_STACKSIZE (2 * configMINIMAL_STACK_SIZE)
+#endif
+
+#define RADIO_CHANNEL 80
+#define RADIO_DATARATE RADIO_RATE_2M
+#define RADIO_ADDRESS 0xE7E7E7E7E7ULL
+
+#define BAT_LOADING_SAG_THRESHOLD 0.70f
+#define PROPELLER_BALANCE_TEST_THRESHOLD 2.5f
+
+#if defined(UART_OUTPUT_TRACE_DATA) && defined(CONFIG_DEBUG_PRINT_ON_UART1)
+#error "UART can only be used for one of trace data and debug prints"
+#endif
+#if defined(UART_OUTPUT_TRACE_DATA) && defined(UART_OUTPUT_RAW_DATA_ONLY)
+#error "UART can only be used for one of trace data and raw data"
+#endif
+
+#endif /* CONFIG_H_ */

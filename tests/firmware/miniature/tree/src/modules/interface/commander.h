@@ -1,9 +1,29 @@
+// Who decides where to fly.
 #ifndef COMMANDER_H_
 #define COMMANDER_H_
+
+#include <stdbool.h>
+#include <stdint.h>
 
 #include "config.h"
 #include "stabilizer_types.h"
 
-void commanderSetSetpoint(setpoint_t *setpoint, int priority);
+#define DEFAULT_YAW_MODE XMODE
 
-#endif  // COMMANDER_H_
+#define COMMANDER_PRIORITY_DISABLE 0
+#define COMMANDER_PRIORITY_LOWEST 1
+#define COMMANDER_PRIORITY_HIGHLEVEL 1
+#define COMMANDER_PRIORITY_CRTP 2
+#define COMMANDER_PRIORITY_EXTRX 3
+
+void     commanderInit(void);
+bool     commanderTest(void);
+uint32_t commanderGetInactivityTime(void);
+
+void commanderSetSetpoint(setpoint_t *setpoint, int priority);
+int  commanderGetActivePriority(void);
+void commanderRelaxPriority(void);
+
+void commanderGetSetpoint(setpoint_t *setpoint, const state_t *state);
+
+#endif /* COMMANDER_H_ */

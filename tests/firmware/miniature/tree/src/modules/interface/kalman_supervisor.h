@@ -1,4 +1,5 @@
-#pragma once
+// Whether the filter has diverged. Has no guard: one prototype does no harm twice.
+#include <stdbool.h>
 
 #include "kalman_core.h"
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <stdint.h>
+
 #include "math3d.h"
 #include "pptraj.h"
 #include "pptraj_compressed.h"

@@ -1,6 +1,9 @@
 #pragma once
 
+// clang-format off
 #include "pptraj.h"
+#include <stdio.h>
+// clang-format on
 
 enum piecewise_traj_storage_type {
   PPTRAJ_STORAGE_CONSTANT = 0,
@@ -30,3 +33,8 @@ float piecewise_compressed_duration(const struct piecewise_traj_compressed *traj
 bool  piecewise_compressed_is_finished(const struct piecewise_traj_compressed *traj, float t);
 struct traj_eval piecewise_compressed_eval(struct piecewise_traj_compressed *traj, float t);
 void piecewise_compressed_load(struct piecewise_traj_compressed *traj, const void *data);
+
+// static and not inline, so that whoever includes this and does not call it is told so
+static void piecewise_compressed_print(const struct piecewise_traj_compressed *traj) {
+  printf("begins at %f, takes %f\n", (double)traj->t_begin, (double)traj->duration);
+}

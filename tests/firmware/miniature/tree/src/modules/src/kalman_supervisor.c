@@ -1,12 +1,10 @@
 #include "kalman_supervisor.h"
 
-#include <math.h>
-
-#include "log.h"
 #include "param.h"
 
-static float maxPosition = 100;
-static float maxVelocity = 10;
+// meters and meters per second
+float maxPosition = 100;
+float maxVelocity = 10;
 
 bool kalmanSupervisorIsStateWithinBounds(const kalmanCoreData_t *this) {
   for (int i = 0; i < 3; i++) {

@@ -1,6 +1,13 @@
-#include "planner.h"
-
+// clang-format off
 #include <stddef.h>
+#include "planner.h"
+// clang-format on
+
+#if MINIATURE_RELEASE >= 202502
+#define RATES(EV) ((EV)->omega)
+#else
+#define RATES(EV) ((EV)->rates)
+#endif
 
 static struct traj_eval plan_eval(struct planner *p, float t) {
   if (p->type == TRAJECTORY_TYPE_PIECEWISE_COMPRESSED) {
@@ -35,9 +42,11 @@ bool plan_is_disabled(struct planner *p) {
 }
 
 bool plan_is_finished(struct planner *p, float t) {
+#if MINIATURE_RELEASE >= 202502
   if (p->trajectory == NULL) {
     return true;
   }
+#endif
   if (p->type == TRAJECTORY_TYPE_PIECEWISE_COMPRESSED) {
     return piecewise_compressed_is_finished(p->compressed_trajectory, t);
   }
@@ -109,7 +118,7 @@ static int go_to(struct planner *p, const struct traj_eval *from, bool relative,
                                      vzero(), goal, start + turn, v, dy, vzero());
   } else {
     piecewise_plan_7th_order_no_jerk(&p->planned_trajectory, duration, from->pos, start, from->vel,
-                                     from->omega.z, from->acc, goal, start + turn, vzero(), 0,
+                                     RATES(from).z, from->acc, goal, start + turn, vzero(), 0,
                                      vzero());
   }
   follow_planned(p, t);

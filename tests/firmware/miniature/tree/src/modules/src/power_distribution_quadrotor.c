@@ -1,22 +1,29 @@
-#include <math.h>
-#include <string.h>
-
-#include "autoconf.h"
-#include "config.h"
-#include "debug.h"
-#include "log.h"
-#include "num.h"
-#include "param.h"
-#include "platform_defaults.h"
+// clang-format off
 #include "power_distribution.h"
 
-#ifndef CONFIG_MOTORS_DEFAULT_IDLE_THRUST
-#define DEFAULT_IDLE 0
-#else
-#define DEFAULT_IDLE CONFIG_MOTORS_DEFAULT_IDLE_THRUST
+#include <string.h>
+#include "debug.h"
+#include "log.h"
+#include "param.h"
+#include "num.h"
+#include "autoconf.h"
+#include "config.h"
+#include "math.h"
+#include "platform_defaults.h"
+// clang-format on
+
+#if (!defined(CONFIG_MOTORS_REQUIRE_ARMING) || (CONFIG_MOTORS_REQUIRE_ARMING == 0)) && \
+    defined(CONFIG_MOTORS_DEFAULT_IDLE_THRUST) && (CONFIG_MOTORS_DEFAULT_IDLE_THRUST > 0)
+#error "idle thrust spins the motors at once where no arming is required"
 #endif
 
-static uint32_t idleThrust = DEFAULT_IDLE;
+#ifndef CONFIG_MOTORS_DEFAULT_IDLE_THRUST
+#define DEFAULT_IDLE_THRUST 0
+#else
+#define DEFAULT_IDLE_THRUST CONFIG_MOTORS_DEFAULT_IDLE_THRUST
+#endif
+
+static uint32_t idleThrust = DEFAULT_IDLE_THRUST;
 
 int powerDistributionMotorType(uint32_t id) {
   (void)id;
@@ -31,7 +38,7 @@ uint16_t powerDistributionStopRatio(uint32_t id) {
 void powerDistributionInit(void) {
 #if (!defined(CONFIG_MOTORS_REQUIRE_ARMING) || (CONFIG_MOTORS_REQUIRE_ARMING == 0))
   if (idleThrust > 0) {
-    DEBUG_PRINT("WARNING: idle thrust without arming\n");
+    DEBUG_PRINT("WARNING: idle thrust %lu without arming\n", idleThrust);
   }
 #endif
 }
@@ -127,7 +134,7 @@ static bool cap(const motors_thrust_uncapped_t *uncapped, motors_thrust_pwm_t *p
   return reduction > 0;
 }
 
-#if MINIATURE_RELEASE >= 202502
+#if MINIATURE_RELEASE >= 202512
 bool powerDistributionCap(const motors_thrust_uncapped_t *motorThrustBatCompUncapped,
                           motors_thrust_pwm_t            *motorPwm) {
   return cap(motorThrustBatCompUncapped, motorPwm);
@@ -139,7 +146,7 @@ void powerDistributionCap(const motors_thrust_uncapped_t *motorThrustBatCompUnca
 }
 #endif
 
-uint32_t powerDistributionGetIdleThrust(void) {
+uint32_t powerDistributionGetIdleThrust() {
 #if defined(CONFIG_MOTORS_REQUIRE_ARMING) && CONFIG_MOTORS_REQUIRE_ARMING
   return idleThrust;
 #else
@@ -147,8 +154,8 @@ uint32_t powerDistributionGetIdleThrust(void) {
 #endif
 }
 
-#if MINIATURE_RELEASE >= 202608
-float powerDistributionGetMaxThrust(void) {
+#if MINIATURE_RELEASE >= 202512
+float powerDistributionGetMaxThrust() {
   return STABILIZER_NR_OF_MOTORS * THRUST_MAX;
 }
 #endif

@@ -1,8 +1,13 @@
 #pragma once
 
 #ifndef __INCLUDED_FROM_PLATFORM_DEFAULTS__
-#error "do not include this file directly"
+#pragma GCC error "Do not include this file directly, but platform_defaults.h"
 #endif
+
+// of a battery with two cells
+#define DEFAULT_BAT_BAT_LOW_VOLTAGE 6.4f
+#define DEFAULT_BAT_CRITICAL_LOW_VOLTAGE 6.0f
+#define DEFAULT_BAT_LOW_DURATION_TO_TRIGGER_SEC 5
 
 #define PID_ROLL_RATE_KP 250.0
 #define PID_ROLL_RATE_KI 500.0

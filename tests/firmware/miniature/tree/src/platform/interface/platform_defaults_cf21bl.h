@@ -1,7 +1,7 @@
 #pragma once
 
 #ifndef __INCLUDED_FROM_PLATFORM_DEFAULTS__
-#error "do not include this file directly"
+#pragma GCC error "Do not include this file directly, but platform_defaults.h"
 #endif
 
 #define CF_MASS 0.0393f
@@ -13,7 +13,8 @@
 #define THRUST_MIN 0.02136263065537499f
 #define THRUST_MAX 0.2f
 #define THRUST2TORQUE 0.00569278844371417f
-#define DEFAULT_IDLE_THRUST 7000
+// a symbol of the configuration, whatever that says
+#define CONFIG_MOTORS_DEFAULT_IDLE_THRUST 7000
 
 #define PID_ROLL_RATE_KP 200.0
 #define PID_ROLL_RATE_KI 400.0

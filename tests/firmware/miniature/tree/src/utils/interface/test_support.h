@@ -1,6 +1,7 @@
+// What a test of units may see of a file.
 #pragma once
 
-#ifdef UNIT_TEST_MODE
+#if UNIT_TEST_MODE
 #define TESTABLE_STATIC
 #else
 #define TESTABLE_STATIC static

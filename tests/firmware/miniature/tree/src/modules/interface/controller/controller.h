@@ -1,7 +1,7 @@
-#ifndef CONTROLLER_H_
-#define CONTROLLER_H_
+// The controllers, by number. Whether there is one out of the tree depends on what came before.
+#ifndef __CONTROLLER_H__
+#define __CONTROLLER_H__
 
-#include "autoconf.h"
 #include "stabilizer_types.h"
 
 typedef enum {
@@ -10,7 +10,7 @@ typedef enum {
   ControllerTypeMellinger,
   ControllerTypeINDI,
   ControllerTypeBrescianini,
-#if MINIATURE_RELEASE >= 202608
+#if MINIATURE_RELEASE >= 202512
   ControllerTypeLee,
 #endif
 #ifdef CONFIG_CONTROLLER_OOT
@@ -24,7 +24,11 @@ bool controllerTest(void);
 void controller(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors,
                 const state_t *state, const stabilizerStep_t stabilizerStep);
 ControllerType controllerGetType(void);
-const char    *controllerGetName(void);
+const char    *controllerGetName();
+#if MINIATURE_RELEASE >= 202609
+void controllerEnterPreciseLanding(void);
+void controllerExitPreciseLanding(void);
+#endif
 
 #ifdef CONFIG_CONTROLLER_OOT
 void controllerOutOfTreeInit(void);
@@ -32,6 +36,10 @@ bool controllerOutOfTreeTest(void);
 void controllerOutOfTree(control_t *control, const setpoint_t *setpoint,
                          const sensorData_t *sensors, const state_t *state,
                          const stabilizerStep_t stabilizerStep);
+#if MINIATURE_RELEASE >= 202609
+void controllerOutOfTreeEnterPreciseLanding(void);
+void controllerOutOfTreeExitPreciseLanding(void);
+#endif
 #endif
 
-#endif  // CONTROLLER_H_
+#endif  //__CONTROLLER_H__

@@ -1,5 +1,4 @@
-#ifndef CONTROLLER_BRESCIANINI_H_
-#define CONTROLLER_BRESCIANINI_H_
+#pragma once
 
 #include "stabilizer_types.h"
 
@@ -8,5 +7,4 @@ bool controllerBrescianiniTest(void);
 void controllerBrescianini(control_t *control, const setpoint_t *setpoint,
                            const sensorData_t *sensors, const state_t *state,
                            const stabilizerStep_t stabilizerStep);
-
-#endif  // CONTROLLER_BRESCIANINI_H_
+// PRECISE_LANDING Brescianini

@@ -1,5 +1,5 @@
-#ifndef CONTROLLER_PID_H_
-#define CONTROLLER_PID_H_
+#ifndef __CONTROLLER_PID_H__
+#define __CONTROLLER_PID_H__
 
 #include "stabilizer_types.h"
 
@@ -7,5 +7,6 @@ void controllerPidInit(void);
 bool controllerPidTest(void);
 void controllerPid(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors,
                    const state_t *state, const stabilizerStep_t stabilizerStep);
+// PRECISE_LANDING Pid
 
-#endif  // CONTROLLER_PID_H_
+#endif  // __CONTROLLER_PID_H__

@@ -1,3 +1,23 @@
+/* The filter, without its task.
+ *
+ * The state is the position in the world, the velocity in the frame of the body and an error of the
+ * attitude, which is kept at zero: the attitude itself is a quaternion beside the state, into which
+ * the error moves whenever the filter has something new. The covariance belongs to the state. Each
+ * kind of measurement has a file of its own that makes an innovation and a derivative of it; the
+ * filter turns both into a correction, one number at a time.
+ *
+ * Use: initialize with parameters; predict with what the inertial sensors say; add noise of the
+ * process; correct with measurements; finalize, after which the attitude may be read; externalize
+ * into the types of the stabilizer.
+ *
+ * Names: data is called `this`, as if it was an object. All of it is in SI units but for the
+ * samples of the accelerometer, which predictions want in m/s^2 and what is externalized in g.
+ *
+ * Theory: Mueller, Hamer and D'Andrea, "Fusing ultra-wideband range measurements with
+ * accelerometers and rate gyroscopes for quadrocopter state estimation", and Mueller, Hehn and
+ * D'Andrea, "Covariance correction step for Kalman filtering with an attitude".
+ */
+
 #pragma once
 
 #include "cf_math.h"
@@ -50,8 +70,10 @@ typedef struct {
   float initialY;
   float initialZ;
   float initialYaw;
+#if MINIATURE_RELEASE >= 202512
 
   float attitudeReversion;
+#endif
 #if MINIATURE_RELEASE >= 202608
 
   float dragB_x;
@@ -68,7 +90,7 @@ void kalmanCoreInit(kalmanCoreData_t *this, const kalmanCoreParams_t *params, co
 
 void kalmanCoreUpdateWithBaro(kalmanCoreData_t *this, const kalmanCoreParams_t *params,
                               float baroAsl, bool quadIsFlying);
-#if MINIATURE_RELEASE >= 202608
+#if MINIATURE_RELEASE >= 202512
 void kalmanCorePredict(kalmanCoreData_t *this, const kalmanCoreParams_t *params, Axis3f *acc,
                        Axis3f *gyro, const uint32_t nowMs, bool quadIsFlying);
 #else

@@ -1,10 +1,13 @@
-#include "attitude_controller.h"
-#include "commander.h"
-#include "log.h"
-#include "param.h"
-#include "pid.h"
-#include "platform_defaults.h"
+// clang-format off
 #include "stabilizer_types.h"
+
+#include "attitude_controller.h"
+#include "pid.h"
+#include "param.h"
+#include "log.h"
+#include "commander.h"
+#include "platform_defaults.h"
+// clang-format on
 
 static bool  attFiltEnable  = ATTITUDE_LPF_ENABLE;
 static bool  rateFiltEnable = ATTITUDE_RATE_LPF_ENABLE;
@@ -82,12 +85,17 @@ void attitudeControllerCorrectRatePID(float rollRateActual, float pitchRateActua
   yawOutput   = saturateSignedInt16(run(&pidYawRate, yawRateActual, yawRateDesired, false));
 }
 
+#if MINIATURE_RELEASE >= 202502
 void attitudeControllerResetRollAttitudePID(float rollActual) {
   pidReset(&pidRoll, rollActual);
 }
 
 void attitudeControllerResetPitchAttitudePID(float pitchActual) {
   pidReset(&pidPitch, pitchActual);
+}
+
+void attitudeControllerResetYawAttitudePID(float yawActual) {
+  pidReset(&pidYaw, yawActual);
 }
 
 void attitudeControllerResetAllPID(float rollActual, float pitchActual, float yawActual) {
@@ -98,6 +106,24 @@ void attitudeControllerResetAllPID(float rollActual, float pitchActual, float ya
   pidReset(&pidPitchRate, 0);
   pidReset(&pidYawRate, 0);
 }
+#else
+void attitudeControllerResetRollAttitudePID(void) {
+  pidReset(&pidRoll);
+}
+
+void attitudeControllerResetPitchAttitudePID(void) {
+  pidReset(&pidPitch);
+}
+
+void attitudeControllerResetAllPID(void) {
+  pidReset(&pidRoll);
+  pidReset(&pidPitch);
+  pidReset(&pidYaw);
+  pidReset(&pidRollRate);
+  pidReset(&pidPitchRate);
+  pidReset(&pidYawRate);
+}
+#endif
 
 void attitudeControllerGetActuatorOutput(int16_t *roll, int16_t *pitch, int16_t *yaw) {
   *roll  = rollOutput;
@@ -105,9 +131,11 @@ void attitudeControllerGetActuatorOutput(int16_t *roll, int16_t *pitch, int16_t 
   *yaw   = yawOutput;
 }
 
+#if MINIATURE_RELEASE >= 202502
 float attitudeControllerGetYawMaxDelta(void) {
   return yawMaxDelta;
 }
+#endif
 
 #define LOG_TERMS(axis, pid)                 \
   LOG_ADD(LOG_FLOAT, axis##_outP, &pid.outP) \

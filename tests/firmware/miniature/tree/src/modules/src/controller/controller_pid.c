@@ -1,13 +1,18 @@
-#include "controller_pid.h"
 
-#include <string.h>
+// clang-format off
+#include "stabilizer_types.h"
 
 #include "attitude_controller.h"
-#include "log.h"
-#include "math3d.h"
-#include "param.h"
 #include "position_controller.h"
-#include "stabilizer_types.h"
+#include "controller_pid.h"
+
+#include "log.h"
+#include "param.h"
+#include "math3d.h"
+#if MINIATURE_RELEASE >= 202608
+#include <string.h>
+#endif
+// clang-format on
 
 #define ATTITUDE_UPDATE_DT (float)(1.0f / ATTITUDE_RATE)
 
@@ -45,19 +50,24 @@ static float capAngle(float angle) {
 }
 
 static void resetAll(const state_t *state) {
-#if MINIATURE_RELEASE >= 202608
+#if MINIATURE_RELEASE >= 202502
   positionControllerResetAllPID(state->position.x, state->position.y, state->position.z);
-  positionControllerResetAllfilters();
-#else
-  positionControllerResetAllPID();
-#endif
   attitudeControllerResetAllPID(state->attitude.roll, state->attitude.pitch, state->attitude.yaw);
+#else
+  (void)state;
+  positionControllerResetAllPID();
+  attitudeControllerResetAllPID();
+#endif
+#if MINIATURE_RELEASE >= 202608
+  positionControllerResetAllfilters();
+#endif
 }
 
 static void yawTarget(const setpoint_t *setpoint, const state_t *state) {
   if (setpoint->mode.yaw == modeVelocity) {
     attitudeDesired.yaw =
         capAngle(attitudeDesired.yaw + setpoint->attitudeRate.yaw * ATTITUDE_UPDATE_DT);
+#if MINIATURE_RELEASE >= 202502
     const float yawMaxDelta = attitudeControllerGetYawMaxDelta();
     if (yawMaxDelta != 0.0f) {
       const float delta = capAngle(attitudeDesired.yaw - state->attitude.yaw);
@@ -67,6 +77,7 @@ static void yawTarget(const setpoint_t *setpoint, const state_t *state) {
         attitudeDesired.yaw = state->attitude.yaw - yawMaxDelta;
       }
     }
+#endif
   } else if (setpoint->mode.yaw == modeAbs) {
     attitudeDesired.yaw = setpoint->attitude.yaw;
   } else if (setpoint->mode.quat == modeAbs) {
@@ -148,6 +159,7 @@ void controllerPid(control_t *control, const setpoint_t *setpoint, const sensorD
   }
 }
 
+// PRECISE_LANDING Pid
 LOG_GROUP_START(controller)
 LOG_ADD(LOG_FLOAT, cmd_thrust, &cmd_thrust)
 LOG_ADD(LOG_FLOAT, cmd_roll, &cmd_roll)

@@ -1,11 +1,13 @@
+// clang-format off
 #include <math.h>
+#include "num.h"
 
 #include "log.h"
-#include "num.h"
 #include "param.h"
 #include "pid.h"
-#include "platform_defaults.h"
 #include "position_controller.h"
+#include "platform_defaults.h"
+// clang-format on
 
 struct pidAxis_s {
   PidObject   pid;
@@ -72,7 +74,7 @@ static void initAxis(struct pidAxis_s *axis, float cutoff, bool filtered) {
           POSITION_RATE, cutoff, filtered);
 }
 
-void positionControllerInit(void) {
+void positionControllerInit() {
   initAxis(&this.pidX, posFiltCutoff, posFiltEnable);
   initAxis(&this.pidY, posFiltCutoff, posFiltEnable);
   initAxis(&this.pidZ, posZFiltCutoff, posZFiltEnable);
@@ -144,23 +146,27 @@ void velocityController(float *thrust, attitude_t *attitude, const Axis3f *setpo
   *thrust = constrain(*thrust, 0, UINT16_MAX);
 }
 
-#if MINIATURE_RELEASE >= 202608
+#if MINIATURE_RELEASE >= 202502
 void positionControllerResetAllPID(float xActual, float yActual, float zActual) {
   pidReset(&this.pidX.pid, xActual);
   pidReset(&this.pidY.pid, yActual);
   pidReset(&this.pidZ.pid, zActual);
-#else
-void positionControllerResetAllPID(void) {
-  pidReset(&this.pidX.pid, 0);
-  pidReset(&this.pidY.pid, 0);
-  pidReset(&this.pidZ.pid, 0);
-#endif
   pidReset(&this.pidVX.pid, 0);
   pidReset(&this.pidVY.pid, 0);
   pidReset(&this.pidVZ.pid, 0);
 }
+#else
+void positionControllerResetAllPID() {
+  pidReset(&this.pidX.pid);
+  pidReset(&this.pidY.pid);
+  pidReset(&this.pidZ.pid);
+  pidReset(&this.pidVX.pid);
+  pidReset(&this.pidVY.pid);
+  pidReset(&this.pidVZ.pid);
+}
+#endif
 
-void positionControllerResetAllfilters(void) {
+void positionControllerResetAllfilters() {
   filterReset(&this.pidX.pid, POSITION_RATE, posFiltCutoff, posFiltEnable);
   filterReset(&this.pidY.pid, POSITION_RATE, posFiltCutoff, posFiltEnable);
   filterReset(&this.pidZ.pid, POSITION_RATE, posZFiltCutoff, posZFiltEnable);

@@ -1,12 +1,15 @@
+// clang-format off
+#include "stm32f4xx.h"
 #include "FreeRTOS.h"
-#include "log.h"
-#include "num.h"
-#include "param.h"
-#include "position_estimator.h"
-#include "stabilizer_types.h"
 #include "task.h"
 
-#define G 9.81f
+#include "log.h"
+#include "param.h"
+#include "num.h"
+#include "position_estimator.h"
+// clang-format on
+
+#define G 9.81f;
 
 struct selfState_s {
   float estimatedZ;
@@ -29,7 +32,8 @@ static struct selfState_s state = {
 
 void positionEstimate(state_t *estimate, const baro_t *baro, const tofMeasurement_t *tofMeasurement,
                       float dt, stabilizerStep_t stabilizerStep) {
-  static bool surfaceFollowingMode = false;
+  static bool  surfaceFollowingMode = false;
+  static float filteredZ;
   (void)stabilizerStep;
 
   const uint32_t now            = xTaskGetTickCount();
@@ -46,11 +50,11 @@ void positionEstimate(state_t *estimate, const baro_t *baro, const tofMeasuremen
                          climbed;
     }
   } else {
-    float filtered = baro->asl;
+    filteredZ = baro->asl;
     if (state.estimatedZ != 0.0f) {
-      filtered = state.estAlphaAsl * state.estimatedZ + (1.0f - state.estAlphaAsl) * baro->asl;
+      filteredZ = state.estAlphaAsl * state.estimatedZ + (1.0f - state.estAlphaAsl) * baro->asl;
     }
-    state.estimatedZ = filtered + climbed;
+    state.estimatedZ = filteredZ + climbed;
   }
   estimate->position.x = 0.0f;
   estimate->position.y = 0.0f;
@@ -60,8 +64,7 @@ void positionEstimate(state_t *estimate, const baro_t *baro, const tofMeasuremen
 }
 
 void positionUpdateVelocity(float accWZ, float dt) {
-  state.velocityZ += deadband(accWZ, state.vAccDeadband) * dt * G;
-  state.velocityZ *= state.velZAlpha;
+  state.velocityZ += deadband(accWZ, state.vAccDeadband) *dt *G state.velocityZ *= state.velZAlpha;
 }
 
 LOG_GROUP_START(posEstAlt)

@@ -1,11 +1,18 @@
 // The filter, with its scratch matrices where DMA cannot reach them.
+// clang-format off
 #include "kalman_core.h"
-
-#include "autoconf.h"
 #include "cfassert.h"
-#include "math3d.h"
+#include "autoconf.h"
+
 #include "physicalConstants.h"
+#include "math3d.h"
 #include "static_mem.h"
+#if MINIATURE_RELEASE >= 202512
+#include "kalman_core_params_defaults.h"
+#endif
+// clang-format on
+
+// #define DEBUG_STATE_CHECK
 
 #define MAX_COVARIANCE (100)
 #define MIN_COVARIANCE (1e-6f)
@@ -13,6 +20,11 @@
 
 #define N KC_STATE_DIM
 
+#if MINIATURE_RELEASE >= 202512
+void kalmanCoreDefaultParams(kalmanCoreParams_t *params) {
+  *params = (kalmanCoreParams_t){KALMAN_CORE_DEFAULT_PARAMS_INIT};
+}
+#else
 #ifdef CONFIG_ESTIMATOR_KALMAN_GENERAL_PURPOSE
 #define PROC_NOISE_ACC_Z 0.5f
 #else
@@ -31,8 +43,8 @@ void kalmanCoreDefaultParams(kalmanCoreParams_t *params) {
   params->measNoiseBaro                   = 2.0f;
   params->measNoiseGyro_rollpitch         = 0.1f;
   params->measNoiseGyro_yaw               = 0.1f;
-  params->attitudeReversion               = 0.001f;
 }
+#endif
 
 void kalmanCoreInit(kalmanCoreData_t *this, const kalmanCoreParams_t *params,
                     const uint32_t nowMs) {
@@ -66,6 +78,21 @@ void kalmanCoreInit(kalmanCoreData_t *this, const kalmanCoreParams_t *params,
   this->lastPredictionMs         = nowMs;
   this->lastProcessNoiseUpdateMs = nowMs;
 }
+
+#ifdef DEBUG_STATE_CHECK
+static void assertStateNotNaN(const kalmanCoreData_t *this) {
+  for (int i = 0; i < N; i++) {
+    ASSERT(!isnan(this->S[i]));
+    for (int j = 0; j < N; j++) {
+      ASSERT(!isnan(this->P[i][j]));
+    }
+  }
+}
+#else
+static void assertStateNotNaN(const kalmanCoreData_t *this) {
+  return;
+}
+#endif
 
 // symmetric and within bounds; r is what is added of K r K'
 static void bound(kalmanCoreData_t *this, const float *K, float R) {
@@ -128,6 +155,7 @@ void kalmanCoreScalarUpdate(kalmanCoreData_t *this, arm_matrix_instance_f32 *Hm,
   mat_mult(&tmpNN1m, &this->Pm, &tmpNN3m);
   mat_mult(&tmpNN3m, &tmpNN2m, &this->Pm);
   bound(this, K, R);
+  assertStateNotNaN(this);
   this->isUpdated = true;
 }
 
@@ -292,12 +320,16 @@ static void predictDt(kalmanCoreData_t *this, drag_t drag, Axis3f *acc, Axis3f *
   this->isUpdated = true;
 }
 
-#if MINIATURE_RELEASE >= 202608
+#if MINIATURE_RELEASE >= 202512
 void kalmanCorePredict(kalmanCoreData_t *this, const kalmanCoreParams_t *params, Axis3f *acc,
                        Axis3f *gyro, const uint32_t nowMs, bool quadIsFlying) {
+#if MINIATURE_RELEASE >= 202608
   const drag_t drag = {{params->dragB_x, params->dragB_y, params->dragB_z},
                        {params->cop_x, params->cop_y, params->cop_z}};
-  float        dt   = (nowMs - this->lastPredictionMs) / 1000.0f;
+#else
+  const drag_t drag = {{0}, {0}};
+#endif
+  float dt = (nowMs - this->lastPredictionMs) / 1000.0f;
   predictDt(this, drag, acc, gyro, dt, quadIsFlying, params->attitudeReversion);
   this->lastPredictionMs = nowMs;
 }

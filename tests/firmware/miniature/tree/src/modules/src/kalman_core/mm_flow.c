@@ -1,8 +1,10 @@
 #include "mm_flow.h"
 
 #include "log.h"
+#if MINIATURE_RELEASE >= 202608
 #include "param.h"
 #include "platform_defaults.h"
+#endif
 
 #define FLOW_RESOLUTION 0.1f
 
@@ -11,9 +13,16 @@ static float predictedNY;
 static float measuredNX;
 static float measuredNY;
 
+#if MINIATURE_RELEASE >= 202608
+// where the deck is, seen from the center of mass
 static float flowdeckPos_x = FLOWDECK_POS_X;
 static float flowdeckPos_y = FLOWDECK_POS_Y;
 static float flowdeckPos_z = FLOWDECK_POS_Z;
+#else
+static const float flowdeckPos_x = 0.0f;
+static const float flowdeckPos_y = 0.0f;
+static const float flowdeckPos_z = 0.0f;
+#endif
 
 void kalmanCoreUpdateWithFlow(kalmanCoreData_t *this, const flowMeasurement_t *flow,
                               const Axis3f *gyro) {
@@ -49,9 +58,11 @@ LOG_ADD(LOG_FLOAT, predNY, &predictedNY)
 LOG_ADD(LOG_FLOAT, measNX, &measuredNX)
 LOG_ADD(LOG_FLOAT, measNY, &measuredNY)
 LOG_GROUP_STOP(kalman_pred)
+#if MINIATURE_RELEASE >= 202608
 
 PARAM_GROUP_START(flowdeck)
 PARAM_ADD_CORE(PARAM_FLOAT | PARAM_PERSISTENT, flowdeckPos_x, &flowdeckPos_x)
 PARAM_ADD_CORE(PARAM_FLOAT | PARAM_PERSISTENT, flowdeckPos_y, &flowdeckPos_y)
 PARAM_ADD_CORE(PARAM_FLOAT | PARAM_PERSISTENT, flowdeckPos_z, &flowdeckPos_z)
 PARAM_GROUP_STOP(flowdeck)
+#endif

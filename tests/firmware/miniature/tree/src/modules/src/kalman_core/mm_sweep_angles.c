@@ -1,8 +1,5 @@
 #include "mm_sweep_angles.h"
 
-#include "log.h"
-#include "param.h"
-
 static void rotate(const mat3d *rotation, const vec3d in, vec3d out) {
   arm_matrix_instance_f32 R = {3, 3, (float32_t *)*rotation};
   arm_matrix_instance_f32 x = {3, 1, (float32_t *)in};

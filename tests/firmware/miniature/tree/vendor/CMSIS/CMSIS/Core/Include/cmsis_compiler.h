@@ -4,6 +4,8 @@
 
 #include <stdint.h>
 
+#include "cmsis_gcc.h"
+
 #define __STATIC_FORCEINLINE static inline
 
 #endif  // CMSIS_COMPILER_H

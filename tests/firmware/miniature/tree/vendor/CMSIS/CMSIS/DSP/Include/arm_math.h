@@ -2,6 +2,7 @@
 #ifndef ARM_MATH_H
 #define ARM_MATH_H
 
+#include <float.h>
 #include <math.h>
 #include <stdint.h>
 #include <string.h>

@@ -3,16 +3,16 @@
 
 #include "stabilizer_types.h"
 
-void positionControllerInit(void);
-#if MINIATURE_RELEASE >= 202608
+void positionControllerInit();
+#if MINIATURE_RELEASE >= 202502
 void positionControllerResetAllPID(float xActual, float yActual, float zActual);
 #else
-void positionControllerResetAllPID(void);
+void positionControllerResetAllPID();
 #endif
-void positionControllerResetAllfilters(void);
+void positionControllerResetAllfilters();
 void positionController(float *thrust, attitude_t *attitude, const setpoint_t *setpoint,
                         const state_t *state);
 void velocityController(float *thrust, attitude_t *attitude, const Axis3f *setpoint_velocity,
                         const state_t *state);
 
-#endif  // POSITION_CONTROLLER_H_
+#endif /* POSITION_CONTROLLER_H_ */

@@ -1,5 +1,5 @@
-#ifndef POSITION_ESTIMATOR_H_
-#define POSITION_ESTIMATOR_H_
+#ifndef __POSITION_ESTIMATOR_H__
+#define __POSITION_ESTIMATOR_H__
 
 #include "stabilizer_types.h"
 
@@ -7,4 +7,4 @@ void positionEstimate(state_t *estimate, const baro_t *baro, const tofMeasuremen
                       float dt, stabilizerStep_t stabilizerStep);
 void positionUpdateVelocity(float accWZ, float dt);
 
-#endif  // POSITION_ESTIMATOR_H_
+#endif  // __POSITION_ESTIMATOR_H__

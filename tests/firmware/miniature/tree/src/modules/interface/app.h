@@ -1,0 +1,5 @@
+// What a user's application brings.
+#pragma once
+
+void appMain();
+void appInit();
