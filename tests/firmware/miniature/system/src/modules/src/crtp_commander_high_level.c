@@ -597,7 +597,7 @@ static void writeSetpoint(setpoint_t *setpoint, const struct traj_eval *ev) {
   setpoint->acceleration.x = ev->acc.x;
   setpoint->acceleration.y = ev->acc.y;
   setpoint->acceleration.z = ev->acc.z;
-#if MINIATURE_RELEASE >= 202608
+#if MINIATURE_RELEASE >= 202512
   setpoint->jerk.x = ev->jerk.x;
   setpoint->jerk.y = ev->jerk.y;
   setpoint->jerk.z = ev->jerk.z;
@@ -605,10 +605,15 @@ static void writeSetpoint(setpoint_t *setpoint, const struct traj_eval *ev) {
   setpoint->attitude.yaw = degrees(ev->yaw);
 
   // a thrust without direction has no rates
+#if MINIATURE_RELEASE >= 202502
+  const struct vec omega = ev->omega;
+#else
+  const struct vec omega = ev->rates;
+#endif
   const attitude_t rates = {
-      .roll  = degrees(ev->omega.x),
-      .pitch = degrees(ev->omega.y),
-      .yaw   = degrees(ev->omega.z),
+      .roll  = degrees(omega.x),
+      .pitch = degrees(omega.y),
+      .yaw   = degrees(omega.z),
   };
   const bool       exist = isfinite(rates.roll + rates.pitch + rates.yaw);
   const attitude_t none  = {.roll = 0.0f};

@@ -143,7 +143,7 @@ static void runPropTest(const MotorHealthTestDef *settings, const sensorData_t *
     }
   }
   testTime++;
-  if (testTime == (uint32_t)settings->onPeriodMsec + settings->offPeriodMsec) {
+  if (testTime >= (uint32_t)settings->onPeriodMsec + settings->offPeriodMsec) {
     finishMotor();
   }
 }
@@ -163,7 +163,7 @@ static void runBatTest(const MotorHealthTestDef *settings) {
     setAllMotors(ratioOr(CONFIG_MOTORS_DEFAULT_BAT_TEST_PWM_RATIO, settings->onPeriodPWMRatioBat));
   }
   testTime++;
-  if (testTime == (uint32_t)settings->onPeriodMsec + settings->offPeriodMsec) {
+  if (testTime >= (uint32_t)settings->onPeriodMsec + settings->offPeriodMsec) {
     batterySag  = idleVoltage - minLoadedVoltage;
     batteryPass = batterySag < HEALTH_BATTERY_SAG_THRESHOLD;
     DEBUG_PRINT("Battery test: %s\n", batteryPass ? "[OK]" : "[FAIL]");

@@ -44,35 +44,66 @@ typedef struct {
   bool (*test)(void);
   void (*update)(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors,
                  const state_t *state, const stabilizerStep_t stabilizerStep);
+#if MINIATURE_RELEASE >= 202609
+  void (*enterPreciseLanding)(void);
+  void (*exitPreciseLanding)(void);
+#endif
   const char *name;
 } ControllerFcns;
 
 static ControllerFcns controllerFunctions[] = {
     {.init = 0, .test = 0, .update = 0, .name = "None"},
-    {.init = controllerPidInit, .test = controllerPidTest, .update = controllerPid, .name = "PID"},
+    {.init   = controllerPidInit,
+     .test   = controllerPidTest,
+     .update = controllerPid,
+#if MINIATURE_RELEASE >= 202609
+     .enterPreciseLanding = controllerPidEnterPreciseLanding,
+     .exitPreciseLanding  = controllerPidExitPreciseLanding,
+#endif
+     .name = "PID"},
     {.init   = controllerMellingerFirmwareInit,
      .test   = controllerMellingerFirmwareTest,
      .update = controllerMellingerFirmware,
-     .name   = "Mellinger"},
+#if MINIATURE_RELEASE >= 202609
+     .enterPreciseLanding = controllerMellingerFirmwareEnterPreciseLanding,
+     .exitPreciseLanding  = controllerMellingerFirmwareExitPreciseLanding,
+#endif
+     .name = "Mellinger"},
     {.init   = controllerINDIInit,
      .test   = controllerINDITest,
      .update = controllerINDI,
-     .name   = "INDI"},
+#if MINIATURE_RELEASE >= 202609
+     .enterPreciseLanding = controllerINDIEnterPreciseLanding,
+     .exitPreciseLanding  = controllerINDIExitPreciseLanding,
+#endif
+     .name = "INDI"},
     {.init   = controllerBrescianiniInit,
      .test   = controllerBrescianiniTest,
      .update = controllerBrescianini,
-     .name   = "Brescianini"},
+#if MINIATURE_RELEASE >= 202609
+     .enterPreciseLanding = controllerBrescianiniEnterPreciseLanding,
+     .exitPreciseLanding  = controllerBrescianiniExitPreciseLanding,
+#endif
+     .name = "Brescianini"},
 #if MINIATURE_RELEASE >= 202512
     {.init   = controllerLeeFirmwareInit,
      .test   = controllerLeeFirmwareTest,
      .update = controllerLeeFirmware,
-     .name   = "Lee"},
+#if MINIATURE_RELEASE >= 202609
+     .enterPreciseLanding = controllerLeeFirmwareEnterPreciseLanding,
+     .exitPreciseLanding  = controllerLeeFirmwareExitPreciseLanding,
+#endif
+     .name = "Lee"},
 #endif
 #ifdef CONFIG_CONTROLLER_OOT
     {.init   = controllerOutOfTreeInit,
      .test   = controllerOutOfTreeTest,
      .update = controllerOutOfTree,
-     .name   = "OutOfTree"},
+#if MINIATURE_RELEASE >= 202609
+     .enterPreciseLanding = controllerOutOfTreeEnterPreciseLanding,
+     .exitPreciseLanding  = controllerOutOfTreeExitPreciseLanding,
+#endif
+     .name = "OutOfTree"},
 #endif
 };
 
@@ -116,18 +147,10 @@ const char *controllerGetName() {
 #if MINIATURE_RELEASE >= 202609
 
 void controllerEnterPreciseLanding(void) {
-#ifdef CONFIG_CONTROLLER_OOT
-  if (currentController == ControllerTypeOot) {
-    controllerOutOfTreeEnterPreciseLanding();
-  }
-#endif
+  controllerFunctions[currentController].enterPreciseLanding();
 }
 
 void controllerExitPreciseLanding(void) {
-#ifdef CONFIG_CONTROLLER_OOT
-  if (currentController == ControllerTypeOot) {
-    controllerOutOfTreeExitPreciseLanding();
-  }
-#endif
+  controllerFunctions[currentController].exitPreciseLanding();
 }
 #endif

@@ -316,7 +316,11 @@ STATS_CNT_RATE_LOG_ADD(rtFinal, &finalizeCounter)
 LOG_GROUP_STOP(kalman)
 
 LOG_GROUP_START(outlierf)
+#if MINIATURE_RELEASE >= 202502
 LOG_ADD(LOG_INT32, lhWin, &sweepOutlierFilterState.openingWindowMs)
+#else
+LOG_ADD(LOG_INT32, lhWin, &sweepOutlierFilterState.validUntilMs)
+#endif
 LOG_GROUP_STOP(outlierf)
 
 PARAM_GROUP_START(kalman)
