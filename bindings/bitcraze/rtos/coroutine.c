@@ -14,6 +14,7 @@
 
 #define WORD 8             // [bytes]
 #define CANARY_WORDS 8     // above the page that nobody may touch
+#define CLEAN_BYTES 512    // more than the frames from a call of the shim to the switch
 #define LARGEST_PAGE 4096  // [bytes] of a guard, so that enough is left of a stack
 
 // ---------------------------------------------------------------------------------------- switch
@@ -262,6 +263,12 @@ size_t cf_coroutine_resume(int number, const uint64_t *slice, size_t words) {
   cf_switch_stacks(&of_simulation, top(number) - words);
   has_left(fake);
   return (size_t)((char *)top(number) - (char *)of_task);
+}
+
+__attribute__((noinline)) void cf_coroutine_clean(void) {
+  uint64_t below[CLEAN_BYTES / WORD];
+  memset(below, 0, sizeof below);
+  __asm__ volatile("" : : "r"(below) : "memory");
 }
 
 void cf_coroutine_wait(void) {

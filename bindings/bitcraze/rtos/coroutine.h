@@ -34,6 +34,10 @@ bool cf_coroutine_is_intact(int number);
 // On one of the stacks: goes back to the simulation, returns with the next cf_coroutine_resume().
 void cf_coroutine_wait(void);
 
+// Clears what functions that returned left below the caller. Frames have gaps, in which leftovers
+// would come into the slice: harmless, but not the same bits in equal flights.
+void cf_coroutine_clean(void);
+
 // What a fresh stack runs; must not return.
 void cf_coroutine_main(int number);
 
