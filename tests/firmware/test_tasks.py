@@ -97,6 +97,13 @@ def test_stacks_take_no_room_in_the_file_nor_in_the_image(library):
     assert sum(size for _, size in ranges) < 20_000
 
 
+def test_pointers_into_stacks_are_pointers_into_the_library(library):
+    table = subprocess.run(["nm", str(library)], capture_output=True, text=True, check=True).stdout.splitlines()
+    at = {line.split()[-1]: int(line.split()[0], 16) for line in table if len(line.split()) == 3}
+    assert at["__ehdr_start"] < at["cf_stacks"]
+    assert at["cf_stacks"] + 8 * 65536 <= at["_end"]
+
+
 def test_tasks_do_their_work(copies):
     state = copies[0].boot()
     for now in range(1, TICKS):
@@ -195,3 +202,110 @@ def test_a_failure_in_a_task_is_survived_in_any_thread(copies):
         thread.start()
         thread.join()
     assert told == 2 * ["assertion failed: thrust >= 0 (task.c:12)"]
+
+
+# ---- headers ----
+
+HEADERS = sorted(
+    path.name for folder in ("freertos", "shadow") for path in (BINDINGS / "bitcraze" / folder).glob("*.h")
+)
+
+CONFIGURATION = """
+#ifndef FREERTOS_CONFIG_H
+#define FREERTOS_CONFIG_H
+#define configTICK_RATE_HZ ((TickType_t)1000)
+#define configMINIMAL_STACK_SIZE ((unsigned short)150)
+#define configMAX_PRIORITIES (6)
+#define configMAX_TASK_NAME_LEN (10)
+void assertFail(char *expression, char *file, int line);
+#define configASSERT(x) if ((x) == 0) assertFail(#x, __FILE__, __LINE__)
+#define M2T(X) ((unsigned int)(X))
+#endif
+"""
+
+# upstream's manner of speaking, old and new
+USE = """
+#include "FreeRTOS.h"
+#include "event_groups.h"
+#include "queue.h"
+#include "semphr.h"
+#include "task.h"
+#include "timers.h"
+#include "stm32fxxx.h"
+
+#ifndef M2T
+#define M2T(X) (X)
+#endif
+
+static xQueueHandle items;
+static QueueHandle_t others;
+static xSemaphoreHandle lock;
+static xTimerHandle timer;
+static StaticQueue_t items_place;
+static StaticSemaphore_t lock_place;
+static StaticTask_t task_place;
+static StaticTimer_t timer_place;
+static StackType_t stack[3 * configMINIMAL_STACK_SIZE];
+static uint8_t storage[4 * sizeof(int)];
+
+static void task(void *parameters) {
+  portTickType last = xTaskGetTickCount();
+  portBASE_TYPE woken = pdFALSE;
+  int item = 0;
+  vTaskSetApplicationTaskTag(0, (void *)3);
+  while (1) {
+    vTaskDelayUntil(&last, M2T(10));
+    if (pdTRUE == xQueueReceive(items, &item, portMAX_DELAY)) {
+      xSemaphoreTake(lock, portMAX_DELAY);
+      xQueueOverwrite(others, &item);
+      xSemaphoreGive(lock);
+    }
+    if ((SCB->ICSR & SCB_ICSR_VECTACTIVE_Msk) != 0) {
+      xQueueSendFromISR(items, &item, &woken);
+      if (woken) {
+        portYIELD();
+      }
+    }
+    taskENTER_CRITICAL();
+    taskEXIT_CRITICAL();
+    configASSERT(item >= 0);
+    vTaskDelay(pdMS_TO_TICKS(5) * portTICK_RATE_MS / portTICK_PERIOD_MS);
+  }
+}
+
+static void call(xTimerHandle of) {
+  (void)pvTimerGetTimerID(of);
+}
+
+TaskHandle_t start(void);
+TaskHandle_t start(void) {
+  items = xQueueCreateStatic(4, sizeof(int), storage, &items_place);
+  others = xQueueCreate(1, sizeof(int));
+  lock = xSemaphoreCreateMutexStatic(&lock_place);
+  timer = xTimerCreateStatic("TIMER", M2T(100), pdTRUE, NULL, call, &timer_place);
+  xTimerStart(timer, 100);
+  return xTaskCreateStatic(task, "TASK", 3 * configMINIMAL_STACK_SIZE, NULL, configMAX_PRIORITIES - 1, stack,
+                           &task_place);
+}
+"""
+
+
+def compile_only(folder, text, *flags):
+    source = folder / "code.c"
+    source.write_text(text)
+    includes = [f"-I{BINDINGS / 'bitcraze/shadow'}", f"-I{BINDINGS / 'bitcraze/freertos'}", f"-I{folder}"]
+    command = [COMPILER, "-std=gnu11", "-Wall", "-Wextra", "-Werror", "-fsyntax-only", *flags, *includes, str(source)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("header", HEADERS)
+def test_each_header_stands_alone(tmp_path, header):
+    compile_only(tmp_path, f'#include "{header}"\n#include "{header}"\ntypedef int nothing;\n')
+
+
+@pytest.mark.parametrize("configuration", [CONFIGURATION, None])
+def test_upstreams_manner_of_speaking_is_understood(tmp_path, configuration):
+    if configuration is not None:
+        (tmp_path / "FreeRTOSConfig.h").write_text(configuration)
+    compile_only(tmp_path, USE, "-Wno-unused-parameter")
