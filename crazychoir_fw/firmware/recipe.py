@@ -30,7 +30,15 @@ APP_WARNINGS = ("-Wall", "-Wextra")
 
 # the debug information tells which words are pointers; every variable must be in a section of its own object, and
 # nothing but the entry is seen from outside
-_LIBRARY_FLAGS = ("-std=gnu11", "-g", "-gdwarf-4", "-fPIC", "-fno-common", "-fvisibility=hidden")
+_LIBRARY_FLAGS = (
+    "-std=gnu11",
+    "-g",
+    "-gdwarf-4",
+    "-fPIC",
+    "-fno-common",
+    "-fvisibility=hidden",
+    "-fno-stack-protector",
+)
 
 # flags of a checkout that say how C is compiled; others could make the compiler write files or run programs
 _HARMLESS = re.compile(
