@@ -320,12 +320,11 @@ static void stabilizerTask(void *param) {
   xRateSupervisorSemaphore = xSemaphoreCreateBinary();
   STATIC_MEM_TASK_CREATE(rateSupervisorTask, rateSupervisorTask, RATE_SUPERVISOR_TASK_NAME, NULL,
                          RATE_SUPERVISOR_TASK_PRI);
+
+  // the last of those that the sensors were calibrated with
+  sensorsWaitDataReady();
 #else
   rateSupervisorInit(&rateSupervisorContext, xTaskGetTickCount(), M2T(1000), 997, 1003, 1);
-#endif
-#if MINIATURE_RELEASE >= 202608
-  // the sample of which calibration was waiting
-  sensorsWaitDataReady();
 #endif
 
   DEBUG_PRINT("Starting stabilizer loop\n");

@@ -450,6 +450,7 @@ LOG_GROUP_START(sys)
 LOG_ADD_CORE(LOG_UINT8, canfly, &supervisorMem.canFly)
 LOG_ADD_CORE(LOG_UINT8, isFlying, &supervisorMem.isFlying)
 LOG_ADD_CORE(LOG_UINT8, isTumbled, &supervisorMem.isTumbled)
+LOG_ADD(LOG_UINT8, armed, &supervisorMem.isArmed)
 LOG_GROUP_STOP(sys)
 
 LOG_GROUP_START(supervisor)
