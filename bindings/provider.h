@@ -123,8 +123,8 @@ typedef struct {
   int                 priority;     // of the commander
   bool                is_blocked;   // the high-level commander
   bool                is_finished;  // its trajectory
+  int                 state;        // of the supervisor, a supervisorState_t
   uint16_t            info;         // CF_SUPERVISOR_INFO_…
-  bool                are_motors_allowed;
 } cf_system_outputs_t;
 
 // Requests of a client that are no packets.

@@ -16,28 +16,10 @@ cf_status_t cf_firmware_modules_boot(cf_onboard_t *onboard, const cf_provider_t 
   return status;
 }
 
-// The state machine is theirs, and tells conditions and not its state; this is what they amount to.
-static supervisorState_t state_of(const cf_system_outputs_t *outputs) {
-  if (outputs->info & CF_SUPERVISOR_INFO_IS_LOCKED) {
-    return supervisorStateLocked;
-  }
-  if (outputs->info & CF_SUPERVISOR_INFO_IS_CRASHED) {
-    return supervisorStateCrashed;
-  }
-  if (outputs->info & CF_SUPERVISOR_INFO_IS_FLYING) {
-    return supervisorStateFlying;
-  }
-  if (outputs->are_motors_allowed) {
-    return supervisorStateReadyToFly;
-  }
-  return outputs->info & CF_SUPERVISOR_INFO_CAN_ARM ? supervisorStatePreFlChecksPassed
-                                                    : supervisorStatePreFlChecksNotPassed;
-}
-
 static void mirror_supervisor(cf_supervisor_t *supervisor, const cf_system_outputs_t *outputs) {
   const uint16_t info    = outputs->info;
   supervisor->info       = info;
-  supervisor->state      = state_of(outputs);
+  supervisor->state      = (supervisorState_t)outputs->state;
   supervisor->is_armed   = (info & CF_SUPERVISOR_INFO_IS_ARMED) != 0;
   supervisor->is_crashed = (info & CF_SUPERVISOR_INFO_IS_CRASHED) != 0;
   supervisor->can_fly    = (info & CF_SUPERVISOR_INFO_CAN_FLY) != 0;

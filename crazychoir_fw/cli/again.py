@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from crazychoir_fw.cli.console import console
 from crazychoir_fw.cli.fly import Request, attempt
 from crazychoir_fw.cli.watch import repeat_on_save, seconds_since_save
+from crazychoir_fw.firmware.levels import level_of
 from crazychoir_fw.mission.extending import files_of
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ class Inputs:
         """Look at a mission: it names apps, and perhaps flies a checkout."""
         self._apps = {Path(path) for drone in mission.fleet for path in drone.app}
         self._checkout = None
-        if any(drone.provider == "bitcraze" for drone in mission.fleet):
+        if any(level_of(drone.provider) is not None for drone in mission.fleet):
             from crazychoir_fw.errors import CheckoutError
             from crazychoir_fw.firmware.checkout import locate
 

@@ -37,17 +37,26 @@ def build(
     config: Annotated[
         Path | None, typer.Option(help="Configuration header (autoconf.h) to use instead of the stock one.")
     ] = None,
+    level: Annotated[
+        str | None,
+        typer.Option(help="How much shall fly: algorithms, modules, stabilizer, or all, the highest that compiles."),
+    ] = None,
     force: Annotated[bool, typer.Option("--force", help="Compile everything again.")] = False,
     verbose: Annotated[bool, typer.Option("--verbose", help="Show flags, configuration and compiler output.")] = False,
 ) -> None:
-    """Compile a checkout to a provider library."""
+    """Compile a checkout to provider libraries: its algorithms alone, and as much of it as compiles."""
     import time
 
     from crazychoir_fw.errors import BuildError, CrazychoirError
+    from crazychoir_fw.firmware import levels
     from crazychoir_fw.firmware.build import build_provider
     from crazychoir_fw.firmware.checkout import locate
     from crazychoir_fw.firmware.library import BUILD_LOG
 
+    known = (*levels.LEVELS, levels.ALL)
+    if level is not None and level not in known:
+        refuse(f"--level is '{level}', allowed: {', '.join(known)}")
+    wanted = (levels.ALGORITHMS, levels.ALL) if level is None else (level,)
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
     began = time.perf_counter()
     try:
@@ -58,16 +67,20 @@ def build(
             def show_progress(what: str, done: int, total: int) -> None:
                 bar.update(task, description=what, completed=done, total=total)
 
-            library = build_provider(checkout, platform, configured=config, force=force, progress=show_progress)
+            libraries = [
+                build_provider(checkout, platform, configured=config, level=one, force=force, progress=show_progress)
+                for one in wanted
+            ]
     except BuildError as error:
         complain_of(error)
         raise typer.Exit(BUILD_FAILED) from None
     except CrazychoirError as error:
         refuse(str(error))
-    if verbose:
-        # not through rich, which would wrap and color it
-        typer.echo((library.path.parent / BUILD_LOG).read_text(encoding="utf-8"))
-    _print_library(library)
+    for library in libraries:
+        if verbose:
+            # not through rich, which would wrap and color it
+            typer.echo((library.path.parent / BUILD_LOG).read_text(encoding="utf-8"))
+        _print_library(library)
     console.print(f"ready after {time.perf_counter() - began:.1f} s", style="dim")
 
 
@@ -133,17 +146,17 @@ def _facts(path: Path | None) -> dict[str, Any]:
 
 
 def latest_libraries(identities: list[dict[str, Any]], checkout: str | None) -> list[dict[str, Any]]:
-    """Return the libraries of a checkout without apps, per platform the one that was used last.
+    """Return the libraries of a checkout without apps, per platform and level the one that was used last.
 
     Args:
         identities: What the libraries were built from, the one used last first.
         checkout: Folder of the checkout.
     """
-    latest: dict[str, dict[str, Any]] = {}
+    latest: dict[tuple[str, str], dict[str, Any]] = {}
     for identity in identities:
         if identity["checkout"] == checkout and checkout is not None and not identity["apps"]:
-            latest.setdefault(identity["platform"], identity)
-    return [latest[platform] for platform in sorted(latest)]
+            latest.setdefault((identity["platform"], identity["level"]), identity)
+    return [latest[key] for key in sorted(latest)]
 
 
 def _print_library(library: "Library") -> None:
@@ -161,6 +174,8 @@ def _print_identity(identity: dict[str, Any]) -> None:
         "sources": identity["sources"],
         "features": ", ".join(identity["features"]),
         "without": ", ".join(identity["missing_features"]),
+        "level": identity["level"],
+        "modules": ", ".join(identity["modules"]),
         "added": ", ".join(Path(name).stem for name in identity["extra_sources"]),
         "apps": ", ".join(identity["apps"]),
         "compiler": identity["compiler"],

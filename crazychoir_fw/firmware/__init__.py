@@ -4,7 +4,8 @@
 |---|---|
 | `checkout` | where the checkout is, whether it is complete, which version |
 | `setup_lists` | the lists of its bindings/setup.py, read and never run |
-| `configuration` | the configuration header of a platform |
+| `configuration`, `kconfig` | the configuration header of a platform |
+| `levels` | how much of a checkout flies |
 | `own_sources` | our own C that becomes part of a library |
 | `recipe` | everything that a build depends on, as plain data |
 | `toolchain`, `objects`, `probes`, `linking` | compile, ask, link |

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 from crazychoir_fw.errors import BuildError, RangeError
+from crazychoir_fw.firmware.levels import ALGORITHMS, BITCRAZE, level_of
 
 if TYPE_CHECKING:
     from crazychoir_fw.firmware.library import Library
@@ -16,8 +17,7 @@ if TYPE_CHECKING:
 OUT_OF_TREE = "out_of_tree"
 """The word for a controller or an estimator that an app brings."""
 
-PROVIDERS = ("builtin", "bitcraze")
-"""What may be around an app."""
+BUILTIN = "builtin"
 
 HOOKS = {
     "controller": ("controllerOutOfTreeInit", "controllerOutOfTreeTest", "controllerOutOfTree"),
@@ -25,6 +25,9 @@ HOOKS = {
 }
 """The firmware's functions for code that is not in its tree: all three, or none."""
 
+
+TASK = "appMain"
+"""The function that runs as the app's own task, where a checkout's modules fly."""
 
 _GROUP = re.compile(r"^[ \t]*(?:PARAM|LOG)_GROUP_START\s*\(\s*(\w+)", re.MULTILINE)
 
@@ -82,7 +85,7 @@ def build_app(
     Args:
         files: One C file, or several that belong together.
         platform: Airframe, such as ``cf2``.
-        provider: What is around them: ``builtin`` or ``bitcraze``.
+        provider: What is around them: ``builtin`` or ``bitcraze``, perhaps with a level.
         checkout: Folder of the firmware's checkout for ``bitcraze``; by default see `checkout.locate`.
         progress: Told what is at work, how many files are done, and of how many.
 
@@ -97,12 +100,14 @@ def build_app(
     paths = app_files(files)
     if not paths:
         raise BuildError("an app has at least one C file")
-    if provider not in PROVIDERS:
-        raise RangeError(f"provider is '{provider}', allowed around an app: {', '.join(PROVIDERS)}")
-    root = locate(checkout) if provider == "bitcraze" else None
-    library = build_provider(root, platform, paths, progress=progress)
+    level = level_of(provider)
+    if level is None and provider != BUILTIN:
+        raise RangeError(f"provider is '{provider}', allowed around an app: {BUILTIN}, {BITCRAZE}")
+    root = locate(checkout) if level is not None else None
+    library = build_provider(root, platform, paths, level=level or ALGORITHMS, progress=progress)
     functions, state_bytes = _contents(library, paths)
-    return App(paths, library, _hooks(functions, paths), state_bytes)
+    runs_tasks = bool(library.identity.get("modules"))
+    return App(paths, library, _hooks(functions, paths, runs_tasks), state_bytes)
 
 
 class Configured(Protocol):
@@ -165,8 +170,13 @@ def _with_app(drone: Configuration, app: App) -> Configuration:
     return replace(drone, **chosen)
 
 
-def _hooks(functions: set[str], files: Sequence[Path]) -> tuple[str, ...]:
+def _hooks(functions: set[str], files: Sequence[Path], runs_tasks: bool = False) -> tuple[str, ...]:
     """Return what the functions of an app make it.
+
+    Args:
+        functions: Names of all functions of its library.
+        files: The files of the app.
+        runs_tasks: Whether a task of the app runs (appMain), so that an app may bring nothing else.
 
     Raises:
         BuildError: If there is nothing that a drone would call, or a part of it is missing.
@@ -180,7 +190,7 @@ def _hooks(functions: set[str], files: Sequence[Path]) -> tuple[str, ...]:
         elif len(missing) < len(expected):
             there = next(name for name in expected if name in functions)
             raise BuildError(f"{names} defines {there}, but not {' and '.join(missing)}: the firmware calls all three")
-    if not found:
+    if not found and not (runs_tasks and TASK in functions):
         lists = ", or ".join(f"{', '.join(expected)} (a {kind})" for kind, expected in HOOKS.items())
         raise BuildError(f"{names} has nothing that a drone would call: define {lists.replace('a e', 'an e')}")
     return tuple(found)

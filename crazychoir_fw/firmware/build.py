@@ -18,7 +18,7 @@ from crazychoir_fw.firmware.checkout import VENDOR, Checkout, open_checkout
 from crazychoir_fw.firmware.library import BUILD_LOG, Library
 from crazychoir_fw.firmware.objects import Compiled, Objects, Unit, demand_all
 from crazychoir_fw.firmware.probes import feature_flags, features, probe_units, source_flag
-from crazychoir_fw.firmware.recipe import Recipe, bitcraze_recipe, builtin_recipe
+from crazychoir_fw.firmware.recipe import Recipe, bitcraze_recipe, builtin_recipe, vehicle_mode
 from crazychoir_fw.firmware.toolchain import Compiler, find_compiler
 from crazychoir_fw.version import __version__
 
@@ -188,7 +188,7 @@ class _Build:
             adapter = self._compile("compiling", [Unit(path, (*adapting, *known)) for path in recipe.adapter])
             objects = [*fixed, *apps, *adapter, *compiled.values(), *system]
             with self.cache.workspace(self.cache.libraries) as folder:
-                path = folder / f"{recipe.name}.so"
+                path = folder / f"{_safe(recipe.name)}.so"
                 self._tell("linking", 0, 1)
                 sources = {kept.path: kept.unit.source for kept in objects}
                 undefined = linking.link(self.compiler, sources, path, words=recipe.linking)
@@ -335,7 +335,7 @@ class _Build:
             "apps": [str(path) for path in recipe.apps],
             "configuration": {name: recipe.settings.get(name) for name in sorted(mentioned | recipe.settings.keys())},
             "compiler": self.compiler.version,
-            "flags": shlex.join(recipe.flags),
+            "flags": shlex.join(vehicle_mode(recipe.flags) if checkout else recipe.flags),
             "sources": len(sources),
             "built_by": __version__,
             "notes": self.notes,
@@ -362,4 +362,8 @@ def _words(names: Iterable[str]) -> list[str]:
 
 
 def _file_name(library: Library) -> str:
-    return re.sub(r"[^A-Za-z0-9_+.-]", "_", "-".join(filter(None, [library.name, library.platform])))
+    return _safe("-".join(filter(None, [library.name, library.platform])))
+
+
+def _safe(name: str) -> str:
+    return re.sub(r"[^A-Za-z0-9_+.-]", "_", name)

@@ -19,6 +19,9 @@ LEVELS = (ALGORITHMS, MODULES, STABILIZER)
 ALL = "all"
 """The highest level that compiles."""
 
+DEFAULT = ALGORITHMS
+"""What the plain word of the provider means."""
+
 LEVEL_OF_MODULE = {
     "commander": MODULES,
     "crtp_commander": MODULES,
@@ -42,7 +45,7 @@ def modules_of(level: str) -> list[str]:
 
 def word_of(level: str) -> str:
     """Return the word of the provider that flies a checkout at a level, such as ``bitcraze:modules``."""
-    return BITCRAZE if level == ALGORITHMS else f"{BITCRAZE}:{level}"
+    return BITCRAZE if level == DEFAULT else f"{BITCRAZE}:{level}"
 
 
 def level_of(word: str) -> str | None:
@@ -55,7 +58,7 @@ def level_of(word: str) -> str | None:
     if provider != BITCRAZE:
         return None
     if not colon:
-        return ALGORITHMS
+        return DEFAULT
     if level in (*LEVELS, ALL):
         return level
     near = get_close_matches(level[:64], (*LEVELS, ALL), n=1)
@@ -73,7 +76,7 @@ def word_for_modules(modules: str | Iterable[str]) -> str:
         UnknownNameError: If there is no such module.
     """
     if modules == ALL:
-        return f"{BITCRAZE}:{ALL}"
+        return word_of(ALL)
     names = [modules] if isinstance(modules, str) else list(modules)
     for name in names:
         if name not in LEVEL_OF_MODULE:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
@@ -45,7 +46,8 @@ def load(word: str, platform: str, checkout: Path | None = None, progress: Progr
         level = level_of(word)
         if level is not None:
             library = build_provider(locate(checkout), platform, level=level, progress=progress)
-            return core.load_library(library, follows_checkout=True)
+            # under the word that was asked for: which level became of `all` is in its identity
+            return core.load_library(replace(library, name=word), follows_checkout=True)
     known = sorted({BUILTIN, BITCRAZE, *core.providers()})
     near = get_close_matches(word[:64], known, n=1)
     hint = f" (did you mean '{near[0]}'?)" if near else ""

@@ -137,7 +137,12 @@ class Recipe:
 
     def vehicle_flags(self, generated: Path) -> tuple[str, ...]:
         """Return the flags for sources of the checkout as they are compiled for the vehicle."""
-        return (*(flag for flag in self.host_flags(generated) if flag != HOST_MODE), VEHICLE_MODE)
+        return vehicle_mode(self.host_flags(generated))
+
+
+def vehicle_mode(flags: Sequence[str]) -> tuple[str, ...]:
+    """Return flags of a host build as those of the vehicle."""
+    return (*(flag for flag in flags if flag != HOST_MODE), VEHICLE_MODE)
 
 
 def bitcraze_recipe(
@@ -207,7 +212,7 @@ def bitcraze_recipe(
         level=level,
         system=tuple(system),
         # everything that their loop decides passes by there (system/loop.c)
-        linking=("-Wl,--wrap=controller",) if system else (),
+        linking=("-Wl,--wrap=controller", "-Wl,--wrap=supervisorStateUpdate") if system else (),
         first_include_dirs=(bindings / "library" / "include", folder / "shadow", folder / "freertos"),
         include_dirs=tuple(include_dirs),
         flags=tuple(_flags(lists, root, notes)),

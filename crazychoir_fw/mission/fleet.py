@@ -18,6 +18,7 @@ from crazychoir_fw.mission.values import (
     parameter_values,
     plain_properties,
     point,
+    provider_word,
     source_files,
     switch,
     vehicle_parameters,
@@ -75,8 +76,10 @@ class Settings(Section):
     decks: Annotated[tuple[str, ...], choices(*DECKS)] | None = None
     """Decks beside the one that positions the drone: `multiranger`, `zranger`."""
 
-    provider: Annotated[str, word(r"[A-Za-z][\w.+-]{0,62}", "the name of a provider, such as builtin")] | None = None
-    """Whose implementation of the onboard software flies; `builtin` is ours, others are loaded before the flight."""
+    provider: Annotated[str, provider_word()] | None = None
+    """Whose implementation of the onboard software flies; `builtin` is ours, others are loaded before the flight.
+    `{bitcraze: {modules: [commander, supervisor]}}` flies at least these modules of a checkout, `modules: all` all that
+    compile."""
 
     app: Annotated[tuple[str, ...], source_files()] | None = None
     """C files with a controller or an estimator of the user's, seen from the folder of the mission file."""

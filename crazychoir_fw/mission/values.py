@@ -15,7 +15,8 @@ import numpy as np
 from pydantic import BeforeValidator, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.errors import CrazychoirError, UnknownNameError
+from crazychoir_fw.firmware.levels import BITCRAZE, level_of, word_for_modules
 from crazychoir_fw.variables import parameter_table
 from crazychoir_fw.vehicles import overrides, parameters
 
@@ -129,6 +130,42 @@ def word(pattern: str, must: str) -> BeforeValidator:
         return value
 
     return BeforeValidator(check)
+
+
+def provider_word() -> BeforeValidator:
+    """The name of a provider, or a mapping of `bitcraze` to the modules of a checkout that shall fly; as a word."""
+    compiled = re.compile(r"[A-Za-z][\w.:+-]{0,62}")
+    must = "the name of a provider, such as builtin, or {bitcraze: {modules: [commander, …]}}"
+
+    def check(value: object) -> str:
+        if isinstance(value, Mapping):
+            return _word_for_modules(value, must)
+        if not isinstance(value, str) or not compiled.fullmatch(value):
+            raise refusal(must)
+        try:
+            level_of(value)
+        except UnknownNameError as error:
+            raise objection(str(error)) from None
+        return value
+
+    return BeforeValidator(check)
+
+
+def _word_for_modules(value: Mapping[Any, Any], must: str) -> str:
+    if list(value) != [BITCRAZE]:
+        raise refusal(must)
+    settings = value[BITCRAZE]
+    if settings is None:
+        return BITCRAZE
+    if not isinstance(settings, Mapping) or list(settings) != ["modules"]:
+        raise refusal(must)
+    modules = settings["modules"]
+    if not isinstance(modules, str | Sequence):
+        raise refusal("a list of modules, or all", ".bitcraze.modules")
+    try:
+        return word_for_modules(modules)
+    except UnknownNameError as error:
+        raise objection(str(error), ".bitcraze.modules") from None
 
 
 def source_files() -> BeforeValidator:

@@ -6,7 +6,23 @@
 #include "FreeRTOS.h"
 #include "task.h"
 #include "controller.h"
+#include "supervisor_state_machine.h"
 // clang-format on
+
+// Numbers of onboard/supervisor_state_machine.h, whose names are those of the checkout.
+enum {
+  OUR_NOT_INITIALIZED,
+  OUR_CHECKS_NOT_PASSED,
+  OUR_CHECKS_PASSED,
+  OUR_READY_TO_FLY,
+  OUR_FLYING,
+  OUR_LANDED,
+  OUR_RESET,
+  OUR_WARNING_LEVEL_OUT,
+  OUR_FREE_FALL,
+  OUR_LOCKED,
+  OUR_CRASHED,
+};
 
 cf_system_seen_t   cf_system_seen;
 cf_system_wanted_t cf_system_wanted;
@@ -26,6 +42,51 @@ void __wrap_controller(control_t *control, const setpoint_t *setpoint, const sen
   cf_system_seen.estimate = *state;
   cf_system_seen.setpoint = *setpoint;
   cf_system_seen.control  = *control;
+}
+
+int cf_system_supervisor_state;
+
+// The same for the state machine of the supervisor. Releases differ in the numbers of states, and
+// some have one that ours has not: with it a drone arms.
+supervisorState_t __real_supervisorStateUpdate(const supervisorState_t         state,
+                                               const supervisorConditionBits_t conditions);
+supervisorState_t __wrap_supervisorStateUpdate(const supervisorState_t         state,
+                                               const supervisorConditionBits_t conditions);
+
+static int our_number(supervisorState_t state) {
+  switch (state) {
+    case supervisorStateNotInitialized:
+      return OUR_NOT_INITIALIZED;
+    case supervisorStatePreFlChecksNotPassed:
+      return OUR_CHECKS_NOT_PASSED;
+    case supervisorStateReadyToFly:
+      return OUR_READY_TO_FLY;
+    case supervisorStateFlying:
+      return OUR_FLYING;
+    case supervisorStateLanded:
+      return OUR_LANDED;
+    case supervisorStateReset:
+      return OUR_RESET;
+    case supervisorStateWarningLevelOut:
+      return OUR_WARNING_LEVEL_OUT;
+    case supervisorStateExceptFreeFall:
+      return OUR_FREE_FALL;
+    case supervisorStateLocked:
+      return OUR_LOCKED;
+#if HAVE_SUPERVISOR_CRASHED
+    case supervisorStateCrashed:
+      return OUR_CRASHED;
+#endif
+    default:
+      return OUR_CHECKS_PASSED;
+  }
+}
+
+supervisorState_t __wrap_supervisorStateUpdate(const supervisorState_t         state,
+                                               const supervisorConditionBits_t conditions) {
+  const supervisorState_t next = __real_supervisorStateUpdate(state, conditions);
+  cf_system_supervisor_state   = our_number(next);
+  return next;
 }
 
 #if !CF_WITH_STABILIZER

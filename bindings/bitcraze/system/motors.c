@@ -7,6 +7,29 @@
 #include "bitcraze/own/motor_layer.h"
 #include "bitcraze/rtos/hardware.h"
 
+// How the health test turns a motor: on and off [ms], when the variance is measured from [ms], and
+// the ratios of the tests of propellers and battery (control-pid dossier section 4; brushless
+// motors take longer to settle).
+typedef struct {
+  uint16_t on;
+  uint16_t off;
+  uint16_t variance_start;
+  uint16_t propeller_ratio;
+  uint16_t battery_ratio;
+} schedule_t;
+
+void *motorsGetHealthTestSettings(uint32_t id);
+
+// Returns a MotorHealthTestDef, whose five members have been these since there is one.
+void *motorsGetHealthTestSettings(uint32_t id CF_UNUSED) {
+#if CONFIG_MOTORS_REQUIRE_ARMING
+  static const schedule_t SCHEDULE = {2000, 1000, 1000, 10000, 40000};
+#else
+  static const schedule_t SCHEDULE = {50, 950, 0, 65535, 40000};
+#endif
+  return (void *)(uintptr_t)&SCHEDULE;
+}
+
 #if HAVE_MOTORS_COMPENSATE
 float motorsCompensateBatteryVoltage(uint32_t id, float iThrust, float supplyVoltage);
 

@@ -36,7 +36,8 @@ static bool is_attitude_reversion_off;
 
 void stabilizerInit(StateEstimatorType estimator);
 bool stabilizerTest(void);
-void appInit(void) __attribute__((weak));
+void appInit(void) __attribute__((weak));             // null without an app that has a task
+void crtpSupervisorInit(void) __attribute__((weak));  // null before 2026
 
 bool deckGetRequiredKalmanEstimatorAttitudeReversionOff(void);
 bool deckGetRequiredKalmanEstimatorAttitudeReversionOff(void) {
@@ -71,6 +72,9 @@ static cf_status_t boot(void *state CF_UNUSED, const cf_system_boot_t *how) {
   peerLocalizationInit();
   cf_work_on("commanderInit");
   commanderInit();
+  if (crtpSupervisorInit != NULL) {
+    crtpSupervisorInit();
+  }
   cf_work_on("estimatorKalmanTaskInit");
   estimatorKalmanTaskInit();
   cf_work_on("stabilizerInit");
@@ -173,8 +177,8 @@ static void tick(void *state CF_UNUSED, const cf_system_inputs_t *inputs,
   // old planners look into a trajectory that they do not have
   outputs->is_finished =
       crtpCommanderHighLevelIsStopped() || crtpCommanderHighLevelIsTrajectoryFinished();
-  outputs->info               = info(outputs->is_finished);
-  outputs->are_motors_allowed = supervisorAreMotorsAllowedToRun();
+  outputs->state = cf_system_supervisor_state;
+  outputs->info  = info(outputs->is_finished);
 }
 
 // --------------------------------------------------------------------------------------- requests

@@ -36,6 +36,9 @@ typedef struct {
 } cf_system_seen_t;
 extern cf_system_seen_t cf_system_seen;
 
+// What the supervisor's state machine came to, in our numbers.
+extern int cf_system_supervisor_state;
+
 // What a client chose, where the parameters of the loop are ours.
 typedef struct {
   int controller;
