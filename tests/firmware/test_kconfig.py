@@ -46,7 +46,7 @@ def root(tmp_path_factory):
     return lay_out(tmp_path_factory.mktemp("kconfig") / "checkout")
 
 
-@pytest.mark.parametrize("column, platform", enumerate(("cf2", "cf21bl", "bolt")))
+@pytest.mark.parametrize("column, platform", [(0, "cf2"), (1, "cf21bl"), (2, "bolt")])
 def test_symbols_of_the_platforms(root, column, platform):
     chosen = settings(root, platform)
     for symbol, values in EXPECTED.items():
