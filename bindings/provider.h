@@ -89,6 +89,7 @@ typedef struct {
 } cf_peer_t;
 
 #define CF_SYSTEM_PACKET_BYTES 30  // of a packet's data, and of its reply
+#define CF_SYSTEM_MEASUREMENTS 20  // that may come in a tick
 
 // How a provider's own modules boot.
 typedef struct {

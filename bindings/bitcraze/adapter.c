@@ -19,14 +19,24 @@ static cf_status_t init(void *state CF_UNUSED, cf_platform_t platform, uint32_t 
   if (cf_platform_facts(platform) == NULL || (PLATFORM != -1 && (int)platform != PLATFORM)) {
     return CF_ERR_UNKNOWN;
   }
+#if CF_SYSTEM
+  // their modules boot by themselves, see cf_system_t.boot
+  (void)now_ms;
+  cf_motors_boot(platform);
+#else
   // the order of the vehicle: estimator, controller, power distribution, planner
   cf_kalman_boot(now_ms);
   cf_own_complementary_boot();
   cf_controllers_boot();
   cf_power_boot(platform);
   cf_planning_boot();
+#endif
   return CF_OK;
 }
+
+#if CF_SYSTEM
+#include "bitcraze/system/system.h"
+#endif
 
 static const cf_provider_t WITHOUT_ESTIMATOR = {
     .name                              = "bitcraze",
@@ -78,5 +88,8 @@ const cf_provider_t *cf_library_inner(void) {
     table.out_of_tree_estimator_init = cf_out_of_tree_select_estimator;
     table.out_of_tree_estimator      = cf_out_of_tree_estimate;
   }
+#if CF_SYSTEM
+  table.system = cf_system();
+#endif
   return &table;
 }

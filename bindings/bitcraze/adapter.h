@@ -34,6 +34,7 @@ void        cf_controllers_reset_position(void *state, const api_point_t *positi
 // ------------------------------------------------------------------------------------- power.c
 
 void     cf_power_boot(cf_platform_t platform);
+void     cf_motors_boot(cf_platform_t platform);  // what stands between mixer and motors
 void     cf_power_mix(void *state, const api_control_t *control,
                       api_motors_thrust_uncapped_t *uncapped);
 void     cf_power_compensate(void *state, const api_motors_thrust_uncapped_t *uncapped,

@@ -43,7 +43,7 @@ struct api_traj_eval cf_api_goal(const struct traj_eval *from) {
 #if HAVE_TRAJ_EVAL_OMEGA
       .omega = AXES(from->omega),
 #endif
-      .yaw   = from->yaw,
+      .yaw = from->yaw,
   };
 }
 

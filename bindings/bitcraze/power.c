@@ -36,9 +36,12 @@ static cf_thrust_curve_t checkout_curve(cf_thrust_curve_t curve) {
   return curve;
 }
 
+void cf_motors_boot(cf_platform_t platform) {
+  cf_motor_layer_boot(checkout_curve(cf_platform_facts(platform)->thrust));
+}
+
 void cf_power_boot(cf_platform_t platform) {
-  const cf_platform_facts_t *facts = cf_platform_facts(platform);
-  cf_motor_layer_boot(checkout_curve(facts->thrust));
+  cf_motors_boot(platform);
   powerDistributionInit();
 }
 

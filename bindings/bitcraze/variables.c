@@ -13,6 +13,8 @@
 #define STORED(name_, member_) \
   PARAM_ADD_CORE(PARAM_FLOAT | PARAM_PERSISTENT, name_, &cf_kalman_task.params.member_)
 
+#if !CF_SYSTEM  // else theirs declare them
+
 // the reset belongs to the task
 PARAM_GROUP_START(kalman)
 PARAM_ADD_CORE(PARAM_UINT8, robustTdoa, &cf_kalman_task.robust_tdoa)
@@ -100,6 +102,8 @@ PARAM_GROUP_STOP(colAv)
 LOG_GROUP_START(colAv)
 LOG_ADD(LOG_UINT32, latency, &cf_avoidance.latency)
 LOG_GROUP_STOP(colAv)
+
+#endif
 
 // -------------------------------------------------------------------------------------- our tables
 

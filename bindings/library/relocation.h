@@ -25,15 +25,16 @@ static inline uintptr_t cf_library_bytes(void) {
   return (uintptr_t)_end - cf_library_begin();
 }
 
+// Neither has branches: in a stack pointers and numbers come in no order that could be foreseen.
 static inline uintptr_t cf_to_distance(uintptr_t pointer, uintptr_t begin, uintptr_t bytes) {
   // one behind the last is a pointer of C as well
-  return pointer - begin <= bytes ? (pointer - begin) | CF_RELOCATION_MARK : pointer;
+  const uintptr_t is_inside = pointer - begin <= bytes;
+  return pointer + ((CF_RELOCATION_MARK - begin) & -is_inside);
 }
 
 static inline uintptr_t cf_to_address(uintptr_t kept, uintptr_t begin) {
-  return (kept & CF_RELOCATION_MARK_BITS) == CF_RELOCATION_MARK
-             ? begin + (kept & ~CF_RELOCATION_MARK_BITS)
-             : kept;
+  const uintptr_t is_marked = (kept & CF_RELOCATION_MARK_BITS) == CF_RELOCATION_MARK;
+  return kept + ((begin - CF_RELOCATION_MARK) & -is_marked);
 }
 
 #endif  // CF_LIBRARY_RELOCATION_H

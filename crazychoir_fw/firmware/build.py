@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from crazychoir_fw.errors import BuildError, LinkError
-from crazychoir_fw.firmware import configuration, linking
+from crazychoir_fw.errors import BuildError, CheckoutError, CompileError, LinkError
+from crazychoir_fw.firmware import configuration, levels, linking
 from crazychoir_fw.firmware.cache import Cache, Fingerprints, digest_of, digest_of_code, used, write_text
-from crazychoir_fw.firmware.checkout import VENDOR, open_checkout
+from crazychoir_fw.firmware.checkout import VENDOR, Checkout, open_checkout
 from crazychoir_fw.firmware.library import BUILD_LOG, Library
 from crazychoir_fw.firmware.objects import Compiled, Objects, Unit, demand_all
 from crazychoir_fw.firmware.probes import feature_flags, features, probe_units, source_flag
@@ -34,6 +34,7 @@ def build_provider(
     apps: Sequence[Path] = (),
     *,
     configured: Path | None = None,
+    level: str = levels.ALGORITHMS,
     force: bool = False,
     progress: Progress | None = None,
 ) -> Library:
@@ -47,6 +48,8 @@ def build_provider(
         platform: ``cf2``, ``cf21bl``, or for a checkout also ``bolt``.
         apps: C files of the user that become part of the library.
         configured: A configuration header (autoconf.h) to use instead of ours.
+        level: How much of a checkout shall fly, one of `levels.LEVELS`, or `levels.ALL` for the highest that compiles;
+            what a higher one lacks is in the notes then.
         force: Build everything again.
         progress: Told how far the build is.
 
@@ -62,9 +65,38 @@ def build_provider(
         raise BuildError("there is nothing to build: the builtin provider without apps is part of the package")
     if checkout is None:
         recipe = builtin_recipe(platform, apps)
+    elif level == levels.ALL:
+        return _build_highest(open_checkout(checkout), platform, apps, configured, force, progress)
     else:
-        recipe = bitcraze_recipe(open_checkout(checkout), platform, apps, configured)
+        recipe = bitcraze_recipe(open_checkout(checkout), platform, apps, configured, level)
     return build(recipe, force, progress)
+
+
+def _build_highest(
+    checkout: Checkout,
+    platform: str,
+    apps: Sequence[Path],
+    configured: Path | None,
+    force: bool,
+    progress: Progress | None,
+) -> Library:
+    """Return the library of the highest level that compiles; why a higher one does not is in its notes."""
+    notes: list[str] = []
+    for level in reversed(levels.LEVELS):
+        try:
+            recipe = bitcraze_recipe(checkout, platform, apps, configured, level)
+            return build(replace(recipe, notes=(*notes, *recipe.notes)), force, progress)
+        except (CompileError, LinkError, CheckoutError) as error:
+            if level == levels.ALGORITHMS:
+                raise
+            notes.append(f"level {level} left out: {_first_reason(str(error))}")
+    raise AssertionError("the lowest level returns or raises")
+
+
+def _first_reason(text: str) -> str:
+    """Return the line of what a compiler or linker said that tells why."""
+    lines = [line for line in text.splitlines() if line.strip()]
+    return next((line for line in lines if "error" in line or "undefined" in line), lines[0] if lines else "no reason")
 
 
 def build(recipe: Recipe, force: bool = False, progress: Progress | None = None) -> Library:
@@ -148,16 +180,18 @@ class _Build:
 
         found = features(self._compile("asking", probe_units(recipe.probes, adapting), must=False))
         choice, compiled = self._compile_checkout()
+        system = self._compile("compiling", [Unit(path, self._vehicle) for path in recipe.system])
         fixed = self._compile("compiling", [Unit(path, ours) for path in recipe.own])
         apps = self._compile("compiling", [Unit(path, (*self._vehicle, *recipe.app_flags)) for path in recipe.apps])
         for _ in range(_MAX_LINKS):
-            known = [*feature_flags(found), *self._source_flags(choice)]
+            known = [*feature_flags(found), *self._source_flags(choice), *self._level_flags()]
             adapter = self._compile("compiling", [Unit(path, (*adapting, *known)) for path in recipe.adapter])
-            objects = [*fixed, *apps, *adapter, *compiled.values()]
+            objects = [*fixed, *apps, *adapter, *compiled.values(), *system]
             with self.cache.workspace(self.cache.libraries) as folder:
                 path = folder / f"{recipe.name}.so"
                 self._tell("linking", 0, 1)
-                undefined = linking.link(self.compiler, {kept.path: kept.unit.source for kept in objects}, path)
+                sources = {kept.path: kept.unit.source for kept in objects}
+                undefined = linking.link(self.compiler, sources, path, words=recipe.linking)
                 if not undefined:
                     return self._finish(path, found, choice, objects)
             compiled = self._retreat(undefined, choice, compiled)
@@ -246,8 +280,15 @@ class _Build:
 
     def _source_flags(self, choice: _Choice) -> list[str]:
         # what the checkout's own list has of extra_sources.txt counts as well
-        present = [source_flag("CF_WITH", path) for path in sorted({*self.recipe.sources, *choice.extras})]
+        present = [
+            source_flag("CF_WITH", path) for path in sorted({*self.recipe.sources, *choice.extras, *self.recipe.system})
+        ]
         return [*present, *(source_flag("CF_VEHICLE_MODE", path) for path in sorted(choice.vehicle_mode))]
+
+    def _level_flags(self) -> list[str]:
+        if not self.recipe.system:
+            return []
+        return ["-DCF_SYSTEM=1", f'-DCF_SYSTEM_MODULES="{", ".join(levels.modules_of(self.recipe.level))}"']
 
     def _relative(self, path: Path) -> str:
         checkout = self.recipe.checkout
@@ -271,7 +312,7 @@ class _Build:
     def _identity(self, found: dict[str, bool], choice: _Choice, warnings: str) -> dict[str, Any]:
         recipe = self.recipe
         checkout = recipe.checkout
-        sources = [*recipe.sources, *sorted(choice.extras), *recipe.apps]
+        sources = [*recipe.sources, *sorted(choice.extras), *recipe.system, *recipe.apps]
         root = checkout.root if checkout else None
         theirs = {path: content for path, content in self.inputs.items() if root and Path(path).is_relative_to(root)}
         taking_part = {self._relative(Path(path)): content for path, content in theirs.items()}
@@ -281,6 +322,8 @@ class _Build:
         version = (checkout.version() if checkout else None) or (__version__ if checkout is None else content)
         return {
             "provider": recipe.name,
+            "level": recipe.level,
+            "modules": levels.modules_of(recipe.level) if recipe.system else [],
             "version": version,
             "content": content,
             "checkout": str(root) if root else None,
@@ -302,7 +345,8 @@ class _Build:
     def _is_only_host(self, path: Path, choice: _Choice) -> bool:
         """Return whether a source of the firmware itself is compiled as for the host."""
         vendor = self.recipe.checkout is not None and path.is_relative_to(self.recipe.checkout.root / VENDOR)
-        return path not in choice.vehicle_mode and path not in self.recipe.apps and not vendor
+        as_flown = {*choice.vehicle_mode, *self.recipe.apps, *self.recipe.system}
+        return path not in as_flown and not vendor
 
     def _log(self, library: Library) -> str:
         """Return how the library was made, for people."""

@@ -33,8 +33,8 @@ ADDRESS, ADDRESS_BY_NUMBER = 0x03, 0xA1
 _PLACE = re.compile(rb"(?=\x09\x03(.{8}))", re.DOTALL)
 
 # Written by the loader, by the run-time of C, or by the library for itself (CF_LIBRARY_KEEP), and the same for every
-# drone. Of the tasks' stacks the tables of the shim keep what a drone needs (bitcraze/rtos). The two tables are read only
-# when the library is opened.
+# drone. What a drone needs of the tasks' stacks is kept elsewhere (bitcraze/rtos). The two tables are read only when
+# the library is opened.
 NOT_OF_A_DRONE = {
     ".cf_keep",
     ".cf_stacks",

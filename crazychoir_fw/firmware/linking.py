@@ -27,7 +27,12 @@ class Undefined:
 
 
 def link(
-    compiler: Compiler, objects: Mapping[Path, Path], library: Path, *, is_completed_later: bool = False
+    compiler: Compiler,
+    objects: Mapping[Path, Path],
+    library: Path,
+    *,
+    words: Sequence[str] = (),
+    is_completed_later: bool = False,
 ) -> list[Undefined]:
     """Link objects to a library. Returns the undefined symbols, which is no library, or an empty list.
 
@@ -35,13 +40,14 @@ def link(
         compiler: The C compiler, which knows its linker.
         objects: Object to source.
         library: File to write.
+        words: More words for the command line.
         is_completed_later: Whether symbols may stay undefined, for whoever loads the library to define.
 
     Raises:
         LinkError: If the linker fails for other reasons; the text is what it printed.
     """
     flags = _FLAGS if is_completed_later else (*_FLAGS, _COMPLETE)
-    command = [*compiler.command, *flags, "-o", str(library), *map(str, objects), "-lm"]
+    command = [*compiler.command, *flags, *words, "-o", str(library), *map(str, objects), "-lm"]
     ran = run(command)
     if ran.returncode == 0:
         return []

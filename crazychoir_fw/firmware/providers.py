@@ -9,9 +9,9 @@ from pathlib import Path
 from crazychoir_fw.errors import UnknownNameError
 from crazychoir_fw.firmware.build import Progress, build_provider
 from crazychoir_fw.firmware.checkout import locate
+from crazychoir_fw.firmware.levels import BITCRAZE, level_of
 
 BUILTIN = "builtin"
-BITCRAZE = "bitcraze"
 
 _lock = threading.Lock()
 
@@ -19,11 +19,12 @@ _lock = threading.Lock()
 def load(word: str, platform: str, checkout: Path | None = None, progress: Progress | None = None) -> int:
     """Return the number of the provider that a word means, built and loaded if need be.
 
-    ``bitcraze`` is the firmware's checkout as it is at this moment, unless a library of that name was loaded by hand.
+    ``bitcraze`` is the firmware's checkout as it is at this moment, unless a library of that name was loaded by hand;
+    ``bitcraze:modules``, ``bitcraze:stabilizer`` and ``bitcraze:all`` fly more of it (levels.py).
     Looking takes a fraction of a second, therefore ask once per flight and platform, not once per drone.
 
     Args:
-        word: ``builtin``, ``bitcraze``, or the name of a loaded library.
+        word: ``builtin``, ``bitcraze``, perhaps with a level, or the name of a loaded library.
         platform: Airframe, ``cf2`` or ``cf21bl``.
         checkout: Folder of the checkout; otherwise see `checkout.locate`.
         progress: Told how far a build is.
@@ -41,8 +42,9 @@ def load(word: str, platform: str, checkout: Path | None = None, progress: Progr
         loaded = core.find_provider(word, platform)
         if loaded is not None and not core.follows_checkout(loaded):
             return loaded
-        if word == BITCRAZE:
-            library = build_provider(locate(checkout), platform, progress=progress)
+        level = level_of(word)
+        if level is not None:
+            library = build_provider(locate(checkout), platform, level=level, progress=progress)
             return core.load_library(library, follows_checkout=True)
     known = sorted({BUILTIN, BITCRAZE, *core.providers()})
     near = get_close_matches(word[:64], known, n=1)

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from crazychoir_fw.errors import CheckoutError, UnknownNameError
-from crazychoir_fw.firmware import configuration
+from crazychoir_fw.firmware import configuration, levels
 from crazychoir_fw.firmware.checkout import CMSIS, MODULES, SETUP, VENDOR, Checkout
 from crazychoir_fw.firmware.fallback_lists import GENERATED
 from crazychoir_fw.firmware.own_sources import bindings_folder, deciding_flags, read_list
@@ -30,7 +30,15 @@ APP_WARNINGS = ("-Wall", "-Wextra")
 
 # the debug information tells which words are pointers; every variable must be in a section of its own object, and
 # nothing but the entry is seen from outside
-_LIBRARY_FLAGS = ("-std=gnu11", "-g", "-gdwarf-4", "-fPIC", "-fno-common", "-fvisibility=hidden")
+_LIBRARY_FLAGS = (
+    "-std=gnu11",
+    "-g",
+    "-gdwarf-4",
+    "-fPIC",
+    "-fno-common",
+    "-fvisibility=hidden",
+    "-fno-stack-protector",
+)
 
 # flags of a checkout that say how C is compiled; others could make the compiler write files or run programs
 _HARMLESS = re.compile(
@@ -57,6 +65,11 @@ _OUT_OF_TREE = {
     "CONFIG_CONTROLLER_OOT": re.compile(r"\bcontrollerOutOfTree\s*\("),
     "CONFIG_ESTIMATOR_OOT": re.compile(r"\bestimatorOutOfTree\s*\("),
 }
+
+
+# an app with a task of its own
+_APP_MAIN = re.compile(r"\bappMain\s*\(")
+_APP_TASK = {"CONFIG_APP_ENABLE": "1", "CONFIG_APP_STACKSIZE": "300", "CONFIG_APP_PRIORITY": "0"}
 
 
 @dataclass(frozen=True)
@@ -92,6 +105,12 @@ class Recipe:
     settings: Mapping[str, str]
     """Symbols of the configuration header."""
     notes: tuple[str, ...]
+    level: str = levels.ALGORITHMS
+    """How much of a checkout flies, see levels.py."""
+    system: tuple[Path, ...] = ()
+    """Sources of the checkout that the level brings. They must compile as for the vehicle."""
+    linking: tuple[str, ...] = ()
+    """Words for the linker."""
 
     def key(self) -> dict[str, object]:
         """Return the recipe as plain data, for the name under which the library is kept."""
@@ -122,7 +141,11 @@ class Recipe:
 
 
 def bitcraze_recipe(
-    checkout: Checkout, platform: str, apps: Sequence[Path] = (), configured: Path | None = None
+    checkout: Checkout,
+    platform: str,
+    apps: Sequence[Path] = (),
+    configured: Path | None = None,
+    level: str = levels.ALGORITHMS,
 ) -> Recipe:
     """Return how a checkout, and perhaps apps, become a library.
 
@@ -131,6 +154,7 @@ def bitcraze_recipe(
         platform: One of `configuration.PLATFORMS`.
         apps: C files of the user.
         configured: Configuration header to use instead of ours.
+        level: One of `levels.LEVELS`.
 
     Raises:
         CheckoutError: If files are missing.
@@ -146,18 +170,22 @@ def bitcraze_recipe(
     else:
         settings = configuration.read_header(configured, platform, switched_on)
         notes.append(f"configuration header {configured} is used")
+    if level != levels.ALGORITHMS and _mention(_APP_MAIN, apps):
+        settings |= _APP_TASK
     folder = bindings / "bitcraze"
     sources = _sources(root, lists, notes)
-    extras = [path for path in _extras(root, folder / "extra_sources.txt", settings) if path not in sources]
+    system = _system(root, level, apps)
+    sources = [path for path in sources if path not in system]
+    extras = _extras(root, folder / "extra_sources.txt", settings)
+    extras = [path for path in extras if path not in sources and path not in system]
     listed = [name for name in lists.include_dirs if not _is_generated(name)]
     include_dirs = [
         *(root / name for name in dict.fromkeys((*listed, *_MORE_INCLUDES)) if (root / name).is_dir()),
-        folder / "include",
     ]
     # the vendor's code knows neither mode; the vehicle's half of this one asks modules that are not compiled
     only_host = (root / VENDOR, root / MODULES / "collision_avoidance.c")
     return Recipe(
-        name=_library_name("bitcraze", apps),
+        name=_library_name(levels.word_of(level), apps),
         platform=platform,
         checkout=checkout,
         sources=tuple(sources),
@@ -165,11 +193,22 @@ def bitcraze_recipe(
         vehicle_mode=frozenset(
             path for path in (*sources, *extras) if not any(path.is_relative_to(one) for one in only_host)
         ),
-        adapter=(*_ours(folder / "adapter_sources.txt"), *_library_sources(with_their_headers=True)),
+        adapter=(
+            *_ours(folder / "adapter_sources.txt"),
+            *(_ours(folder / "system" / "adapter_sources.txt") if system else ()),
+            *_library_sources(with_their_headers=True),
+        ),
         own=(*_ours(folder / "own_sources.txt"), *_library_sources()),
         apps=apps,
-        probes=tuple(sorted((folder / "probes").glob("HAVE_*.c"))),
-        first_include_dirs=(bindings / "library" / "include", folder / "shadow"),
+        probes=(
+            *sorted((folder / "probes").glob("HAVE_*.c")),
+            *(sorted((folder / "system" / "probes").glob("HAVE_*.c")) if system else ()),
+        ),
+        level=level,
+        system=tuple(system),
+        # everything that their loop decides passes by there (system/loop.c)
+        linking=("-Wl,--wrap=controller",) if system else (),
+        first_include_dirs=(bindings / "library" / "include", folder / "shadow", folder / "freertos"),
         include_dirs=tuple(include_dirs),
         flags=tuple(_flags(lists, root, notes)),
         app_flags=APP_WARNINGS,
@@ -250,6 +289,30 @@ def _sources(root: Path, lists: SetupLists, notes: list[str]) -> list[Path]:
             f"{first}{more} is missing in {root}: run `git -C {quoted} submodule update --init --force {CMSIS}`"
         )
     raise CheckoutError(f"{SETUP} of {root} names {first}{more}, which is missing: run `git -C {quoted} status`")
+
+
+def _system(root: Path, level: str, apps: Sequence[Path]) -> list[Path]:
+    """Return the sources of the checkout that a level brings.
+
+    Raises:
+        CheckoutError: If the checkout lacks one.
+    """
+    wanted = levels.LEVELS[1 : levels.LEVELS.index(level) + 1]
+    found, section = [], ""
+    for line in read_list(bindings_folder() / "bitcraze" / "system_sources.txt"):
+        name, question, _ = line.partition("?")
+        path = root / name.strip()
+        if line.startswith("["):
+            section = line.strip("[]")
+        elif section in wanted and path.is_file():
+            found.append(path)
+        elif section in wanted and not question:
+            raise CheckoutError(f"{root} has no {name.strip()}, which level {level} needs")
+    # the task of an app that has one
+    handler = root / MODULES / "app_handler.c"
+    if found and handler.is_file() and _mention(_APP_MAIN, apps):
+        found.append(handler)
+    return found
 
 
 def _extras(root: Path, listing: Path, settings: Mapping[str, str]) -> list[Path]:

@@ -33,6 +33,18 @@ void cf_motor_layer_compensate(const int32_t thrust[4], float supply_voltage, in
   }
 }
 
+int32_t cf_motor_layer_compensate_one(int motor, int32_t thrust, float supply_voltage) {
+  if (motor < 0 || motor >= CF_MOTORS_AT_ONCE) {
+    return 0;
+  }
+  if (thrust != solved_thrust[motor]) {
+    const float command  = (float)thrust;
+    solved_thrust[motor] = thrust;
+    cf_battery_motor_voltages(&curve, &command, &solved_voltage[motor], 1);
+  }
+  return cf_to_int32(cf_battery_duty(solved_voltage[motor], supply_voltage));
+}
+
 void cf_motor_layer_override(float battery_voltage, uint16_t duty[4]) {
   motors_thrust_pwm_t pwm;
   memcpy(pwm.list, duty, sizeof pwm.list);

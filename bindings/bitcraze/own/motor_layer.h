@@ -15,6 +15,9 @@ void cf_motor_layer_boot(cf_thrust_curve_t curve);
 // Turns the thrust of four motors into duties for a supply [V].
 void cf_motor_layer_compensate(const int32_t thrust[4], float supply_voltage, int32_t duty[4]);
 
+// The same for one motor [0, 3], for code that asks one by one.
+int32_t cf_motor_layer_compensate_one(int motor, int32_t thrust, float supply_voltage);
+
 // Replaces four duties when the override is on; battery [V].
 void cf_motor_layer_override(float battery_voltage, uint16_t duty[4]);
 

@@ -8,8 +8,15 @@
  * number of 8 bytes that happens to lie in this range of some hundred kilobytes would be taken for
  * a pointer; no float and no time of the firmware does.
  *
- * A slice holds no canary of the process and no signed address: compile what runs in tasks with
- * -fno-stack-protector and, on aarch64, with -mbranch-protection=none. */
+ * Equal flights have equal slices: what is above the deepest slice is cleared before a task goes
+ * on, and the frames of the shim have no gaps. Frames of the firmware may: half a word that a
+ * function did not use shows half of an address that an earlier one left there. Nobody reads it,
+ * but images in different copies may differ by it; gcc leaves such gaps without optimization only,
+ * as far as has been seen.
+ *
+ * A slice must hold no canary of the process and no signed address: compile what runs in tasks with
+ * -fno-stack-protector, on x86-64 with -fcf-protection=none and on aarch64 with
+ * -mbranch-protection=none. */
 #ifndef CF_BITCRAZE_RTOS_COROUTINE_H
 #define CF_BITCRAZE_RTOS_COROUTINE_H
 
@@ -33,6 +40,10 @@ bool cf_coroutine_is_intact(int number);
 
 // On one of the stacks: goes back to the simulation, returns with the next cf_coroutine_resume().
 void cf_coroutine_wait(void);
+
+// Clears what functions that returned left below the caller. Frames have gaps, in which leftovers
+// would come into the slice: harmless, but not the same bits in equal flights.
+void cf_coroutine_clean(void);
 
 // What a fresh stack runs; must not return.
 void cf_coroutine_main(int number);

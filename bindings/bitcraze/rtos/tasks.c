@@ -84,7 +84,7 @@ bool cf_rtos_is_due(TickType_t at) {
 }
 
 cf_deadline_t cf_rtos_deadline(TickType_t wait) {
-  return (cf_deadline_t){.at = now + wait, .is_never = wait == portMAX_DELAY};
+  return wait == portMAX_DELAY ? CF_NEVER : (TickType_t)(now + wait);
 }
 
 void cf_rtos_set_time(uint32_t now_ms) {
@@ -104,16 +104,22 @@ bool cf_rtos_can_wait(TickType_t wait) {
   return wait > 0 && cf_rtos_is_in_task();
 }
 
-bool cf_rtos_wait(const void *object, int why, cf_deadline_t deadline) {
+static __attribute__((noinline)) bool wait_now(const void *object, int why,
+                                               cf_deadline_t deadline) {
   StaticTask_t *task = current();
   task->awaited      = object;
   task->why          = (uint8_t)why;
-  task->deadline     = deadline.is_never ? 0 : deadline.at;
-  task->has_deadline = !deadline.is_never;
+  task->deadline     = deadline == CF_NEVER ? 0 : (TickType_t)deadline;
+  task->has_deadline = deadline != CF_NEVER;
   task->turn         = next_turn++;
   task->state        = WAITING;
   cf_coroutine_wait();
   return task->was_woken;
+}
+
+bool cf_rtos_wait(const void *object, int why, cf_deadline_t deadline) {
+  cf_coroutine_clean();
+  return wait_now(object, why, deadline);
 }
 
 void cf_rtos_make_ready(StaticTask_t *task) {
@@ -162,7 +168,7 @@ BaseType_t xTaskDelayUntil(TickType_t *previous, TickType_t increment) {
   *previous += increment;
   const bool is_late = cf_rtos_is_due(*previous);
   if (!is_late && cf_rtos_is_in_task()) {
-    cf_rtos_wait(NULL, CF_WAITS_TIME, (cf_deadline_t){.at = *previous, .is_never = false});
+    cf_rtos_wait(NULL, CF_WAITS_TIME, *previous);
   }
   return is_late ? pdFALSE : pdTRUE;
 }

@@ -8,10 +8,9 @@
 enum { CF_WAITS_TIME, CF_WAITS_ITEM, CF_WAITS_SPACE, CF_WAITS_EVENTS, CF_WAITS_NOTIFICATION };
 
 // When a wait ends at the latest, so that one of several attempts ends as one of a single attempt.
-typedef struct {
-  TickType_t at;
-  bool       is_never;
-} cf_deadline_t;
+// A tick, or never. An integer, since a struct in a waiting task's frame would have gaps.
+typedef uint64_t cf_deadline_t;
+#define CF_NEVER UINT64_MAX
 
 TickType_t    cf_rtos_now(void);
 cf_deadline_t cf_rtos_deadline(TickType_t wait);

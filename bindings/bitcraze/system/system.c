@@ -1,0 +1,244 @@
+#include "bitcraze/system/system.h"
+
+#include <string.h>
+
+// clang-format off: the operating system first, and some headers use what they do not include
+#include "FreeRTOS.h"
+#include "task.h"
+#include "commander.h"
+#include "controller.h"
+#include "crtp_commander_high_level.h"
+#include "estimator.h"
+#include "estimator_kalman.h"
+#include "peer_localization.h"
+#include "supervisor.h"
+// clang-format on
+
+#include "bitcraze/conversions.h"
+#include "bitcraze/measurement_conversion.h"
+#include "bitcraze/rtos/hardware.h"
+#include "bitcraze/rtos/kernel.h"
+#include "library/work.h"
+
+// Bits of cf_system_outputs_t.info, as log supervisor.info has them.
+#define CAN_ARM 0x0001
+#define IS_ARMED 0x0002
+#define AUTO_ARM 0x0004
+#define CAN_FLY 0x0008
+#define IS_FLYING 0x0010
+#define IS_TUMBLED 0x0020
+#define IS_LOCKED 0x0040
+#define IS_CRASHED 0x0080
+#define HL_FINISHED 0x0200
+
+static bool has_ticked;  // tasks run from the first tick on
+static bool is_attitude_reversion_off;
+
+void stabilizerInit(StateEstimatorType estimator);
+bool stabilizerTest(void);
+void appInit(void) __attribute__((weak));
+
+bool deckGetRequiredKalmanEstimatorAttitudeReversionOff(void);
+bool deckGetRequiredKalmanEstimatorAttitudeReversionOff(void) {
+  return is_attitude_reversion_off;
+}
+
+// ------------------------------------------------------------------------------------------- boot
+
+static bool passes(bool passed, const char *module) {
+  if (!passed) {
+    cf_library_print("SYS: the test of ");
+    cf_library_print(module);
+    cf_library_print(" failed\n");
+  }
+  return passed;
+}
+
+// The order of the vehicle's system.c.
+static cf_status_t boot(void *state CF_UNUSED, const cf_system_boot_t *how) {
+  if (how->estimator < 0 || how->estimator >= (int)StateEstimatorType_COUNT ||
+      how->controller < 0 || how->controller >= (int)ControllerType_COUNT) {
+    return CF_ERR_UNKNOWN;
+  }
+  is_attitude_reversion_off = how->is_attitude_reversion_off;
+  cf_rtos_boot();
+  cf_link_boot();
+  if (appInit != NULL) {
+    cf_work_on("appInit");
+    appInit();
+  }
+  cf_work_on("peerLocalizationInit");
+  peerLocalizationInit();
+  cf_work_on("commanderInit");
+  commanderInit();
+  cf_work_on("estimatorKalmanTaskInit");
+  estimatorKalmanTaskInit();
+  cf_work_on("stabilizerInit");
+  stabilizerInit((StateEstimatorType)how->estimator);
+  cf_work_on("the tests at boot");
+  const bool all = passes(peerLocalizationTest(), "peer localization") &
+                   passes(commanderTest(), "the commander") &
+                   passes(estimatorKalmanTaskTest(), "the Kalman task") &
+                   passes(stabilizerTest(), "the stabilizer");
+  if (!all) {
+    return CF_ERR_STATE;
+  }
+  if (how->controller != (int)ControllerTypeAutoSelect) {
+    int      type;
+    uint8_t *chosen = cf_library_variable(0, "stabilizer", "controller", &type);
+    if (chosen != NULL) {
+      *chosen = (uint8_t)how->controller;
+    }
+  }
+  return CF_OK;
+}
+
+// ------------------------------------------------------------------------------------------- tick
+
+// The table of their module is filled as ours is, place by place.
+static void tell_peers(const cf_peer_t *peers) {
+  for (int i = 0; i < CF_PEERS; i++) {
+    __auto_type entry = peerLocalizationGetPositionByIdx((uint8_t)i);
+    if (entry == NULL) {
+      return;
+    }
+    entry->id            = peers[i].id;
+    entry->pos.timestamp = peers[i].pos.timestamp;
+    entry->pos.x         = peers[i].pos.x;
+    entry->pos.y         = peers[i].pos.y;
+    entry->pos.z         = peers[i].pos.z;
+  }
+}
+
+// Sweep angles point at a calibration until the queue is empty, which it is at the end of a tick.
+static void enqueue(const api_measurement_t *queue, int count) {
+  static lighthouseCalibrationSweep_t calibrations[CF_SYSTEM_MEASUREMENTS] CF_LIBRARY_KEEP = {{0}};
+  for (int i = 0; i < count && i < CF_SYSTEM_MEASUREMENTS; i++) {
+    measurement_t measurement;
+    memset(&measurement, 0, sizeof measurement);
+    if (cf_checkout_measurement(&measurement, &queue[i], &calibrations[i])) {
+      estimatorEnqueue(&measurement);
+    }
+  }
+}
+
+static uint16_t bit(bool is_set, uint16_t value) {
+  return is_set ? value : 0;
+}
+
+static uint16_t info(bool is_finished) {
+  uint16_t bits = 0;
+  bits |= bit(supervisorCanArm(), CAN_ARM);
+  bits |= bit(supervisorIsArmed(), IS_ARMED);
+#if !CONFIG_MOTORS_REQUIRE_ARMING
+  bits |= AUTO_ARM;
+#endif
+  bits |= bit(supervisorCanFly(), CAN_FLY);
+  bits |= bit(supervisorIsFlying(), IS_FLYING);
+  bits |= bit(supervisorIsTumbled(), IS_TUMBLED);
+  bits |= bit(supervisorIsLocked(), IS_LOCKED);
+#if HAVE_SUPERVISOR_CRASHED
+  bits |= bit(supervisorIsCrashed(), IS_CRASHED);
+#endif
+  return bits | bit(is_finished, HL_FINISHED);
+}
+
+static void tick(void *state CF_UNUSED, const cf_system_inputs_t *inputs,
+                 cf_system_outputs_t *outputs) {
+  cf_system_sensors.data           = cf_checkout_sensors(inputs->sensors);
+  cf_system_sensors.are_calibrated = inputs->are_calibrated;
+  cf_system_wanted =
+      (cf_system_wanted_t){.controller = inputs->controller, .estimator = inputs->estimator};
+  cf_hardware_battery = inputs->battery_voltage;
+  has_ticked          = true;
+  if (cf_avoidance_is_enabled(NULL)) {
+    tell_peers(inputs->peers);
+  }
+  cf_rtos_set_time(inputs->now_ms);
+  enqueue(inputs->queue, inputs->count);
+  cf_rtos_signal_data_ready();
+  cf_work_on("the firmware's tasks");
+  cf_rtos_run_ready();
+
+  cf_work_on("what the firmware's modules tell");
+  outputs->step = cf_system_seen.step;
+  cf_api_state(&outputs->estimate, &cf_system_seen.estimate);
+  cf_api_setpoint(&outputs->setpoint, &cf_system_seen.setpoint);
+  cf_api_control(&outputs->control, &cf_system_seen.control);
+  cf_system_motors(inputs->battery_voltage, &outputs->motors);
+  outputs->controller = (int)controllerGetType();
+  outputs->estimator  = (int)stateEstimatorGetType();
+  outputs->priority   = commanderGetActivePriority();
+  outputs->is_blocked = crtpCommanderHighLevelIsBlocked();
+  // old planners look into a trajectory that they do not have
+  outputs->is_finished =
+      crtpCommanderHighLevelIsStopped() || crtpCommanderHighLevelIsTrajectoryFinished();
+  outputs->info               = info(outputs->is_finished);
+  outputs->are_motors_allowed = supervisorAreMotorsAllowedToRun();
+}
+
+// --------------------------------------------------------------------------------------- requests
+
+static bool set_setpoint(void *state CF_UNUSED, const api_setpoint_t *setpoint, int priority,
+                         uint32_t now_ms CF_UNUSED) {
+  setpoint_t theirs;
+  cf_checkout_setpoint(&theirs, setpoint);
+  commanderSetSetpoint(&theirs, priority);
+  return commanderGetActivePriority() <= priority;
+}
+
+static int packet(void *state CF_UNUSED, uint8_t port, uint8_t channel, const uint8_t *data,
+                  int length, uint8_t reply[CF_SYSTEM_PACKET_BYTES], uint32_t now_ms CF_UNUSED) {
+  return cf_link_packet(port, channel, data, length, reply, has_ticked);
+}
+
+static bool request(void *state CF_UNUSED, cf_system_request_t what, uint32_t now_ms) {
+  switch (what) {
+    case CF_SYSTEM_ARM:
+      return supervisorRequestArming(true);
+    case CF_SYSTEM_DISARM:
+      return supervisorRequestArming(false);
+    case CF_SYSTEM_RECOVER:
+#if HAVE_SUPERVISOR_CRASHED
+      return supervisorRequestCrashRecovery(true);
+#else
+      return false;
+#endif
+    case CF_SYSTEM_RELAX:
+      commanderRelaxPriority();
+      return true;
+    case CF_SYSTEM_EMERGENCY_STOP:
+      cf_link_stop_for_good();
+      return true;
+    case CF_SYSTEM_FEED_WATCHDOG:
+      cf_link_feed_watchdog(now_ms);
+      return true;
+  }
+  return false;
+}
+
+static bool read_trajectory(void *state CF_UNUSED, uint32_t offset, uint32_t length,
+                            uint8_t *data) {
+  return cf_link_read_trajectory(offset, length, data);
+}
+
+static bool write_trajectory(void *state CF_UNUSED, uint32_t offset, uint32_t length,
+                             const uint8_t *data) {
+  return cf_link_write_trajectory(offset, length, data);
+}
+
+static cf_system_t table CF_LIBRARY_KEEP = {.modules = NULL};
+
+const cf_system_t *cf_system(void) {
+  table = (cf_system_t){
+      .modules          = CF_SYSTEM_MODULES,
+      .boot             = boot,
+      .tick             = tick,
+      .set_setpoint     = set_setpoint,
+      .packet           = packet,
+      .request          = request,
+      .read_trajectory  = read_trajectory,
+      .write_trajectory = write_trajectory,
+  };
+  return &table;
+}
