@@ -712,6 +712,30 @@ FACTS = (
         ("PARAM_INT8 | PARAM_PERSISTENT, rateFiltEn",),
     ),
     Fact("every tree", "one group in two files", f"{MODULES}/kalman_supervisor.c", ("PARAM_GROUP_START(kalman)",)),
+    Fact(
+        "every tree",
+        "a group of parameters in two files, and enumerations as 8 bits",
+        f"{MODULES}/stabilizer.c",
+        (
+            "PARAM_GROUP_START(stabilizer)",
+            "PARAM_ADD_CORE(PARAM_UINT8, estimator, &estimatorType)",
+            "static StateEstimatorType estimatorType;",
+            "LOG_GROUP_START(controller)",
+        ),
+    ),
+    Fact("every tree", "the second file of a group", f"{MODULES}/supervisor.c", ("PARAM_GROUP_START(stabilizer)",)),
+    Fact(
+        "every tree",
+        "the second file of a group",
+        f"{MODULES}/estimator/estimator_kalman.c",
+        ("PARAM_GROUP_START(kalman)",),
+    ),
+    Fact(
+        "every tree",
+        "rows by function, events, and a register of the processor",
+        f"{MODULES}/estimator/estimator.c",
+        ("static STATS_CNT_RATE_DEFINE(", "STATS_CNT_RATE_LOG_ADD(", "EVENTTRIGGER(estPose)", "SCB->ICSR"),
+    ),
     # releases
     Fact("trees", "2024.10: the planner follows a null pointer", f"{MODULES}/planner.c", (), ("== NULL",), OLDEST),
     Fact("trees", "2024.10: body rates have another name", f"{INTERFACE}/pptraj.h", ("rates;",), ("omega",), OLDEST),
@@ -828,19 +852,26 @@ DEFCONFIGS = {
 
 OTHERS = (
     Row(
+        "trees",
+        "a fork at every level",
+        "compiles up to its own loop",
+        f"{MODULES}/stabilizer.c",
+        f"{FORKS}::test_a_fork_compiles_up_to_its_own_loop",
+    ),
+    Row(
+        "configuration",
+        "CONTROLLER_PID_IMPROVED_BARO_Z_HOLD",
+        "other gains, thrust and filters of height",
+        None,
+        None,
+        "the numbers are not known; the symbol is in Kconfig",
+    ),
+    Row(
         "across files",
         "autoconf.h",
         "the vehicle's build forces it, the bindings' does not",
         "src/utils/src/pid.c",
         f"{TESTS}::test_every_source_compiles",
-    ),
-    Row(
-        "across files",
-        "enumerations",
-        "registered as 8 bits, 4 bytes on a host",
-        "src/modules/src/estimator/estimator.c",
-        None,
-        "is part of the system's modules",
     ),
     Row(
         "across files",

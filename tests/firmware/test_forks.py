@@ -1,5 +1,7 @@
 """Checkouts that somebody has changed, and the tree after the newest release: they compile, and fly as ever."""
 
+import re
+
 import numpy as np
 import pytest
 from flight_inputs import random_inputs
@@ -8,6 +10,8 @@ from side_by_side import Drone, complementary_flight, control_of, filter_step, s
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.core import load_library
+from crazychoir_fw.firmware import levels
+from crazychoir_fw.firmware.build import build_provider
 
 CHANGED = {**{fork: {"fork": fork} for fork in FORKS}, "after 2026.08": {"release": "after", "setup_py": "2026"}}
 
@@ -55,6 +59,15 @@ def test_the_edits_of_a_fork_are_there(built):
     assert drone.variable("logs", "mine.calls")[0] == 0
 
 
+@pytest.mark.parametrize("name", CHANGED)
+def test_a_fork_compiles_up_to_its_own_loop(built, releases_folder, monkeypatch, name):
+    built(name)
+    monkeypatch.setenv("CRAZYCHOIR_CACHE", str(releases_folder / "cache"))
+    identity = build_provider(releases_folder / name, level=levels.STABILIZER).identity
+    assert identity["host_mode"] == []
+    assert identity["notes"] == []
+
+
 def test_edits_look_as_editors_leave_them(tmp_path):
     root = lay_out(tmp_path, fork="fork_edits")
     modules, interface = root / "src/modules/src", root / "src/modules/interface"
@@ -63,8 +76,11 @@ def test_edits_look_as_editors_leave_them(tmp_path):
     assert not (modules / "controller/controller_mine.c").read_bytes().endswith(b"\n")
     with pytest.raises(UnicodeDecodeError):
         (modules / "controller/position_controller_pid.c").read_text(encoding="utf-8")
-    controllers = (interface / "controller/controller.h").read_text()
-    assert controllers.index("TypeMellinger") < controllers.index("TypeMine") < controllers.index("TypeINDI")
+    enumeration = (interface / "controller/controller.h").read_text()
+    table = (modules / "controller/controller.c").read_text()
+    assert re.findall(r"ControllerType(\w+),", enumeration)[1:5] == ["PID", "Mellinger", "Mine", "INDI"]
+    rows = re.findall(r"\.init += controller(\w+)Init,", table)
+    assert rows[:4] == ["Pid", "MellingerFirmware", "Mine", "INDI"]
 
 
 def test_the_tables_of_a_fork_are_old(tmp_path):
