@@ -1,10 +1,15 @@
 """The miniature checkout: whole in every release and form, and read like the real one."""
 
+import ast
+import os
+import re
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+import shape_rows
 from miniature import RELEASES, SETUP_PY, lay_out
 
 from crazychoir_fw.errors import CheckoutError
@@ -107,3 +112,196 @@ def test_as_a_repository_it_has_a_version(tmp_path):
 @pytest.mark.parametrize("platform", ["cf2", "cf21bl", "bolt"])
 def test_it_has_platforms(tmp_path, platform):
     assert settings(lay_out(tmp_path), platform)[f"CONFIG_PLATFORM_{platform.upper()}"] == "1"
+
+
+# ------------------------------------------------------------------------------------------------------------- shape
+
+COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+(?:"([^"]+)"|(<[^>]+>))', re.MULTILINE)
+GUARD = re.compile(r"^#ifndef (\w+)\n#define \1$", re.MULTILINE)
+
+
+def code_of(path):
+    return COMMENT.sub("", path.read_text())
+
+
+def includes_of(text):
+    return [quoted or angled for quoted, angled in INCLUDE.findall(text)]
+
+
+@pytest.fixture(scope="module")
+def trees(tmp_path_factory):
+    """The newest release, the oldest, and others on request."""
+    laid = {}
+
+    def tree(release):
+        if release not in laid:
+            laid[release] = lay_out(tmp_path_factory.mktemp("tree") / release, release=release)
+        return laid[release]
+
+    return tree
+
+
+@pytest.mark.parametrize("release", RELEASES)
+def test_headers_lie_where_the_firmware_has_them(trees, release):
+    root = trees(release)
+    for name, folder in shape_rows.FOLDERS.items():
+        assert [str(path.relative_to(root)) for path in root.rglob(name)] == [f"{folder}/{name}"]
+    for name in shape_rows.NOWHERE:
+        assert list(root.rglob(name)) == []
+
+
+@pytest.mark.parametrize("header", shape_rows.HEADERS, ids=lambda header: header.name)
+def test_a_header_has_its_guard_and_includes(trees, header):
+    path = trees(shape_rows.NEWEST) / header.path
+    code = code_of(path)
+    assert includes_of(code) == header.includes.split()
+    named = GUARD.search(code)
+    if header.guard == shape_rows.ONCE:
+        assert code.count(shape_rows.ONCE) == 1
+        before, _, _ = code.partition(shape_rows.ONCE)
+    elif header.guard is None:
+        assert shape_rows.ONCE not in code
+        assert named is None or named.group(1) == "DEBUG_FMT"
+        before = ""
+    else:
+        assert named.group(1) == header.guard
+        assert shape_rows.ONCE not in code
+        before = code[: named.start()]
+    assert len(includes_of(before)) == header.before_guard
+    if header.path in shape_rows.FIRST_LINE:
+        assert path.read_text().startswith(shape_rows.ONCE)
+
+
+@pytest.mark.parametrize("source", shape_rows.SOURCES, ids=lambda source: source.path.rpartition("/")[2])
+def test_a_source_includes_what_it_does(trees, source):
+    assert includes_of(code_of(trees(shape_rows.NEWEST) / source.path)) == source.includes.split()
+
+
+@pytest.mark.parametrize("fact", shape_rows.FACTS, ids=lambda fact: f"{fact.path.rpartition('/')[2]}: {fact.says}")
+def test_a_fact_holds(trees, fact):
+    text = (trees(fact.release) / fact.path).read_text()
+    assert [wanted for wanted in fact.has if wanted not in text] == []
+    assert [unwanted for unwanted in fact.lacks if unwanted in code_of(trees(fact.release) / fact.path)] == []
+
+
+@pytest.mark.parametrize("symbol", shape_rows.SYMBOLS, ids=lambda symbol: symbol.name)
+def test_a_symbol_is_configured(trees, symbol):
+    entries = (trees(shape_rows.NEWEST) / symbol.path).read_text().split("\n\n")
+    (entry,) = [one for one in entries if one.startswith(f"config {symbol.name}\n")]
+    assert [line for line in symbol.lines if f"    {line}" not in entry] == []
+
+
+@pytest.mark.parametrize("platform", shape_rows.DEFCONFIGS)
+def test_defconfigs_are_as_stored(trees, platform):
+    lines = (trees(shape_rows.NEWEST) / "configs" / f"{platform}_defconfig").read_text().split()
+    assert tuple(lines) == shape_rows.DEFCONFIGS[platform]
+
+
+def test_the_list_lacks_the_folder_of_estimators(trees):
+    lists = read_setup_lists(trees(shape_rows.NEWEST) / SETUP)
+    assert len(lists.include_dirs) == 13
+    assert not [name for name in lists.include_dirs if name.endswith("/estimator")]
+
+
+def test_the_bindings_are_described_as_the_firmware_does(trees):
+    root = trees(shape_rows.NEWEST)
+    assert (root / "cffirmware_setup.py").read_text() == (root / SETUP).read_text()
+    interface = (root / "bindings" / "cffirmware.i").read_text()
+    included = re.findall(r'^#include "(\w+)\.h"', interface, flags=re.MULTILINE)
+    wrapped = re.findall(r'^%include "(\w+)\.h"', interface, flags=re.MULTILINE)
+    assert set(included) - set(wrapped) == {"position_controller", "pid", "filter", "num"}
+    assert wrapped.index("imu_types") == wrapped.index("controller_pid") + 1
+    assert "#define __attribute__(x)" in interface
+    for helper in ("piecewise_get", "poly4d_malloc", "svec2vec", "collisionAvoidanceUpdateSetpointWrap", "assertFail"):
+        assert f"{helper}(" in interface
+
+
+KERNEL = """
+#ifndef INC_FREERTOS_H
+#define INC_FREERTOS_H
+#include <stddef.h>
+#include <stdint.h>
+typedef uint32_t TickType_t;
+#define portTickType TickType_t
+#include "FreeRTOSConfig.h"
+#endif
+"""
+SETTINGS = {
+    "cf2": "PLATFORM_CF2 ENABLE_THRUST_BAT_COMPENSATED CRAZYFLIE_21_PLUS",
+    "cf21bl": "PLATFORM_CF21BL ENABLE_THRUST_BAT_COMPENSATED MOTORS_REQUIRE_ARMING",
+    "bolt": "PLATFORM_BOLT MOTORS_REQUIRE_ARMING",
+}
+WARNINGS = (  # of headers of the firmware, on hosts
+    "Don't know which stm32fxxx",
+    "cast from pointer to integer of different size",
+    "implicit declaration of function 'abs'",
+    "address of packed member",
+    "expects argument of type 'long unsigned int'",
+)
+
+
+def compile_all(root, folder, platform, vehicle):
+    """Compile what the shape is about, without a result; return errors and warnings."""
+    (folder / "autoconf.h").write_text(
+        "".join(f"#define CONFIG_{name} 1\n" for name in ["ESTIMATOR_KALMAN_ENABLE", *SETTINGS[platform].split()])
+    )
+    lists = read_setup_lists(root / SETUP)
+    folders = [f"-I{root / name}" for name in lists.include_dirs]
+    command = ["gcc", "-std=gnu11", "-fsyntax-only", "-O1", "-fno-strict-aliasing", f"-I{folder}", *folders]
+    sources = [root / source.path for source in shape_rows.SOURCES]
+    if vehicle:
+        (folder / "FreeRTOS.h").write_text(KERNEL)
+        (folder / "task.h").write_text("#pragma once\nTickType_t xTaskGetTickCount(void);\n")
+        (folder / "stm32f4xx.h").write_text("#pragma once\n")
+        command += ["-DCRAZYFLIE_FW", "-include", "autoconf.h", f"-I{root / shape_rows.ESTIMATOR}"]
+    else:
+        sources = [path for path in sources if path.name != "position_estimator_altitude.c"]
+        command += ["-DUNIT_TEST_MODE"]
+    done = subprocess.run(
+        [*command, *(path for path in sources if path.is_file())],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "LC_ALL": "C"},
+    )
+    return done.returncode, [line for line in done.stderr.splitlines() if "warning: " in line or "error: " in line]
+
+
+@pytest.mark.parametrize("vehicle", [False, True], ids=["host", "vehicle"])
+@pytest.mark.parametrize(
+    ("release", "platform"), [*((release, "cf2") for release in RELEASES), ("2026.08", "cf21bl"), ("2026.08", "bolt")]
+)
+def test_every_source_compiles(trees, tmp_path, release, platform, vehicle):
+    failed, told = compile_all(trees(release), tmp_path, platform, vehicle)
+    assert not failed, told
+    assert [line for line in told if not any(known in line for known in WARNINGS)] == []
+    assert any("stm32fxxx" in line for line in told) == (release > "2024.10")
+
+
+def test_idle_thrust_without_arming_does_not_compile(trees, tmp_path, monkeypatch):
+    monkeypatch.setitem(SETTINGS, "cf21bl", "PLATFORM_CF21BL ENABLE_THRUST_BAT_COMPENSATED")
+    failed, told = compile_all(trees(shape_rows.NEWEST), tmp_path, "cf21bl", vehicle=True)
+    assert failed
+    assert [line for line in told if "idle thrust" in line]
+
+
+def test_defaults_of_a_platform_are_not_included_directly(trees, tmp_path):
+    (tmp_path / "mine.c").write_text('#include "platform_defaults_cf2.h"\n')
+    command = ["gcc", "-fsyntax-only", f"-I{trees(shape_rows.NEWEST) / shape_rows.PLATFORM}", tmp_path / "mine.c"]
+    assert subprocess.run(command, capture_output=True).returncode
+
+
+def test_every_row_names_a_file_and_a_test(trees):
+    tests = {}
+    for row in shape_rows.rows():
+        assert row.file or row.why_not, row
+        if row.test is None:
+            assert row.why_not, row
+            continue
+        name, _, function = row.test.partition("::")
+        if name == shape_rows.TESTS:
+            assert (trees(shape_rows.NEWEST) / row.file).exists() or (trees(shape_rows.OLDEST) / row.file).exists(), row
+        if name not in tests:
+            tree = ast.parse((Path(__file__).parent / name).read_text())
+            tests[name] = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+        assert function in tests[name], row

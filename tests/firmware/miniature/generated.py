@@ -613,10 +613,16 @@ def pid_source() -> str:
 
 
 def num_source() -> str:
-    """The bits of a number through pointers, and a difference that wraps."""
+    """Without headers but the types: bits through pointers, and a difference that wraps."""
     return replaced(
         source("builtin/math/num.c"),
-        (r"\A.*?(?=^#define)", _includes("num.h", "<stdint.h>") + "#include <math.h>\n#include <stdbool.h>\n\n"),
+        (r"\A.*?(?=^#define)", _includes("num.h", "<stdint.h>") + "\n"),
+        (r"^#define BIAS_DISTANCE 112u", "static const uint32_t e = 15 - 127;"),
+        (r"exponent - BIAS_DISTANCE", "exponent + e"),
+        (r"exponent \+ BIAS_DISTANCE", "exponent - e"),
+        (r"\bisnan\(number\)", "number != number"),
+        (r"\bfabsf\(value\)", "(value < 0.0f ? -value : value)"),
+        (r"\bconst bool +negative", "const uint32_t negative"),
         (
             r"^  uint32_t bits;\n  memcpy\(&bits, &number, sizeof\(bits\)\);$",
             "  const uint32_t bits = *(uint32_t *)&number;",
@@ -625,7 +631,6 @@ def num_source() -> str:
             r"^  float single;\n  memcpy\(&single, &bits, sizeof\(single\)\);\n  return single;$",
             "  return *(float *)&bits;",
         ),
-        (r"^#define BIAS_DISTANCE 112u", "static const uint32_t BIAS_DISTANCE = 127 - 15;"),
     )
 
 

@@ -2,8 +2,10 @@
 #ifndef COMMANDER_H_
 #define COMMANDER_H_
 
-#include <stdbool.h>
+// clang-format off
 #include <stdint.h>
+#include <stdbool.h>
+// clang-format on
 
 #include "config.h"
 #include "stabilizer_types.h"

@@ -2,8 +2,10 @@
 #ifndef CRTP_H_
 #define CRTP_H_
 
-#include <stdbool.h>
+// clang-format off
 #include <stdint.h>
+#include <stdbool.h>
+// clang-format on
 
 #if MINIATURE_RELEASE >= 202608
 #define CRTP_PROTOCOL_VERSION 9

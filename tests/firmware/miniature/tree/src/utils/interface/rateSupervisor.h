@@ -1,8 +1,10 @@
 // Tells whether something happens as often as it should.
 #pragma once
 
-#include <stdbool.h>
+// clang-format off
 #include <stdint.h>
+#include <stdbool.h>
+// clang-format on
 
 typedef struct {
   uint32_t evaluationIntervalMs;
