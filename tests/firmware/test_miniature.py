@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import pytest
 import shape_rows
 from miniature import RELEASES, SETUP_PY, lay_out
+from miniature.layout import SYSTEM
 
 from crazychoir_fw.errors import CheckoutError
 from crazychoir_fw.firmware.checkout import SETUP, describe, open_checkout
@@ -249,7 +250,8 @@ def compile_all(root, folder, platform, vehicle):
     lists = read_setup_lists(root / SETUP)
     folders = [f"-I{root / name}" for name in lists.include_dirs]
     command = ["gcc", "-std=gnu11", "-fsyntax-only", "-O1", "-fno-strict-aliasing", f"-I{folder}", *folders]
-    sources = [root / source.path for source in shape_rows.SOURCES]
+    # modules of the system want more of a kernel than this has, and are compiled with the libraries of forks
+    sources = [path for path in (root / "src").rglob("*.c") if not (SYSTEM / path.relative_to(root)).is_file()]
     if vehicle:
         (folder / "FreeRTOS.h").write_text(KERNEL)
         (folder / "task.h").write_text("#pragma once\nTickType_t xTaskGetTickCount(void);\n")
@@ -259,7 +261,7 @@ def compile_all(root, folder, platform, vehicle):
         sources = [path for path in sources if path.name != "position_estimator_altitude.c"]
         command += ["-DUNIT_TEST_MODE"]
     done = subprocess.run(
-        [*command, *(path for path in sources if path.is_file())],
+        [*command, *sources],
         capture_output=True,
         text=True,
         env={**os.environ, "LC_ALL": "C"},
