@@ -94,7 +94,7 @@ typedef struct {
 // How a provider's own modules boot.
 typedef struct {
   int  estimator;   // StateEstimatorType, not AutoSelect
-  int  controller;  // ControllerType; AutoSelect leaves the choice to the configuration
+  int  controller;  // ControllerType of ours; AutoSelect leaves the choice to the configuration
   bool is_attitude_reversion_off;
 } cf_system_boot_t;
 

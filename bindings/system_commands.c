@@ -10,6 +10,8 @@
 // Commands of port 8 and the group of every vehicle (planner-commander dossier section 7.2).
 #define SET_GROUP_MASK 0
 #define STOP 3
+#define GO_TO 4
+#define START_TRAJECTORY 5
 #define DEFINE_TRAJECTORY 6
 #define TAKEOFF_2 7
 #define LAND_2 8
@@ -19,6 +21,8 @@
 #define GO_TO_2 12
 #define START_TRAJECTORY_2 13
 #define ALL_GROUPS 0
+#define GO_TO_2_HEAD 4         // [bytes] in front of its numbers
+#define GO_TO_NUMBERS (5 * 4)  // [bytes]: place, yaw, duration
 
 #define REPLY_CODE 3  // place in a reply
 
@@ -113,12 +117,15 @@ static record_t begin_for_all(uint8_t command) {
   return record;
 }
 
-static cf_status_t send(cf_t *cf, const record_t *record) {
-  uint8_t reply[CF_HIGH_LEVEL_REPLY_BYTES] = {0};
-  if (cf_system_high_level_packet(cf, record->bytes, record->size, reply) <= REPLY_CODE) {
-    return CF_ERR_STATE;
-  }
-  switch (reply[REPLY_CODE]) {
+// Returns the code of the reply, or -1 without one.
+static int ask(cf_t *cf, const record_t *record) {
+  uint8_t   reply[CF_HIGH_LEVEL_REPLY_BYTES] = {0};
+  const int length = cf_system_high_level_packet(cf, record->bytes, record->size, reply);
+  return length > REPLY_CODE ? reply[REPLY_CODE] : -1;
+}
+
+static cf_status_t status_of(int code) {
+  switch (code) {
     case CF_HIGH_LEVEL_REPLY_OK:
       return CF_OK;
     case CF_HIGH_LEVEL_REPLY_BUSY:
@@ -128,6 +135,25 @@ static cf_status_t send(cf_t *cf, const record_t *record) {
     default:
       return CF_ERR_STATE;
   }
+}
+
+static cf_status_t send(cf_t *cf, const record_t *record) {
+  return status_of(ask(cf, record));
+}
+
+// For a command that old releases do not know: they get an older one, which lacks something.
+static cf_status_t send_or(cf_t *cf, const record_t *record, const record_t *older,
+                           const char *missing) {
+  const int code = ask(cf, record);
+  if (code != CF_HIGH_LEVEL_REPLY_NOEXEC) {
+    return status_of(code);
+  }
+  const cf_status_t status = send(cf, older);
+  if (status == CF_OK && missing != NULL) {
+    cf_console_print_line(&cf->onboard.console, "HLCOMMANDER: this firmware knows no ", missing,
+                          NULL);
+  }
+  return status;
 }
 
 // --------------------------------------------------------------------------------------- commands
@@ -204,7 +230,12 @@ cf_status_t cf_system_go_to(cf_t *cf, float x, float y, float z, float yaw, floa
   put_float(&record, z);
   put_float(&record, yaw);
   put_float(&record, duration);
-  return send(cf, &record);
+
+  record_t older = begin_for_all(GO_TO);
+  put_byte(&older, relative);
+  memcpy(&older.bytes[older.size], &record.bytes[GO_TO_2_HEAD], GO_TO_NUMBERS);
+  older.size += GO_TO_NUMBERS;
+  return send_or(cf, &record, &older, linear ? "linear go-to, it flies a smooth one" : NULL);
 }
 
 cf_status_t cf_system_spiral(cf_t *cf, const cf_spiral_t *spiral) {
@@ -262,7 +293,14 @@ cf_status_t cf_system_start_trajectory(cf_t *cf, uint8_t id, float timescale,
   put_byte(&record, reversed);
   put_byte(&record, id);
   put_float(&record, timescale);
-  return send(cf, &record);
+
+  record_t older = begin_for_all(START_TRAJECTORY);
+  put_byte(&older, relative_position);
+  put_byte(&older, reversed);
+  put_byte(&older, id);
+  put_float(&older, timescale);
+  return send_or(cf, &record, &older,
+                 relative_yaw ? "trajectories relative to the yaw, it keeps theirs" : NULL);
 }
 
 cf_status_t cf_system_write_trajectory(cf_t *cf, uint32_t offset, uint32_t length,

@@ -8,7 +8,8 @@
 #if CF_WITH_MM_TDOA
 #include "mm_tdoa.h"
 #endif
-#if CF_WITH_MM_TDOA_ROBUST
+#define HAS_ROBUST_TDOA (CF_WITH_MM_TDOA_ROBUST && HAVE_ROBUST_TDOA)  // in its present form
+#if HAS_ROBUST_TDOA
 #include "mm_tdoa_robust.h"
 #endif
 #if CF_WITH_MM_POSITION
@@ -72,7 +73,7 @@ void cf_measurements_reset(void) {
 
 static void fuse_tdoa(const api_tdoaMeasurement_t *from, uint32_t now_ms CF_UNUSED) {
   tdoaMeasurement_t tdoa CF_UNUSED = cf_checkout_tdoa(from);
-#if CF_WITH_MM_TDOA_ROBUST
+#if HAS_ROBUST_TDOA
   if (cf_kalman_task.robust_tdoa) {
     kalmanCoreRobustUpdateWithTdoa(CORE, &tdoa, &tdoa_filter);
     return;

@@ -55,10 +55,35 @@ static bool passes(bool passed, const char *module) {
   return passed;
 }
 
+// Numbers of controllers differ between releases and forks, their names do not. Returns the
+// checkout's number of one of ours, or -1.
+static int their_controller(int ours) {
+  switch (ours) {
+    case api_ControllerTypePID:
+      return (int)ControllerTypePID;
+    case api_ControllerTypeMellinger:
+      return (int)ControllerTypeMellinger;
+    case api_ControllerTypeINDI:
+      return (int)ControllerTypeINDI;
+    case api_ControllerTypeBrescianini:
+      return (int)ControllerTypeBrescianini;
+#if HAVE_CONTROLLER_LEE
+    case api_ControllerTypeLee:
+      return (int)ControllerTypeLee;
+#endif
+#if CONFIG_CONTROLLER_OOT
+    case api_ControllerTypeOot:
+      return (int)ControllerTypeOot;
+#endif
+    default:
+      return -1;
+  }
+}
+
 // The order of the vehicle's system.c.
 static cf_status_t boot(void *state CF_UNUSED, const cf_system_boot_t *how) {
   if (how->estimator < 0 || how->estimator >= (int)StateEstimatorType_COUNT ||
-      how->controller < 0 || how->controller >= (int)ControllerType_COUNT) {
+      (how->controller != api_ControllerTypeAutoSelect && their_controller(how->controller) < 0)) {
     return CF_ERR_UNKNOWN;
   }
   is_attitude_reversion_off = how->is_attitude_reversion_off;
@@ -87,11 +112,11 @@ static cf_status_t boot(void *state CF_UNUSED, const cf_system_boot_t *how) {
   if (!all) {
     return CF_ERR_STATE;
   }
-  if (how->controller != (int)ControllerTypeAutoSelect) {
+  if (how->controller != api_ControllerTypeAutoSelect) {
     int      type;
     uint8_t *chosen = cf_library_variable(0, "stabilizer", "controller", &type);
     if (chosen != NULL) {
-      *chosen = (uint8_t)how->controller;
+      *chosen = (uint8_t)their_controller(how->controller);
     }
   }
   return CF_OK;
