@@ -34,13 +34,16 @@ static void mirror(cf_onboard_t *onboard, const cf_system_outputs_t *outputs) {
   onboard->control               = outputs->control;
   onboard->control_yaw           = outputs->control.yaw;
   onboard->motors                = outputs->motors;
-  onboard->controller_type       = (uint8_t)outputs->controller;
-  onboard->estimator_type        = (uint8_t)outputs->estimator;
   onboard->estimator.type        = (uint8_t)outputs->estimator;
   onboard->commander.setpoint    = outputs->setpoint;
   onboard->commander.priority    = outputs->priority;
   onboard->high_level.is_blocked = outputs->is_blocked;
   onboard->plan_is_finished      = outputs->is_finished;
+  if (outputs->step != 0) {
+    // what a client chose before the loop begins is still to be carried out
+    onboard->controller_type = (uint8_t)outputs->controller;
+    onboard->estimator_type  = (uint8_t)outputs->estimator;
+  }
   mirror_supervisor(&onboard->supervisor, outputs);
 }
 
