@@ -7,6 +7,7 @@
 | `configuration`, `kconfig` | the configuration header of a platform |
 | `levels` | how much of a checkout flies |
 | `own_sources` | our own C that becomes part of a library |
+| `checkout_files` | which files of a checkout take part |
 | `recipe` | everything that a build depends on, as plain data |
 | `toolchain`, `objects`, `probes`, `linking` | compile, ask, link |
 | `cache`, `library` | what is kept, and in which form |

@@ -7,15 +7,14 @@ from __future__ import annotations
 
 import os
 import re
-import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from crazychoir_fw.errors import CheckoutError, UnknownNameError
+from crazychoir_fw.errors import UnknownNameError
 from crazychoir_fw.firmware import configuration, levels
-from crazychoir_fw.firmware.checkout import CMSIS, MODULES, SETUP, VENDOR, Checkout
-from crazychoir_fw.firmware.fallback_lists import GENERATED
+from crazychoir_fw.firmware.checkout import SETUP, Checkout
+from crazychoir_fw.firmware.checkout_files import files_of
 from crazychoir_fw.firmware.own_sources import bindings_folder, deciding_flags, read_list
 from crazychoir_fw.firmware.setup_lists import SetupLists, read_setup_lists
 
@@ -49,16 +48,6 @@ _HARMLESS = re.compile(
 _HARMFUL = re.compile(r"-f(no-)?.*(plugin|profile|dump|coverage|lto|save|usage|info|trace|record|syntax|modules)")
 
 _BUILTIN_PLATFORMS = ("cf2", "cf21bl")
-
-# folders of headers of the vehicle's build that the list of the bindings lacks, or may lack
-_MORE_INCLUDES = (
-    "src/modules/interface",
-    "src/modules/interface/estimator",
-    "src/modules/interface/lighthouse",
-    "src/deck/interface",
-    "src/utils/interface/tdoa",
-    "src/utils/interface/kve",
-)
 
 # word in an app's source that shows that it brings a part of the firmware, and the symbol that says so
 _OUT_OF_TREE = {
@@ -175,46 +164,35 @@ def bitcraze_recipe(
     else:
         settings = configuration.read_header(configured, platform, switched_on)
         notes.append(f"configuration header {configured} is used")
+    settings.pop("CONFIG_APP_ENABLE", None)
     if level != levels.ALGORITHMS and _mention(_APP_MAIN, apps):
         settings |= _APP_TASK
     folder = bindings / "bitcraze"
-    sources = _sources(root, lists, notes)
-    system = _system(root, level, apps)
-    sources = [path for path in sources if path not in system]
-    extras = _extras(root, folder / "extra_sources.txt", settings)
-    extras = [path for path in extras if path not in sources and path not in system]
-    listed = [name for name in lists.include_dirs if not _is_generated(name)]
-    include_dirs = [
-        *(root / name for name in dict.fromkeys((*listed, *_MORE_INCLUDES)) if (root / name).is_dir()),
-    ]
-    # the vendor's code knows neither mode; the vehicle's half of this one asks modules that are not compiled
-    only_host = (root / VENDOR, root / MODULES / "collision_avoidance.c")
+    files = files_of(root, lists, settings, level, notes)
     return Recipe(
         name=_library_name(levels.word_of(level), apps),
         platform=platform,
         checkout=checkout,
-        sources=tuple(sources),
-        extras=tuple(extras),
-        vehicle_mode=frozenset(
-            path for path in (*sources, *extras) if not any(path.is_relative_to(one) for one in only_host)
-        ),
+        sources=files.sources,
+        extras=files.extras,
+        vehicle_mode=files.vehicle_mode,
         adapter=(
             *_ours(folder / "adapter_sources.txt"),
-            *(_ours(folder / "system" / "adapter_sources.txt") if system else ()),
+            *(_ours(folder / "system" / "adapter_sources.txt") if files.system else ()),
             *_library_sources(with_their_headers=True),
         ),
         own=(*_ours(folder / "own_sources.txt"), *_library_sources()),
         apps=apps,
         probes=(
             *sorted((folder / "probes").glob("HAVE_*.c")),
-            *(sorted((folder / "system" / "probes").glob("HAVE_*.c")) if system else ()),
+            *(sorted((folder / "system" / "probes").glob("HAVE_*.c")) if files.system else ()),
         ),
         level=level,
-        system=tuple(system),
+        system=files.system,
         # everything that their loop decides passes by there (system/loop.c)
-        linking=("-Wl,--wrap=controller", "-Wl,--wrap=supervisorStateUpdate") if system else (),
+        linking=("-Wl,--wrap=controller", "-Wl,--wrap=supervisorStateUpdate") if files.system else (),
         first_include_dirs=(bindings / "library" / "include", folder / "shadow", folder / "freertos"),
-        include_dirs=tuple(include_dirs),
+        include_dirs=files.include_dirs,
         flags=tuple(_flags(lists, root, notes)),
         app_flags=APP_WARNINGS,
         own_include_dirs=(bindings,),
@@ -276,59 +254,6 @@ def header_names(folders: Iterable[Path]) -> list[str]:
         for place, _, files in os.walk(folder):
             names.extend(f"{place}/{name}" for name in files if name.endswith(".h"))
     return sorted(set(names))
-
-
-def _sources(root: Path, lists: SetupLists, notes: list[str]) -> list[Path]:
-    """Return the sources that the lists name, all of which exist."""
-    listed = list(dict.fromkeys(root / name for name in lists.sources))
-    missing = [path for path in listed if not path.is_file()]
-    if not missing:
-        return listed
-    if len(lists.notes) == 1 and "newest known release" in lists.notes[0]:
-        notes.append(f"left out, because this checkout has them not: {', '.join(path.name for path in missing)}")
-        return [path for path in listed if path.is_file()]
-    first, quoted = os.path.relpath(missing[0], root), shlex.quote(str(root))
-    more = f" and {len(missing) - 1} more" if len(missing) > 1 else ""
-    if all(path.is_relative_to(root / CMSIS) for path in missing):
-        raise CheckoutError(
-            f"{first}{more} is missing in {root}: run `git -C {quoted} submodule update --init --force {CMSIS}`"
-        )
-    raise CheckoutError(f"{SETUP} of {root} names {first}{more}, which is missing: run `git -C {quoted} status`")
-
-
-def _system(root: Path, level: str, apps: Sequence[Path]) -> list[Path]:
-    """Return the sources of the checkout that a level brings.
-
-    Raises:
-        CheckoutError: If the checkout lacks one.
-    """
-    wanted = levels.LEVELS[1 : levels.LEVELS.index(level) + 1]
-    found, section = [], ""
-    for line in read_list(bindings_folder() / "bitcraze" / "system_sources.txt"):
-        name, question, _ = line.partition("?")
-        path = root / name.strip()
-        if line.startswith("["):
-            section = line.strip("[]")
-        elif section in wanted and path.is_file():
-            found.append(path)
-        elif section in wanted and not question:
-            raise CheckoutError(f"{root} has no {name.strip()}, which level {level} needs")
-    # the task of an app that has one
-    handler = root / MODULES / "app_handler.c"
-    if found and handler.is_file() and _mention(_APP_MAIN, apps):
-        found.append(handler)
-    return found
-
-
-def _extras(root: Path, listing: Path, settings: Mapping[str, str]) -> list[Path]:
-    """Return the files of a list that exist; ``NAME if CONFIG_SYMBOL`` counts where the symbol is set."""
-    named = [line.partition(" if ") for line in read_list(listing)]
-    wanted = [root / name.strip() for name, _, symbol in named if not symbol or symbol.strip() in settings]
-    return [path for path in wanted if path.is_file()]
-
-
-def _is_generated(name: str) -> bool:
-    return os.path.normpath(name) == os.path.normpath(GENERATED)
 
 
 def _flags(lists: SetupLists, root: Path, notes: list[str]) -> list[str]:
