@@ -25,7 +25,7 @@ BUILTIN_ADAPTER = Path("library", "builtin_adapter.c")
 # our sources of a library that are compiled with the headers that declare what they define
 _WITH_THEIR_HEADERS = ("variables_of_drone.c",)
 _FACTS = ("platform.c", "status.c")  # what our own provider needs from outside of builtin/
-APP_WARNINGS = ("-Wall", "-Wextra")
+APP_WARNINGS = ("-Wall", "-Wextra", "-Wformat")
 
 # the debug information tells which words are pointers; every variable must be in a section of its own object, and
 # nothing but the entry is seen from outside
@@ -38,6 +38,9 @@ _LIBRARY_FLAGS = (
     "-fvisibility=hidden",
     "-fno-stack-protector",
 )
+
+# what is right for the vehicle, where uint32_t is a long, and for its compiler: no warnings about these
+_QUIET = ("-Wno-unknown-warning-option", "-Wno-format", "-Wno-c2x-extensions")
 
 # flags of a checkout that say how C is compiled; others could make the compiler write files or run programs
 _HARMLESS = re.compile(
@@ -272,7 +275,7 @@ def _flags(lists: SetupLists, root: Path, notes: list[str]) -> list[str]:
             notes.append(f"flag {flag} left out")
     ours = deciding_flags()
     optimization = [flag for flag in ours if flag.startswith("-O")]
-    return [*optimization, *theirs, *(flag for flag in ours if flag not in optimization), *_LIBRARY_FLAGS]
+    return [*optimization, *theirs, *(flag for flag in ours if flag not in optimization), *_LIBRARY_FLAGS, *_QUIET]
 
 
 _COMMENT = re.compile(r"/\*.*?\*/|//[^\n]*", re.DOTALL)
