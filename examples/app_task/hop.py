@@ -15,6 +15,8 @@ for _ in range(int(2 * SECONDS)):
     world.run(0.5)
     x, y, z = drone.true_position
     highest = max(highest, z)
-    print(f"{world.time:5.1f} s  {x:5.2f} {y:5.2f} {z:5.2f} m  corner {drone.log['hop.corner']}  {drone.supervisor_state}")
+    print(
+        f"{world.time:5.1f} s  {x:5.2f} {y:5.2f} {z:5.2f} m  corner {drone.log['hop.corner']}  {drone.supervisor_state}"
+    )
 print(drone.console)
 print(f"highest {highest:.2f} m, back at {drone.true_position[0]:.2f}, {drone.true_position[1]:.2f} m")
