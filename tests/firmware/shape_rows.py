@@ -25,7 +25,7 @@ NEWEST = "2026.08"
 OLDEST = "2024.10"
 
 TESTS = "test_miniature.py"
-FORKS = "test_forks.py"
+FORKS = "test_checkout_forks.py"
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ FEATURES = {
     "2025.02": _2025_02,
     "2026.08": _2025_02 | _2025_12 | {"kalman_drag", "plan_start_trajectory_yaw", "tof_cone"},
 }
-ALWAYS = {"complementary", "lighthouse_model_lh2"}
+ALWAYS = {"complementary", "lighthouse_model_lh2", "robust_tdoa"}
 
 
 @pytest.mark.parametrize(("fixture", "release"), [("newest", "2026.08"), ("older", "2025.02"), ("oldest", "2024.10")])

@@ -206,7 +206,9 @@ def parts(library_folder):
         with ThreadPoolExecutor(2) as pool:
             # the same bits at any level without -ffast-math, and compiled in a third of the time
             flags = {source: STRICT if source in own else ["-O1"] for source in sources}
-            make_one = lambda source, target: compile_c(source, target, [BINDINGS, BINDINGS / "app/include"], *flags[source])
+            make_one = lambda source, target: compile_c(
+                source, target, [BINDINGS, BINDINGS / "app/include"], *flags[source]
+            )
             list(pool.map(make_one, sources, objects))
         target.write_text("\n".join(map(str, objects)))
 
