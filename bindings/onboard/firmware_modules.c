@@ -41,6 +41,7 @@ static void mirror(cf_onboard_t *onboard, const cf_system_outputs_t *outputs) {
   onboard->commander.priority    = outputs->priority;
   onboard->high_level.is_blocked = outputs->is_blocked;
   onboard->plan_is_finished      = outputs->is_finished;
+  onboard->high_level.group_mask = outputs->group_mask;
   mirror_supervisor(&onboard->supervisor, outputs);
 }
 
@@ -61,10 +62,11 @@ void cf_firmware_modules_tick(cf_onboard_t *onboard, const cf_provider_t *provid
   };
   // what is left as it was by a tick in which no controller ran
   cf_system_outputs_t outputs = {
-      .step     = onboard->step,
-      .estimate = onboard->estimate,
-      .setpoint = onboard->setpoint,
-      .control  = onboard->control,
+      .step       = onboard->step,
+      .estimate   = onboard->estimate,
+      .setpoint   = onboard->setpoint,
+      .control    = onboard->control,
+      .group_mask = onboard->high_level.group_mask,
   };
   const stabilizerStep_t before = onboard->step;
   provider->system->tick(provider_state, &inputs, &outputs);

@@ -9,6 +9,7 @@ from crazychoir_fw.simulation import DroneConfig, World
 
 RPYT, GENERIC, HIGH_LEVEL, SUPERVISOR = 3, 7, 8, 9  # ports
 
+
 def world_of(*words, seed=1, spacing=1.0, threads=None, **settings):
     """Return a world with a drone of each provider in a row, all with the same settings."""
     configs = [DroneConfig(f"cf{i}", (spacing * i, 0.0), provider=word, **settings) for i, word in enumerate(words)]

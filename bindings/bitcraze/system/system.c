@@ -147,6 +147,20 @@ static uint16_t info(bool is_finished) {
   return bits | bit(is_finished, HL_FINISHED);
 }
 
+// Their commander tells its groups to nobody but the asker of its parameter.
+static void tell_groups(cf_system_outputs_t *outputs) {
+  static const uint8_t *mask CF_LIBRARY_KEEP = NULL;
+  static bool is_known       CF_LIBRARY_KEEP = false;
+  if (!is_known) {
+    int type;
+    mask     = cf_library_variable(0, "hlCommander", "groupmask", &type);
+    is_known = true;
+  }
+  if (mask != NULL) {
+    outputs->group_mask = *mask;
+  }
+}
+
 static void tick(void *state CF_UNUSED, const cf_system_inputs_t *inputs,
                  cf_system_outputs_t *outputs) {
   cf_system_sensors.data           = cf_checkout_sensors(inputs->sensors);
@@ -177,6 +191,7 @@ static void tick(void *state CF_UNUSED, const cf_system_inputs_t *inputs,
   // old planners look into a trajectory that they do not have
   outputs->is_finished =
       crtpCommanderHighLevelIsStopped() || crtpCommanderHighLevelIsTrajectoryFinished();
+  tell_groups(outputs);
   outputs->state = cf_system_supervisor_state;
   outputs->info  = info(outputs->is_finished);
 }
