@@ -10,7 +10,9 @@ cf_status_t cf_firmware_modules_boot(cf_onboard_t *onboard, const cf_provider_t 
       .is_attitude_reversion_off = boot->is_attitude_reversion_off,
   };
   const cf_status_t status = provider->system->boot(provider_state, &theirs);
-  onboard->controller_type = (uint8_t)boot->controller;
+  onboard->controller_type = (uint8_t)(boot->controller != ControllerTypeAutoSelect
+                                           ? boot->controller
+                                           : provider->controller_type(provider_state));
   onboard->estimator_type  = (uint8_t)boot->estimator;
   onboard->estimator.type  = (uint8_t)boot->estimator;
   return status;

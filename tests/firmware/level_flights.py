@@ -76,7 +76,7 @@ def everything(world):
     plans.upload_trajectory(1, pieces(), offset=64)
     plans.start_trajectory(1, time_scale=0.8, relative_position=True)
     seen.run(1.8)
-    plans.start_trajectory(1, relative_position=True, relative_yaw=True, reversed=True)
+    plans.start_trajectory(1, relative_position=True, reversed=True)
     seen.run(1.0)
     plans.upload_compressed_trajectory(2, *compressed(), offset=1000)
     plans.start_trajectory(2, relative_position=True)

@@ -193,27 +193,33 @@ def test_controllers_are_changed_in_flight(word):
 
 
 def test_estimators_are_changed_in_flight(word):
-    world = airborne(word, decks=["zranger"])
-    drone = world.drones[0]
-    drone.param["stabilizer.estimator"] = 1
-    world.run(0.5)
-    assert drone.struct.onboard.estimator_type == 1
-    assert drone.true_position[2] == pytest.approx(0.5, abs=0.15)
-    drone.param["stabilizer.estimator"] = 2
-    world.run(2.0)
-    assert drone.param["stabilizer.estimator"] == 2
-    np.testing.assert_allclose(drone.true_position, [0.0, 0.0, 0.5], atol=0.15)
+    """Without a place the drone drifts, and sinks before the height is found: as the builtin one does."""
+    paths = []
+    for provider in ("builtin", word):
+        world = airborne(provider, decks=["zranger"])
+        drone = world.drones[0]
+        path = []
+        for number, seconds in ((1, 2.0), (2, 2.0)):
+            drone.param["stabilizer.estimator"] = number
+            for _ in range(10):
+                world.run(seconds / 10)
+                path.append(drone.true_position)
+            assert drone.param["stabilizer.estimator"] == number
+            assert drone.struct.onboard.estimator_type == number
+        np.testing.assert_allclose(drone.true_position, [0.0, 0.0, 0.5], atol=0.1)
+        paths.append(path)
+    np.testing.assert_allclose(paths[1], paths[0], atol=0.02)
 
 
 def test_parameters_and_log_variables_of_theirs_take_the_place_of_ours(word):
     ours, theirs = world_of("builtin", word).drones
-    # what a client reads and writes lies among the variables of the library
-    begin = theirs.param._table["pid_rate.roll_kp"].offset if hasattr(theirs.param, "_table") else None
-    names = {name.partition(".")[0] for name in theirs.param}
-    assert {"hlCommander", "supervisor", "kalman", "stabilizer", "commander", "flightmode", "cppm"} <= names
     assert sorted(set(ours.param) - set(theirs.param)) == []
     assert sorted(set(ours.log) - set(theirs.log)) == []
-    assert begin is None or begin > 0
+    # where ours would lie, nothing is read and nothing is written
+    theirs.struct.onboard.high_level.takeoff_velocity = 9.0
+    assert theirs.param["hlCommander.vtoff"] == 0.5
+    theirs.param["supervisor.landedTimeout"] = 4321
+    assert theirs.struct.onboard.supervisor.landed_timeout_ms != 4321
 
 
 def test_takeoff_velocity_of_theirs_counts(word):
