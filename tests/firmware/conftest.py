@@ -78,15 +78,20 @@ def parts_digest():
 
 @pytest.fixture(scope="session")
 def checkout_of(lasting_folder, parts_digest):
-    """Return the checkout of a release, laid out once, to be compiled quickly. Not to be written to."""
+    """Return the checkout of a release, to be compiled quickly. Not to be written to.
+
+    It always lies in the same place, so that only what has changed since the last session is compiled.
+    """
 
     def find(release):
-        root = lasting_folder / f"{release} {parts_digest}"
+        root = lasting_folder / release
+        mark = root / "laid out"
         with (lasting_folder / "lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
-            if not (root / "laid out").exists():
+            if not mark.exists() or mark.read_text() != parts_digest:
+                shutil.rmtree(root, ignore_errors=True)
                 compiled_quickly(lay_out(root, release=release, setup_py="2023" if release < "2025" else "2026"))
-                (root / "laid out").touch()
+                mark.write_text(parts_digest)
         return root
 
     return find
@@ -120,7 +125,7 @@ def level_word(level_library):
 @pytest.fixture(scope="session")
 def own_checkout(lasting_folder, worker_id):
     """A checkout of this worker of pytest, always in the same place, so that little of it is compiled again."""
-    root = lasting_folder / f"edited by {worker_id}"
+    root = lasting_folder / f"edited_by_{worker_id}"
     shutil.rmtree(root, ignore_errors=True)
     return compiled_quickly(lay_out(root, release="2026.08", setup_py="2026"))
 
