@@ -298,6 +298,14 @@ void cf_emergency_stop(cf_t *cf) {
   cf_supervisor_request_emergency_stop(&cf->onboard.supervisor);
 }
 
+void cf_feed_emergency_watchdog(cf_t *cf) {
+  if (cf_system_of(cf) != NULL) {
+    cf_system_request(cf, CF_SYSTEM_FEED_WATCHDOG);
+    return;
+  }
+  cf_supervisor_notify_emergency_watchdog(&cf->onboard.supervisor, cf->onboard.tick);
+}
+
 void cf_fail_pilot(cf_t *cf, const char *reason) {
   cf_onboard_fail_pilot(&cf->onboard, reason);
 }

@@ -70,6 +70,7 @@ int cf_high_level_packet(cf_t *cf, const uint8_t *data, uint32_t size,
 cf_status_t cf_arm(cf_t *cf, bool arm);
 cf_status_t cf_recover_from_crash(cf_t *cf);
 void        cf_emergency_stop(cf_t *cf);
+void        cf_feed_emergency_watchdog(cf_t *cf);
 
 // Stops the motors and locks the drone for good, because the program that commands it has failed;
 // the reason, of which the first 191 bytes are kept, shows in onboard.failure.

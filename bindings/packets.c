@@ -66,14 +66,6 @@ static cf_status_t locate(cf_t *cf, const cf_localization_packet_t *packet) {
   return status;
 }
 
-static void notify_watchdog(cf_t *cf) {
-  if (cf_system_of(cf) != NULL) {
-    cf_system_request(cf, CF_SYSTEM_FEED_WATCHDOG);
-  } else {
-    cf_supervisor_notify_emergency_watchdog(&cf->onboard.supervisor, cf->onboard.tick);
-  }
-}
-
 static cf_status_t receive_localization(cf_t *cf, uint8_t channel, const uint8_t *data, int length,
                                         cf_packet_reply_t *reply) {
   cf_localization_packet_t packet;
@@ -87,7 +79,7 @@ static cf_status_t receive_localization(cf_t *cf, uint8_t channel, const uint8_t
     cf_emergency_stop(cf);
   }
   if (packet.request == CF_LOCALIZATION_ASKS_TO_WATCH) {
-    notify_watchdog(cf);
+    cf_feed_emergency_watchdog(cf);
   }
   reply->length = packet.reply_length;
   memcpy(reply->data, packet.reply, sizeof packet.reply);

@@ -123,6 +123,7 @@ typedef struct {
   int                 priority;     // of the commander
   bool                is_blocked;   // the high-level commander
   bool                is_finished;  // its trajectory
+  uint8_t             group_mask;   // its groups
   int                 state;        // of the supervisor, a supervisorState_t
   uint16_t            info;         // CF_SUPERVISOR_INFO_…
 } cf_system_outputs_t;

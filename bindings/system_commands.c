@@ -21,8 +21,7 @@
 #define GO_TO_2 12
 #define START_TRAJECTORY_2 13
 #define ALL_GROUPS 0
-#define GO_TO_2_HEAD 4         // [bytes] in front of its numbers
-#define GO_TO_NUMBERS (5 * 4)  // [bytes]: place, yaw, duration
+#define GO_TO_2_HEAD 4  // [bytes] in front of its numbers
 
 #define REPLY_CODE 3  // place in a reply
 
@@ -56,6 +55,14 @@ cf_status_t cf_system_request(cf_t *cf, cf_system_request_t what) {
 
 // ---------------------------------------------------------------------------------------- packets
 
+// What is defined is known here as well, so that a trajectory that is not can be refused.
+static void note_definition(cf_t *cf, const uint8_t *data, int length) {
+  if (length >= 9 && data[0] == DEFINE_TRAJECTORY) {
+    cf_high_level_commander_define_trajectory(&cf->onboard.high_level, data[1], data[3],
+                                              cf_le_u32(&data[4]), data[8]);
+  }
+}
+
 bool cf_system_packet(cf_t *cf, uint8_t port, uint8_t channel, const uint8_t *data, int length,
                       cf_packet_reply_t *reply) {
   const cf_system_t *system = cf_system_of(cf);
@@ -65,15 +72,10 @@ bool cf_system_packet(cf_t *cf, uint8_t port, uint8_t channel, const uint8_t *da
   const int answered = system->packet(cf->provider_state, port, channel, data, length, reply->data,
                                       cf->onboard.tick);
   reply->length      = answered > 0 ? answered : 0;
-  return answered >= 0;
-}
-
-// What is defined is known here as well, so that a trajectory that is not can be refused.
-static void note_definition(cf_t *cf, const uint8_t *data, uint32_t size) {
-  if (size >= 9 && data[0] == DEFINE_TRAJECTORY) {
-    cf_high_level_commander_define_trajectory(&cf->onboard.high_level, data[1], data[3],
-                                              cf_le_u32(&data[4]), data[8]);
+  if (answered > 0 && port == PORT_HIGH_LEVEL) {
+    note_definition(cf, data, length);
   }
+  return answered >= 0;
 }
 
 int cf_system_high_level_packet(cf_t *cf, const uint8_t *data, uint32_t size,
@@ -83,7 +85,6 @@ int cf_system_high_level_packet(cf_t *cf, const uint8_t *data, uint32_t size,
       !cf_system_packet(cf, PORT_HIGH_LEVEL, 0, data, (int)size, &full)) {
     return 0;
   }
-  note_definition(cf, data, size);
   const int length =
       full.length < CF_HIGH_LEVEL_REPLY_BYTES ? full.length : CF_HIGH_LEVEL_REPLY_BYTES;
   memcpy(reply, full.data, (size_t)length);
@@ -141,17 +142,17 @@ static cf_status_t send(cf_t *cf, const record_t *record) {
   return status_of(ask(cf, record));
 }
 
-// For a command that old releases do not know: they get an older one, which lacks something.
-static cf_status_t send_or(cf_t *cf, const record_t *record, const record_t *older,
-                           const char *missing) {
-  const int code = ask(cf, record);
+// Firmware that does not know the newest form of a command gets the older one, which says less;
+// what is lost then, if anything is, goes to the console.
+static cf_status_t send_either(cf_t *cf, const record_t *newest, const record_t *older,
+                               const char *lost) {
+  const int code = ask(cf, newest);
   if (code != CF_HIGH_LEVEL_REPLY_NOEXEC) {
     return status_of(code);
   }
   const cf_status_t status = send(cf, older);
-  if (status == CF_OK && missing != NULL) {
-    cf_console_print_line(&cf->onboard.console, "HLCOMMANDER: this firmware knows no ", missing,
-                          NULL);
+  if (status == CF_OK && lost != NULL) {
+    cf_console_print_line(&cf->onboard.console, "HLCOMMANDER: this firmware knows no ", lost, NULL);
   }
   return status;
 }
@@ -222,20 +223,17 @@ cf_status_t cf_system_go_to(cf_t *cf, float x, float y, float z, float yaw, floa
   if (!isfinite(x + y + z + yaw) || !is_positive(duration)) {
     return CF_ERR_VALUE;
   }
-  record_t record = begin_for_all(GO_TO_2);
-  put_byte(&record, relative);
-  put_byte(&record, linear);
-  put_float(&record, x);
-  put_float(&record, y);
-  put_float(&record, z);
-  put_float(&record, yaw);
-  put_float(&record, duration);
-
-  record_t older = begin_for_all(GO_TO);
+  record_t newest = begin_for_all(GO_TO_2);
+  record_t older  = begin_for_all(GO_TO);
+  put_byte(&newest, relative);
   put_byte(&older, relative);
-  memcpy(&older.bytes[older.size], &record.bytes[GO_TO_2_HEAD], GO_TO_NUMBERS);
-  older.size += GO_TO_NUMBERS;
-  return send_or(cf, &record, &older, linear ? "linear go-to, it flies a smooth one" : NULL);
+  put_byte(&newest, linear);
+  const float numbers[] = {x, y, z, yaw, duration};
+  for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
+    put_float(&newest, numbers[i]);
+    put_float(&older, numbers[i]);
+  }
+  return send_either(cf, &newest, &older, linear ? "linear go-to, it flies a smooth one" : NULL);
 }
 
 cf_status_t cf_system_spiral(cf_t *cf, const cf_spiral_t *spiral) {
@@ -257,7 +255,9 @@ cf_status_t cf_system_spiral(cf_t *cf, const cf_spiral_t *spiral) {
 void cf_system_set_group_mask(cf_t *cf, uint8_t mask) {
   record_t record = begin(SET_GROUP_MASK);
   put_byte(&record, mask);
-  send(cf, &record);
+  if (send(cf, &record) == CF_OK) {
+    cf_high_level_commander_set_group_mask(&cf->onboard.high_level, mask);
+  }
 }
 
 // ----------------------------------------------------------------------------------- trajectories
@@ -287,20 +287,19 @@ cf_status_t cf_system_start_trajectory(cf_t *cf, uint8_t id, float timescale,
   if (!cf_high_level_commander_is_trajectory_defined(&cf->onboard.high_level, id)) {
     return CF_ERR_UNKNOWN;
   }
-  record_t record = begin_for_all(START_TRAJECTORY_2);
-  put_byte(&record, relative_position);
-  put_byte(&record, relative_yaw);
-  put_byte(&record, reversed);
-  put_byte(&record, id);
-  put_float(&record, timescale);
-
-  record_t older = begin_for_all(START_TRAJECTORY);
+  record_t newest = begin_for_all(START_TRAJECTORY_2);
+  record_t older  = begin_for_all(START_TRAJECTORY);
+  put_byte(&newest, relative_position);
   put_byte(&older, relative_position);
+  put_byte(&newest, relative_yaw);
+  put_byte(&newest, reversed);
   put_byte(&older, reversed);
+  put_byte(&newest, id);
   put_byte(&older, id);
+  put_float(&newest, timescale);
   put_float(&older, timescale);
-  return send_or(cf, &record, &older,
-                 relative_yaw ? "trajectories relative to the yaw, it keeps theirs" : NULL);
+  return send_either(cf, &newest, &older,
+                     relative_yaw ? "trajectories relative to the yaw, it keeps theirs" : NULL);
 }
 
 cf_status_t cf_system_write_trajectory(cf_t *cf, uint32_t offset, uint32_t length,

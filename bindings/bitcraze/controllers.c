@@ -2,6 +2,7 @@
 
 #include "bitcraze/conversions.h"
 #include "bitcraze/geometric_controllers.h"
+#include "controller.h"
 #include "controller_pid.h"
 #include "library/out_of_tree.h"
 #include "position_controller.h"
@@ -71,7 +72,11 @@ const char *cf_controllers_name(int type) {
 }
 
 int cf_controllers_type(const void *state CF_UNUSED) {
+#if CF_SYSTEM
+  return (int)controllerGetType();
+#else
   return active;
+#endif
 }
 
 // As on the vehicle: the row's own init, which resets what it resets. That of PID leaves the

@@ -10,9 +10,8 @@ cf_status_t cf_firmware_modules_boot(cf_onboard_t *onboard, const cf_provider_t 
       .is_attitude_reversion_off = boot->is_attitude_reversion_off,
   };
   const cf_status_t status = provider->system->boot(provider_state, &theirs);
-
-  onboard->estimator_type = (uint8_t)boot->estimator;
-  onboard->estimator.type = (uint8_t)boot->estimator;
+  onboard->estimator_type  = (uint8_t)boot->estimator;
+  onboard->estimator.type  = (uint8_t)boot->estimator;
   return status;
 }
 
@@ -44,6 +43,7 @@ static void mirror(cf_onboard_t *onboard, const cf_system_outputs_t *outputs) {
     onboard->controller_type = (uint8_t)outputs->controller;
     onboard->estimator_type  = (uint8_t)outputs->estimator;
   }
+  onboard->high_level.group_mask = outputs->group_mask;
   mirror_supervisor(&onboard->supervisor, outputs);
 }
 
@@ -64,10 +64,11 @@ void cf_firmware_modules_tick(cf_onboard_t *onboard, const cf_provider_t *provid
   };
   // what is left as it was by a tick in which no controller ran
   cf_system_outputs_t outputs = {
-      .step     = onboard->step,
-      .estimate = onboard->estimate,
-      .setpoint = onboard->setpoint,
-      .control  = onboard->control,
+      .step       = onboard->step,
+      .estimate   = onboard->estimate,
+      .setpoint   = onboard->setpoint,
+      .control    = onboard->control,
+      .group_mask = onboard->high_level.group_mask,
   };
   const stabilizerStep_t before = onboard->step;
   provider->system->tick(provider_state, &inputs, &outputs);

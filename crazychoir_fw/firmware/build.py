@@ -85,7 +85,9 @@ def _build_highest(
     for level in reversed(levels.LEVELS):
         try:
             recipe = bitcraze_recipe(checkout, platform, apps, configured, level)
-            return build(replace(recipe, notes=(*notes, *recipe.notes)), force, progress)
+            library = build(recipe, force, progress)
+            # they are no part of the library, which is the same when somebody asks for its level
+            return replace(library, identity={**library.identity, "notes": [*notes, *library.identity["notes"]]})
         except (CompileError, LinkError, CheckoutError) as error:
             if level == levels.ALGORITHMS:
                 raise

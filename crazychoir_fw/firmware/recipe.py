@@ -52,6 +52,10 @@ _HARMFUL = re.compile(r"-f(no-)?.*(plugin|profile|dump|coverage|lto|save|usage|i
 
 _BUILTIN_PLATFORMS = ("cf2", "cf21bl")
 
+# functions of the firmware whose callers come to ours first: everything that their loop decides passes by there
+# (system/loop.c), and what is taken from the estimator's queue (system/sweeps.c)
+_WATCHED = ("controller", "supervisorStateUpdate", "estimatorDequeue")
+
 # word in an app's source that shows that it brings a part of the firmware, and the symbol that says so
 _OUT_OF_TREE = {
     "CONFIG_CONTROLLER_OOT": re.compile(r"\bcontrollerOutOfTree\s*\("),
@@ -192,8 +196,7 @@ def bitcraze_recipe(
         ),
         level=level,
         system=files.system,
-        # everything that their loop decides passes by there (system/loop.c)
-        linking=("-Wl,--wrap=controller", "-Wl,--wrap=supervisorStateUpdate") if files.system else (),
+        linking=tuple(f"-Wl,--wrap={function}" for function in _WATCHED) if files.system else (),
         first_include_dirs=(bindings / "library" / "include", folder / "shadow", folder / "freertos"),
         include_dirs=files.include_dirs,
         flags=tuple(_flags(lists, root, notes)),

@@ -1,6 +1,10 @@
 """What tests of builds share: an empty cache, a tree that tells whether it was written to, libraries of releases."""
 
+import fcntl
 import hashlib
+import shutil
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +13,8 @@ from side_by_side import Drone
 
 from crazychoir_fw.core import load_library
 from crazychoir_fw.firmware.build import build_provider
+
+HERE = Path(__file__).parent
 
 
 @pytest.fixture
@@ -53,6 +59,88 @@ def build_quickly(releases_folder):
             return build_provider(checkout, platform, apps)
 
     return run
+
+
+def compiled_quickly(checkout):
+    """Return a checkout, whose flags ask the compiler for no work that is not needed."""
+    script = checkout / "bindings" / "setup.py"
+    script.write_text(script.read_text().replace('"-O3"', '"-O0"'))
+    return checkout
+
+
+@pytest.fixture(scope="session")
+def parts_digest():
+    """A digest of all that the miniature is made of."""
+    parts = [path for path in sorted((HERE / "miniature").rglob("*")) if path.is_file() and path.suffix != ".pyc"]
+    parts += sorted((HERE.parents[1] / "bindings").rglob("*.[ch]"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in parts)).hexdigest()[:12]
+
+
+@pytest.fixture(scope="session")
+def checkout_of(lasting_folder, parts_digest):
+    """Return the checkout of a release, to be compiled quickly. Not to be written to.
+
+    It always lies in the same place, so that only what has changed since the last session is compiled.
+    """
+
+    def find(release):
+        root = lasting_folder / release
+        mark = root / "laid out"
+        with (lasting_folder / "lock").open("w") as lock:
+            fcntl.flock(lock, fcntl.LOCK_EX)
+            if not mark.exists() or mark.read_text() != parts_digest:
+                shutil.rmtree(root, ignore_errors=True)
+                compiled_quickly(lay_out(root, release=release, setup_py="2023" if release < "2025" else "2026"))
+                mark.write_text(parts_digest)
+        return root
+
+    return find
+
+
+@pytest.fixture(scope="session")
+def level_library(checkout_of, lasting_cache):
+    """Return the library of a release at a level; what did not change since the last session is not compiled."""
+
+    def build(release, level, platform="cf2"):
+        return build_provider(checkout_of(release), platform, level=level)
+
+    return build
+
+
+@pytest.fixture(scope="session")
+def level_word(level_library):
+    """Return the word of a provider that flies a release at a level, loaded if need be."""
+    words = {}
+
+    def load(release, level, platform="cf2"):
+        key = (release, level, platform)
+        if key not in words:
+            words[key] = f"miniature-{release}-{level}"
+            load_library(replace(level_library(*key), name=words[key]))
+        return words[key]
+
+    return load
+
+
+@pytest.fixture(scope="session")
+def own_checkout(lasting_folder, worker_id):
+    """A checkout of this worker of pytest, always in the same place, so that little of it is compiled again."""
+    root = lasting_folder / f"edited_by_{worker_id}"
+    shutil.rmtree(root, ignore_errors=True)
+    return compiled_quickly(lay_out(root, release="2026.08", setup_py="2026"))
+
+
+@pytest.fixture
+def edited(own_checkout, lasting_cache):
+    """A checkout of the newest release that a test may write to; afterwards it is as it was."""
+    before = {path: path.read_bytes() for path in own_checkout.rglob("*") if path.is_file()}
+    yield own_checkout
+    for path in own_checkout.rglob("*"):
+        if path.is_file() and path not in before:
+            path.unlink()
+    for path, content in before.items():
+        if not path.is_file() or path.read_bytes() != content:
+            path.write_bytes(content)
 
 
 @pytest.fixture(scope="session")

@@ -46,6 +46,9 @@ bool cf_rtos_is_in_task(void);
 void cf_rtos_wait_data_ready(void);
 void cf_rtos_signal_data_ready(void);
 
+// How many items found no room at the end of a queue.
+extern uint32_t cf_rtos_refused;
+
 // Tasks in the order of creation.
 int         cf_rtos_task_count(void);
 const char *cf_rtos_task_name(int task);  // null when there is none

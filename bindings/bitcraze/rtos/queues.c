@@ -117,8 +117,11 @@ static void append(StaticQueue_t *queue, const void *item) {
   cf_rtos_wake(queue, CF_WAITS_ITEM);
 }
 
+uint32_t cf_rtos_refused;
+
 BaseType_t xQueueSendToBack(QueueHandle_t queue, const void *item, TickType_t wait) {
   if (!wait_for(queue, CF_WAITS_SPACE, wait)) {
+    cf_rtos_refused++;
     return errQUEUE_FULL;
   }
   append(queue, item);

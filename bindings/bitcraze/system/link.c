@@ -143,7 +143,7 @@ void cf_link_feed_watchdog(uint32_t now_ms) {
 }
 
 int cf_link_packet(uint8_t port, uint8_t channel, const uint8_t *data, int length,
-                   uint8_t reply[CF_SYSTEM_PACKET_BYTES], bool tasks_run) {
+                   uint8_t reply[CF_SYSTEM_PACKET_BYTES]) {
   port_queue_t *queue = queue_of(port);
   if (port >= PORTS || (callbacks[port] == NULL && queue == NULL)) {
     return -1;
@@ -159,9 +159,7 @@ int cf_link_packet(uint8_t port, uint8_t channel, const uint8_t *data, int lengt
     callbacks[port](&packet);
   } else {
     xQueueSend(queue->handle, &packet, 0);
-    if (tasks_run) {
-      cf_rtos_run_ready();
-    }
+    cf_rtos_run_ready();
   }
   if (!has_answer || answer.size > CF_SYSTEM_PACKET_BYTES) {
     return 0;

@@ -1,7 +1,5 @@
 #include "bitcraze/system/system.h"
 
-#include <string.h>
-
 // clang-format off: the operating system first, and some headers use what they do not include
 #include "FreeRTOS.h"
 #include "task.h"
@@ -15,7 +13,6 @@
 // clang-format on
 
 #include "bitcraze/conversions.h"
-#include "bitcraze/measurement_conversion.h"
 #include "bitcraze/rtos/hardware.h"
 #include "bitcraze/rtos/kernel.h"
 #include "library/work.h"
@@ -31,7 +28,6 @@
 #define IS_CRASHED 0x0080
 #define HL_FINISHED 0x0200
 
-static bool has_ticked;  // tasks run from the first tick on
 static bool is_attitude_reversion_off;
 
 void stabilizerInit(StateEstimatorType estimator);
@@ -112,12 +108,15 @@ static cf_status_t boot(void *state CF_UNUSED, const cf_system_boot_t *how) {
   if (!all) {
     return CF_ERR_STATE;
   }
-  if (how->controller != api_ControllerTypeAutoSelect) {
-    int      type;
-    uint8_t *chosen = cf_library_variable(0, "stabilizer", "controller", &type);
-    if (chosen != NULL) {
-      *chosen = (uint8_t)their_controller(how->controller);
-    }
+  // tasks come to where they wait for their first packet or beat, so that clients are heard at once
+  cf_work_on("the firmware's tasks");
+  cf_rtos_run_ready();
+  int      type;
+  uint8_t *chosen = cf_library_variable(0, "stabilizer", "controller", &type);
+  if (chosen != NULL) {
+    *chosen = (uint8_t)(how->controller != api_ControllerTypeAutoSelect
+                            ? their_controller(how->controller)
+                            : (int)controllerGetType());
   }
   return CF_OK;
 }
@@ -136,18 +135,6 @@ static void tell_peers(const cf_peer_t *peers) {
     entry->pos.x         = peers[i].pos.x;
     entry->pos.y         = peers[i].pos.y;
     entry->pos.z         = peers[i].pos.z;
-  }
-}
-
-// Sweep angles point at a calibration until the queue is empty, which it is at the end of a tick.
-static void enqueue(const api_measurement_t *queue, int count) {
-  static lighthouseCalibrationSweep_t calibrations[CF_SYSTEM_MEASUREMENTS] CF_LIBRARY_KEEP = {{0}};
-  for (int i = 0; i < count && i < CF_SYSTEM_MEASUREMENTS; i++) {
-    measurement_t measurement;
-    memset(&measurement, 0, sizeof measurement);
-    if (cf_checkout_measurement(&measurement, &queue[i], &calibrations[i])) {
-      estimatorEnqueue(&measurement);
-    }
   }
 }
 
@@ -172,6 +159,20 @@ static uint16_t info(bool is_finished) {
   return bits | bit(is_finished, HL_FINISHED);
 }
 
+// Their commander tells its groups to nobody but the asker of its parameter.
+static void tell_groups(cf_system_outputs_t *outputs) {
+  static const uint8_t *mask CF_LIBRARY_KEEP = NULL;
+  static bool is_known       CF_LIBRARY_KEEP = false;
+  if (!is_known) {
+    int type;
+    mask     = cf_library_variable(0, "hlCommander", "groupmask", &type);
+    is_known = true;
+  }
+  if (mask != NULL) {
+    outputs->group_mask = *mask;
+  }
+}
+
 static void tick(void *state CF_UNUSED, const cf_system_inputs_t *inputs,
                  cf_system_outputs_t *outputs) {
   cf_system_sensors.data           = cf_checkout_sensors(inputs->sensors);
@@ -179,12 +180,13 @@ static void tick(void *state CF_UNUSED, const cf_system_inputs_t *inputs,
   cf_system_wanted =
       (cf_system_wanted_t){.controller = inputs->controller, .estimator = inputs->estimator};
   cf_hardware_battery = inputs->battery_voltage;
-  has_ticked          = true;
   if (cf_avoidance_is_enabled(NULL)) {
     tell_peers(inputs->peers);
   }
   cf_rtos_set_time(inputs->now_ms);
-  enqueue(inputs->queue, inputs->count);
+  for (int i = 0; i < inputs->count; i++) {
+    cf_system_enqueue(&inputs->queue[i]);
+  }
   cf_rtos_signal_data_ready();
   cf_work_on("the firmware's tasks");
   cf_rtos_run_ready();
@@ -202,6 +204,7 @@ static void tick(void *state CF_UNUSED, const cf_system_inputs_t *inputs,
   // old planners look into a trajectory that they do not have
   outputs->is_finished =
       crtpCommanderHighLevelIsStopped() || crtpCommanderHighLevelIsTrajectoryFinished();
+  tell_groups(outputs);
   outputs->state = cf_system_supervisor_state;
   outputs->info  = info(outputs->is_finished);
 }
@@ -218,7 +221,7 @@ static bool set_setpoint(void *state CF_UNUSED, const api_setpoint_t *setpoint, 
 
 static int packet(void *state CF_UNUSED, uint8_t port, uint8_t channel, const uint8_t *data,
                   int length, uint8_t reply[CF_SYSTEM_PACKET_BYTES], uint32_t now_ms CF_UNUSED) {
-  return cf_link_packet(port, channel, data, length, reply, has_ticked);
+  return cf_link_packet(port, channel, data, length, reply);
 }
 
 static bool request(void *state CF_UNUSED, cf_system_request_t what, uint32_t now_ms) {

@@ -46,12 +46,17 @@ typedef struct {
 } cf_system_wanted_t;
 extern cf_system_wanted_t cf_system_wanted;
 
+// ------------------------------------------------------------------------------------- sweeps.c
+
+// Puts a measurement into the queue of the estimator.
+void cf_system_enqueue(const api_measurement_t *from);
+
 // --------------------------------------------------------------------------------------- link.c
 
 void cf_link_boot(void);
-// See cf_system_t.packet. Tasks do not run before the first tick, so that they answer nothing.
+// See cf_system_t.packet.
 int  cf_link_packet(uint8_t port, uint8_t channel, const uint8_t *data, int length,
-                    uint8_t reply[CF_SYSTEM_PACKET_BYTES], bool tasks_run);
+                    uint8_t reply[CF_SYSTEM_PACKET_BYTES]);
 bool cf_link_read_trajectory(uint32_t offset, uint32_t length, uint8_t *data);
 bool cf_link_write_trajectory(uint32_t offset, uint32_t length, const uint8_t *data);
 void cf_link_stop_for_good(void);  // emergency stop

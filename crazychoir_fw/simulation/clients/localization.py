@@ -52,5 +52,4 @@ class Localization:
         self._uplink.request("feed_watchdog")
 
     def _feed_watchdog(self) -> None:
-        supervisor = ffi.addressof(self._cf.onboard, "supervisor")
-        lib.cf_supervisor_notify_emergency_watchdog(supervisor, self._cf.onboard.tick)
+        lib.cf_feed_emergency_watchdog(self._cf)

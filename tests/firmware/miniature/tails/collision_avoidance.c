@@ -21,6 +21,8 @@ static collision_avoidance_params_t params = {
 static collision_avoidance_state_t collisionState = {
     .lastFeasibleSetPosition = {.x = NAN, .y = NAN, .z = NAN}};
 
+static uint32_t latency;  // [ticks]
+
 static float workspace[FLOATS_PER_ROW * (PEER_LOCALIZATION_MAX_NEIGHBORS + BOX_ROWS)];
 
 void collisionAvoidanceInit(void) {
@@ -52,10 +54,29 @@ void collisionAvoidanceUpdateSetpoint(setpoint_t *setpoint, const sensorData_t *
   }
   collisionAvoidanceUpdateSetpointCore(&params, &collisionState, count, workspace, workspace,
                                        setpoint, sensorData, state);
+  latency = xTaskGetTickCount() - now;
 }
 
 PARAM_GROUP_START(colAv)
 PARAM_ADD(PARAM_UINT8, enable, &collisionAvoidanceEnable)
+PARAM_ADD(PARAM_FLOAT, ellipsoidX, &params.ellipsoidRadii.x)
+PARAM_ADD(PARAM_FLOAT, ellipsoidY, &params.ellipsoidRadii.y)
+PARAM_ADD(PARAM_FLOAT, ellipsoidZ, &params.ellipsoidRadii.z)
+PARAM_ADD(PARAM_FLOAT, bboxMinX, &params.bboxMin.x)
+PARAM_ADD(PARAM_FLOAT, bboxMinY, &params.bboxMin.y)
+PARAM_ADD(PARAM_FLOAT, bboxMinZ, &params.bboxMin.z)
+PARAM_ADD(PARAM_FLOAT, bboxMaxX, &params.bboxMax.x)
+PARAM_ADD(PARAM_FLOAT, bboxMaxY, &params.bboxMax.y)
+PARAM_ADD(PARAM_FLOAT, bboxMaxZ, &params.bboxMax.z)
 PARAM_ADD(PARAM_FLOAT, horizon, &params.horizonSecs)
+PARAM_ADD(PARAM_FLOAT, maxSpeed, &params.maxSpeed)
+PARAM_ADD(PARAM_FLOAT, sidestepThrsh, &params.sidestepThreshold)
+PARAM_ADD(PARAM_INT32, maxPeerLocAge, &params.maxPeerLocAgeMillis)
+PARAM_ADD(PARAM_FLOAT, vorTol, &params.voronoiProjectionTolerance)
+PARAM_ADD(PARAM_INT32, vorIters, &params.voronoiProjectionMaxIters)
 PARAM_GROUP_STOP(colAv)
+
+LOG_GROUP_START(colAv)
+LOG_ADD(LOG_UINT32, latency, &latency)
+LOG_GROUP_STOP(colAv)
 #endif  // CRAZYFLIE_FW
