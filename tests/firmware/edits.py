@@ -213,10 +213,10 @@ EDITS = (
         "power_distribution_quadrotor.c",
         ALGORITHMS,
         "whole(control->thrust - r + p + control->yaw)",
-        "whole(0.9f * control->thrust - r + p + control->yaw)",
+        "whole(0.8f * control->thrust - r + p + control->yaw)",
         "the drone tilts at take-off",
         most_tilt,
-        larger(1.0),
+        larger(0.3),
     ),
     Edit(
         "collision_avoidance.c",

@@ -151,7 +151,9 @@ def test_a_missing_submodule_gives_the_command_at_every_level(edited):
     for path in (edited / "vendor" / "CMSIS").rglob("*.[ch]"):
         path.unlink()
     for level in (MODULES, STABILIZER, ALL):
-        with pytest.raises(CheckoutError, match=r"lacks its submodule vendor/CMSIS: run `git -C .* submodule update --init"):
+        with pytest.raises(
+            CheckoutError, match=r"lacks its submodule vendor/CMSIS: run `git -C .* submodule update --init"
+        ):
             build_provider(edited, level=level)
 
 
@@ -168,7 +170,9 @@ def test_unknown_modules_of_a_mission_are_told_which_ones_there_are():
         "drones": [{"id": "cf1", "provider": {"bitcraze": {"modules": ["comander"]}}}],
         "flight": ["land"],
     }
-    with pytest.raises(MissionError, match=r"no module named 'comander', allowed: commander, .*did you mean 'commander'"):
+    with pytest.raises(
+        MissionError, match=r"no module named 'comander', allowed: commander, .*did you mean 'commander'"
+    ):
         parse_mission(mission)
 
 

@@ -399,7 +399,8 @@ def test_drones_of_theirs_fly_with_a_deck(deck, level_word):
         assert drone.failure is None
         np.testing.assert_allclose(drone.true_position, [0.3, 0.2, 0.6], atol=0.25)
         paths.append(drone.true_position)
-    np.testing.assert_array_equal(paths[1], paths[0])
+    # before the filter has found its place, it sees the first sweeps differently
+    np.testing.assert_allclose(paths[1], paths[0], rtol=0.0, atol=0.001 if deck == "lighthouse" else 0.0)
     np.testing.assert_allclose(paths[2], paths[0], atol=0.1)
 
 
