@@ -2,7 +2,8 @@
 
     python benchmarks/provider_cost.py --path ~/crazyflie-firmware --drones 100 --json providers.json
 
-A compiled provider keeps its variables in one place: before a drone's tick they are copied there, afterwards back.
+Builtin is compared with a checkout at each of its levels: its algorithms, the modules around them, its loop as well. A
+compiled provider keeps its variables in one place: before a drone's tick they are copied there, afterwards back.
 Without --path the checkout of the environment variable CRAZYFLIE_FIRMWARE or of the submodule is taken, and without
 one the miniature of the tests. Runs alternate between the providers; figures are medians.
 """
@@ -27,6 +28,7 @@ from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.errors import CheckoutError
 from crazychoir_fw.firmware import providers
 from crazychoir_fw.firmware.checkout import locate, open_checkout
+from crazychoir_fw.firmware.levels import LEVELS, word_of
 from crazychoir_fw.simulation import World, set_threads
 
 TICKS = 500  # timed at a time
@@ -89,26 +91,27 @@ def main() -> None:
     set_threads(1)
     with tempfile.TemporaryDirectory() as folder:
         os.environ["CRAZYFLIE_FIRMWARE"] = str(checkout(options.path, Path(folder)))
-        number = providers.load("bitcraze", "cf2")
-        worlds = {name: hovering_world(options.drones, name) for name in ("builtin", "bitcraze")}
-    ticks: dict[str, list[float]] = {name: [] for name in worlds}
-    switches = []
+        numbers = {word: providers.load(word, "cf2") for word in map(word_of, LEVELS)}
+        worlds = {word: hovering_world(options.drones, word) for word in ("builtin", *numbers)}
+    ticks: dict[str, list[float]] = {word: [] for word in worlds}
+    switches: dict[str, list[float]] = {word: [] for word in numbers}
     for _ in range(options.repeats):
-        for name, world in worlds.items():
-            ticks[name].append(tick_microseconds(world))
-        switches.append(switch_microseconds(number, options.drones))
+        for word, world in worlds.items():
+            ticks[word].append(tick_microseconds(world))
+        for word, number in numbers.items():
+            switches[word].append(switch_microseconds(number, options.drones))
 
     result: dict[str, Any] = {
         "drones": options.drones,
-        "bytes_of_variables": lib.cf_provider(number).state_bytes,
-        "us_per_switch": statistics.median(switches),
-        "us_per_tick": {name: statistics.median(values) for name, values in ticks.items()},
+        "bytes_of_variables": {word: lib.cf_provider(number).state_bytes for word, number in numbers.items()},
+        "us_per_switch": {word: statistics.median(values) for word, values in switches.items()},
+        "us_per_tick": {word: statistics.median(values) for word, values in ticks.items()},
     }
-    for name, cost in result["us_per_tick"].items():
-        print(f"{name:10} {cost:.3f} µs per drone and tick")
-    kib = result["bytes_of_variables"] / 1024
-    per_page = result["us_per_switch"] / kib * 4
-    print(f"switch     {result['us_per_switch']:.3f} µs for {kib:.1f} KiB of variables, {per_page:.3f} µs for 4 KiB")
+    print(f"{'':20} {'tick':>8} {'switch':>8} {'variables':>10}")
+    for word, cost in result["us_per_tick"].items():
+        switch, size = result["us_per_switch"].get(word), result["bytes_of_variables"].get(word)
+        more = f"{switch:5.3f} µs {size:8d} B" if switch is not None else ""
+        print(f"{word:20} {cost:5.3f} µs {more}".rstrip())
     if options.json:
         options.json.write_text(json.dumps(result, indent=2) + "\n")
 
