@@ -33,7 +33,9 @@ def parity(
     ] = None,
     platform: Annotated[str, typer.Option(help="Airframe: cf2 or cf21bl.")] = "cf2",
     reference: Annotated[str, typer.Option(help="Provider that is right by definition.")] = "builtin",
-    candidate: Annotated[str, typer.Option(help="Provider that is compared with it.")] = "bitcraze",
+    candidate: Annotated[
+        str, typer.Option(help="Provider that is compared with it, such as bitcraze or bitcraze:modules.")
+    ] = "bitcraze",
     out: Annotated[Path, typer.Option(help="Folder for parity.html and parity.json.")] = Path("out/parity"),
     seconds: Annotated[float, typer.Option(min=0.1, max=60.0, help="How long to fly at most.")] = 18.0,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of all noise.")] = 1,
@@ -92,6 +94,7 @@ def _compare(
     replay_from: Path | None,
     show: Callable[[str, float], None],
 ) -> "Parity":
+    from crazychoir_fw.firmware.levels import ALGORITHMS, BITCRAZE, level_of
     from crazychoir_fw.parity.inputs import load as load_inputs
     from crazychoir_fw.parity.inputs import record
     from crazychoir_fw.parity.run import run_parity
@@ -104,6 +107,10 @@ def _compare(
         recorded = record(sides[0], seconds, seed, progress=lambda share: show("recording flights", share))
     if record_to is not None:
         recorded.save(record_to)
+    level = level_of(words[1])
+    algorithms = None
+    if level not in (None, ALGORITHMS):
+        algorithms = Side(_provider(BITCRAZE, platform, checkout, show), platform)
     return run_parity(
         sides[0],
         sides[1],
@@ -113,6 +120,7 @@ def _compare(
         has_same_parameters=has_same_parameters,
         flies=flies,
         progress=show,
+        algorithms=algorithms,
     )
 
 
@@ -146,6 +154,8 @@ def _print(result: "Parity", page: Path) -> None:
 
     console.print(_summary(result))
     rows = [comparison for comparison in result.comparisons if comparison.verdict.value not in ("identical", "missing")]
+    if result.functions_of:
+        console.print(Text(f"functions are those of {result.functions_of}, flights those of the candidate"))
     if rows:
         rows.sort(key=lambda comparison: comparison.worst.severity if comparison.worst else (9, 0.0, 0), reverse=True)
         console.print(_worst(rows[:_MOST_ROWS]))

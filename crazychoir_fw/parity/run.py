@@ -43,6 +43,8 @@ class Parity:
     flights: list[Comparison]
     aligned: dict[str, float] = field(default_factory=dict)
     """Parameters of the candidate that were set to the reference's factory values."""
+    functions_of: str | None = None
+    """Whose functions were asked in place of the candidate's, if not its own."""
 
     @property
     def comparisons(self) -> list[Comparison]:
@@ -87,6 +89,7 @@ class Parity:
             "inputs": self.inputs,
             "aligned_parameters": self.aligned,
             "tables": self.tables.as_json(),
+            "functions_of": self.functions_of,
             "functions": [comparison.as_json() for comparison in self.functions],
             "flights": [comparison.as_json() for comparison in self.flights],
             "tolerances": {
@@ -120,6 +123,7 @@ def run_parity(
     fleet: Sequence[Member] = FLEET,
     disturb: Disturb | None = None,
     progress: Progress | None = None,
+    algorithms: Side | None = None,
 ) -> Parity:
     """Compare two providers.
 
@@ -135,6 +139,8 @@ def run_parity(
         fleet: The drones.
         disturb: See `compare_flights`.
         progress: Told how far the comparison is.
+        algorithms: Whose functions are asked in place of the candidate's: where the modules around them are the
+            checkout's as well, single functions are not booted. None asks the candidate.
 
     Raises:
         CrazychoirError: If the inputs were recorded on another platform.
@@ -150,7 +156,7 @@ def run_parity(
             f"{reference.platform}: choose --platform {inputs.metadata.get('platform')}"
         )
     functions = compare_functions(
-        reference, candidate, all_cases(inputs), lambda share: tell("replaying functions", share)
+        reference, algorithms or candidate, all_cases(inputs), lambda share: tell("replaying functions", share)
     )
     flights = []
     if flies:
@@ -168,6 +174,7 @@ def run_parity(
         functions=functions,
         flights=flights,
         aligned=aligned,
+        functions_of=None if algorithms is None else _identity(algorithms)["provider"],
     )
 
 
