@@ -9,7 +9,7 @@
 
 #define WORD 8           // [bytes]
 #define MOST_TURNS 1000  // within one tick
-#define KEPT_BYTES 12288
+#define KEPT_BYTES 6144  // of all waiting tasks together: a few hundred each, and an app
 
 enum { READY, WAITING, SUSPENDED, ENDED };
 

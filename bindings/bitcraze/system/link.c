@@ -16,7 +16,7 @@
 
 #define PORTS 16
 #define QUEUED 16  // packets of a port
-#define QUEUES 4   // ports whose tasks wait for packets
+#define QUEUES 2   // ports whose tasks wait for packets: the high-level commander, and an app
 #define READ_AT_ONCE 24
 
 typedef struct {
@@ -81,7 +81,7 @@ void crtpInitTaskQueue(CRTPPort port) {
     return;
   }
   if (n_queues == QUEUES) {
-    cf_library_fail("more than 4 tasks wait for packets");
+    cf_library_fail("more than 2 tasks wait for packets");
   }
   port_queue_t *queue = &queues[n_queues++];
   queue->port         = (int)port;

@@ -590,7 +590,7 @@ static void waits_with(size_t bytes) {
 static void waits_with_much(void *unused) {
   (void)unused;
   tell('a');
-  waits_with(3000);
+  waits_with(1500);
   tell('b');
   waits_with(100);
   tell('c');
@@ -613,22 +613,22 @@ static void test_what_a_waiting_task_may_use_is_limited(void) {
   CHECK(strstr(reason, " bytes on its stack, allowed: 4096") != NULL);
 }
 
-static void waits_with_3000(void *unused) {
+static void waits_with_1500(void *unused) {
   (void)unused;
-  waits_with(3000);
+  waits_with(1500);
 }
 
 static void test_what_all_together_may_use_is_limited(void) {
   boot();
   for (int i = 0; i < 4; i++) {
-    create(waits_with_3000, i < 3 ? "SOME" : "LAST", 1, NULL);
+    create(waits_with_1500, i < 3 ? "SOME" : "LAST", 1, NULL);
   }
   if (sigsetjmp(way_out, 0) == 0) {
     tick(1);
     CHECK(!"must fail");
   }
-  CHECK(strncmp(reason, "task 'LAST' waits with 3", 24) == 0);
-  CHECK(strstr(reason, "with those of the other tasks; allowed: 12288") != NULL);
+  CHECK(strncmp(reason, "task 'LAST' waits with 1", 24) == 0);
+  CHECK(strstr(reason, "with those of the other tasks; allowed: 6144") != NULL);
 }
 
 // Writes where the canary is: above the page that nobody can touch.
