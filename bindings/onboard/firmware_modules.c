@@ -34,6 +34,7 @@ static void mirror(cf_onboard_t *onboard, const cf_system_outputs_t *outputs) {
   onboard->control_yaw           = outputs->control.yaw;
   onboard->motors                = outputs->motors;
   onboard->estimator.type        = (uint8_t)outputs->estimator;
+  onboard->estimator.estimate    = outputs->estimate;  // what decks ask for
   onboard->commander.setpoint    = outputs->setpoint;
   onboard->commander.priority    = outputs->priority;
   onboard->high_level.is_blocked = outputs->is_blocked;

@@ -153,6 +153,11 @@ def _print(result: "Parity", page: Path) -> None:
     from crazychoir_fw.parity.report import headline
 
     console.print(_summary(result))
+    if (modules := result.modules()) and result.functions_of:
+        words = (
+            Text.assemble(f"{name} ", (verdict.value, _STYLES[verdict.value])) for name, verdict in modules.items()
+        )
+        console.print(Text("modules: ").append(Text(", ").join(words)))
     rows = [comparison for comparison in result.comparisons if comparison.verdict.value not in ("identical", "missing")]
     if result.functions_of:
         console.print(Text(f"functions are those of {result.functions_of}, flights those of the candidate"))

@@ -8,6 +8,7 @@ from __future__ import annotations
 import bisect
 import itertools
 import math
+import struct
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -24,6 +25,9 @@ from crazychoir_fw.simulation.drone import Drone
 
 PERIOD = 10
 """Time between two set-points of the pilot (ms)."""
+
+_RPYT, _GENERIC, _HIGH_LEVEL = 3, 7, 8  # ports of packets
+_CODE = 3  # where the answer to a high-level command says whether it was taken
 
 _SPACING = 0.9  # [m]
 _COLUMNS = 5
@@ -56,6 +60,10 @@ class Member:
     """Where it stands (m); by default in a grid with the others."""
     shows: str = ""
     """What this drone is there for, in a few words."""
+    settles_s: float = 0.0
+    """After the begin, while estimates jump at a step that differs between loops (s)."""
+    modules: tuple[str, ...] = ()
+    """Modules around the algorithms that decide this flight, as `firmware.levels` names them."""
 
 
 class Pilot:
@@ -195,6 +203,71 @@ def _toward(dx: float) -> Callable[[Pilot, float], None]:
     return keep
 
 
+def _packet(port: int, channel: int, form: str, *values: float) -> Callable[[Pilot], None]:
+    """Return a step that sends a packet; an answer that says no counts as refused."""
+    data = struct.pack(form, *values)
+
+    def send(pilot: Pilot) -> None:
+        answer = pilot.drone.receive_packet(port, channel, data)
+        if answer is not None and len(answer) > _CODE and answer[_CODE] != 0:
+            pilot.refused.append(f"packet {data.hex(' ')}: {answer[_CODE]}")
+
+    return send
+
+
+def _all(*steps: Callable[[Pilot], None]) -> Callable[[Pilot], None]:
+    def begin(pilot: Pilot) -> None:
+        for step in steps:
+            step(pilot)
+
+    return begin
+
+
+def _hover_packet(pilot: Pilot, t: float) -> None:
+    _packet(_GENERIC, 0, "<Bffff", 5, 0.1 * math.sin(4 * t), 0.05, 10.0, 0.6)(pilot)
+
+
+def _position_packet(pilot: Pilot, t: float) -> None:
+    _packet(_GENERIC, 0, "<Bffff", 7, *pilot.place(0.05, -0.05, 0.6), 0.0)(pilot)
+
+
+def _unlock_packet(pilot: Pilot) -> None:
+    _packet(_RPYT, 0, "<fffH", 0.0, 0.0, 0.0, 0)(pilot)
+
+
+def _rpyt_packet(pilot: Pilot, t: float) -> None:
+    if t >= PERIOD / 1000:
+        _packet(_RPYT, 0, "<fffH", math.sin(12 * t), math.cos(12 * t), 5.0, 37000)(pilot)
+
+
+def _relax_packet(pilot: Pilot) -> None:
+    _packet(_GENERIC, 1, "<BI", 0, 0)(pilot)
+    pilot.drone.high_level_commander.go_to(*pilot.place(0.0, 0.0, 0.6), yaw=0.0, duration_s=1.0)
+
+
+def _set(name: str, value: int) -> Callable[[Pilot], None]:
+    def begin(pilot: Pilot) -> None:
+        pilot.drone.param[name] = value
+
+    return begin
+
+
+def _emergency_stop(pilot: Pilot) -> None:
+    pilot.drone.emergency_stop()
+
+
+def _refused_by_the_planner(pilot: Pilot) -> None:
+    # a second take-off, an unknown command, a trajectory that nobody defined
+    _packet(_HIGH_LEVEL, 0, "<BBffBf", 7, 0, 0.9, 0.0, 1, 1.0)(pilot)
+    _packet(_HIGH_LEVEL, 0, "<BB", 99, 0)(pilot)
+    _packet(_HIGH_LEVEL, 0, "<BBBBBBf", 13, 0, 0, 0, 0, 17, 1.0)(pilot)
+
+
+def _not_for_this_group(pilot: Pilot) -> None:
+    pilot.drone.high_level_commander.set_group_mask(2)
+    _packet(_HIGH_LEVEL, 0, "<BBBBfffff", 12, 4, 0, 0, 9.0, 9.0, 1.0, 0.0, 1.0)(pilot)
+
+
 def example_pieces() -> np.ndarray:
     """Return two polynomial pieces that start and end at rest, shape (2, 33)."""
     rows = np.zeros((2, 33))
@@ -282,8 +355,131 @@ def _trade_places(dx: float) -> tuple[Leg, ...]:
     return (Leg(1.5, _takeoff), Leg(2.5, keep=_toward(dx)), Leg(2.2, _land))
 
 
+_COMMANDED = (
+    Leg(1.5, _takeoff),
+    Leg(0.8, keep=_position),
+    Leg(0.7),  # the setpoint grows old: the supervisor levels out
+    Leg(0.8, keep=_position),
+    Leg(1.1, _high_level),
+    Leg(0.9, _relative_linear),
+    Leg(2.2, _land),
+)
+
+_PACKETS = (
+    Leg(1.5, _takeoff),
+    Leg(0.8, keep=_hover_packet),
+    Leg(0.8, keep=_position_packet),
+    Leg(0.25, _unlock_packet, _rpyt_packet),
+    Leg(0.8, keep=_position_packet),
+    Leg(1.1, _relax_packet),
+    Leg(2.2, _land),
+)
+
+_PLANS = (
+    Leg(1.5, _takeoff),
+    Leg(0.5, _refused_by_the_planner),
+    Leg(0.3, _not_for_this_group),
+    Leg(0.9, _relative_linear),
+    Leg(1.5, _spiral),
+    Leg(1.7, _trajectory),
+    Leg(1.6, _compressed),
+    Leg(2.2, _land),
+)
+
+_STOPPED = (Leg(1.5, _takeoff), Leg(0.6, keep=_position), Leg(1.2, _emergency_stop), Leg(0.3, _takeoff))
+
+_FORGOTTEN = (Leg(1.5, _takeoff), Leg(0.8, keep=_position), Leg(3.0))
+
+_SWITCHED = (
+    Leg(1.5, _takeoff),
+    Leg(0.6, keep=_position),
+    Leg(1.0, _set("stabilizer.controller", 2), _position),
+    Leg(1.0, _set("stabilizer.controller", 4), _position),
+    Leg(1.0, _set("stabilizer.controller", 1), _position),
+    Leg(1.1, _high_level),
+    Leg(2.2, _land),
+)
+
+_ESTIMATED_ANEW = (
+    Leg(0.5, _set("stabilizer.estimator", 1)),
+    Leg(0.8, _all(_set("stabilizer.estimator", 2), _set("kalman.resetEstimation", 1))),
+    Leg(1.5, _takeoff),
+    Leg(0.8, keep=_position),
+    Leg(0.8, keep=_hover),
+    Leg(1.1, _high_level),
+    Leg(2.2, _land),
+)
+
+_TESTED = (Leg(4.6, _set("health.startPropTest", 1)),)
+
+# far from all others: some of them fall
+_FAR = 16.0
+
+MODULE_FLIGHTS: tuple[Member, ...] = (
+    Member(
+        "commander",
+        _COMMANDED,
+        place=(_FAR, 0.0),
+        shows="priorities, setpoints that grow old, relaxing",
+        modules=("commander", "supervisor", "stabilizer"),
+    ),
+    Member(
+        "packets",
+        _PACKETS,
+        place=(_FAR + 2.0, 0.0),
+        shows="setpoints as packets",
+        modules=("crtp_commander", "commander", "stabilizer"),
+    ),
+    Member(
+        "plans",
+        _PLANS,
+        place=(_FAR + 4.0, 0.0),
+        shows="high-level commands, taken and refused",
+        modules=("high_level", "stabilizer"),
+    ),
+    Member(
+        "stopped",
+        _STOPPED,
+        place=(_FAR + 6.0, 0.0),
+        shows="an emergency stop, and a take-off behind it",
+        modules=("supervisor", "stabilizer"),
+    ),
+    Member(
+        "forgotten",
+        _FORGOTTEN,
+        place=(_FAR + 8.0, 0.0),
+        shows="setpoints that cease for good",
+        modules=("supervisor", "stabilizer"),
+    ),
+    Member(
+        "switched",
+        _SWITCHED,
+        place=(_FAR, 4.0),
+        shows="controllers switched in flight",
+        modules=("controller_table", "stabilizer"),
+    ),
+    Member(
+        "estimated_anew",
+        _ESTIMATED_ANEW,
+        place=(_FAR + 2.0, 4.0),
+        shows="estimators switched, the filter restarted",
+        settles_s=1.3,
+        modules=("estimator_task", "stabilizer"),
+    ),
+    Member(
+        "tested",
+        _TESTED,
+        place=(_FAR + 4.0, 4.0),
+        shows="the test of the propellers",
+        modules=("health", "stabilizer"),
+    ),
+)
+"""Flights in which the modules around the algorithms decide."""
+
 FLEET: tuple[Member, ...] = (
-    Member("pid", _EVERY_SETPOINT, shows="PID with every kind of set-point; poses"),
+    Member(
+        "pid", _EVERY_SETPOINT, shows="PID with every kind of set-point; poses", modules=("commander", "high_level")
+    ),
     Member("mellinger", _POSITIONS_ONLY, "mellinger", shows="Mellinger with positions, full states and plans"),
     Member("indi", _NO_SPIRAL, "indi", shows="INDI with every kind of set-point"),
     Member("brescianini", _POSITIONS_ONLY, "brescianini", shows="Brescianini with positions, full states and plans"),
@@ -335,6 +531,7 @@ FLEET: tuple[Member, ...] = (
         parameters={"colAv.enable": 1},
         place=(8.0, 0.0),
         shows="collision avoidance",
+        modules=("collision_avoidance", "peer_localization"),
     ),
     Member(
         "avoids_left",
@@ -342,7 +539,9 @@ FLEET: tuple[Member, ...] = (
         parameters={"colAv.enable": 1},
         place=(8.0 + _SPACING, 0.0),
         shows="collision avoidance",
+        modules=("collision_avoidance", "peer_localization"),
     ),
+    *MODULE_FLIGHTS,
 )
 """Everybody."""
 

@@ -14,7 +14,7 @@ from crazychoir_fw.parity.deviation import Deviation, join, measure
 from crazychoir_fw.parity.fleet import FLEET, Formation, Member, Pilot
 from crazychoir_fw.parity.functions import TRACES, Comparison
 from crazychoir_fw.parity.side import Side
-from crazychoir_fw.parity.tolerances import FLIGHT, Tolerance, tolerance_of
+from crazychoir_fw.parity.tolerances import FLIGHT, OWN_LOOP, Tolerance, tolerance_of
 from crazychoir_fw.parity.trace import Trace, trace
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.recorder import roll_pitch_yaw_deg
@@ -39,6 +39,8 @@ def compare_flights(
 ) -> list[Comparison]:
     """Fly the fleet twice and compare every drone with itself.
 
+    A candidate that brings its own stabilizer loop is compared from the moment when it can fly, by `OWN_LOOP`.
+
     Args:
         reference: Who flies the first world.
         candidate: Who flies the second one.
@@ -54,7 +56,12 @@ def compare_flights(
     }
     found = {
         member.name: Comparison(
-            "flight", member.name, member.shows, is_by_number=False, missing_in=at_home[member.name]
+            "flight",
+            member.name,
+            member.shows,
+            is_by_number=False,
+            missing_in=at_home[member.name],
+            modules=member.modules,
         )
         for member in fleet
     }
@@ -78,7 +85,11 @@ def _fly(
         world.check_provider(side.number)
     names = _common_logs(sides)
     samplers = [_Sampler(world, side.number, names) for world, side in zip(worlds, sides, strict=True)]
-    judges = [_Judge(found[member.name], pilot) for member, pilot in zip(fleet, worlds[0].pilots, strict=True)]
+    has_own_loop = any(side.has_own_loop for side in sides)
+    judges = [
+        _Judge(found[member.name], pilot, round(member.settles_s * 1000) if has_own_loop else None)
+        for member, pilot in zip(fleet, worlds[0].pilots, strict=True)
+    ]
     total = round((min(seconds, worlds[0].seconds) + _AFTERWARDS) * 1000)
     # both at the same tick, whatever each thinks about being ready
     while (done := worlds[0].ticks_under_way) < total:
@@ -126,6 +137,12 @@ class _Stretch:
         """Return the part up to a tick."""
         count = int(np.searchsorted(self.ticks, tick, "right"))
         ticks, truth, rows, refused = (a[:count] for a in (self.ticks, self.truth, self.rows, self.refused))
+        return _Stretch(ticks, truth, rows, self.slots, refused)
+
+    def since(self, tick: int) -> _Stretch:
+        """Return the part from a tick on."""
+        first = int(np.searchsorted(self.ticks, tick, "left"))
+        ticks, truth, rows, refused = (a[first:] for a in (self.ticks, self.truth, self.rows, self.refused))
         return _Stretch(ticks, truth, rows, self.slots, refused)
 
     def variable(self, name: str) -> NDArray[Any]:
@@ -196,18 +213,25 @@ class _Sampler:
 class _Judge:
     """Compares one drone with itself, stretch by stretch, until shortly after its last leg."""
 
-    def __init__(self, result: Comparison, pilot: Pilot) -> None:
+    def __init__(self, result: Comparison, pilot: Pilot, settles: int | None) -> None:
+        """Judge a flight; `settles` (ms) is how long an own loop may take, None: both fly in the same loop."""
         self.result = result
         self._pilot = pilot
+        self._settles = settles
         self._deviations: dict[str, Deviation] = {}
         self._traces: dict[str, list[Trace]] = {}
 
     def look(self, reference: _Stretch, candidate: _Stretch) -> None:
         """Compare a stretch."""
         first, second = reference, candidate
+        if self._settles is not None:
+            if self._pilot.start is None:
+                return
+            begin = self._pilot.start + self._settles
+            first, second = first.since(begin), second.since(begin)
         if self._pilot.start is not None:
             end = self._pilot.start + self._pilot.ticks + round(_AFTERWARDS * 1000)
-            first, second = reference.until(end), candidate.until(end)
+            first, second = first.until(end), second.until(end)
         if not len(first.ticks):
             return
         for i, name in enumerate(_TRUTH):
@@ -226,7 +250,8 @@ class _Judge:
 
     def _tolerance(self, name: str, dtype: np.dtype) -> Tolerance:
         known = self._deviations.get(name)
-        return known.tolerance if known else tolerance_of(name, dtype, FLIGHT)
+        table = FLIGHT if self._settles is None else OWN_LOOP
+        return known.tolerance if known else tolerance_of(name, dtype, table)
 
     def _note(self, name: str, dtype: np.dtype, samples: int) -> None:
         """Note a stretch without any deviation."""

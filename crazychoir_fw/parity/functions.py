@@ -36,6 +36,8 @@ class Comparison:
     """Names of the providers that cannot be asked."""
     failures: dict[str, str] = field(default_factory=dict)
     """Why a provider gave up, by ``reference`` and ``candidate``."""
+    modules: tuple[str, ...] = ()
+    """Of flights: the modules around the algorithms that decide them."""
     only_in: dict[str, list[str]] = field(default_factory=dict)
     """Signals that only the ``reference`` or the ``candidate`` gave."""
 

@@ -17,7 +17,7 @@ from crazychoir_fw.parity.functions import Comparison, compare_functions
 from crazychoir_fw.parity.inputs import Inputs, record
 from crazychoir_fw.parity.side import Side
 from crazychoir_fw.parity.tables import Tables, compare_tables
-from crazychoir_fw.parity.tolerances import FLIGHT, REPLAY, WHOLE, Tolerance
+from crazychoir_fw.parity.tolerances import FLIGHT, OWN_LOOP, REPLAY, WHOLE, Tolerance
 from crazychoir_fw.version import __version__
 
 Progress = Callable[[str, float], None]
@@ -67,6 +67,11 @@ class Parity:
         words = (Verdict.IDENTICAL, Verdict.EQUAL, Verdict.DIFFERENT, Verdict.MISSING)
         return {verdict.value: found[verdict] for verdict in words}
 
+    def modules(self) -> dict[str, Verdict]:
+        """Return the verdict on every module around the algorithms: that of the flights which it decides."""
+        names = dict.fromkeys(name for flight in self.flights for name in flight.modules)
+        return {name: overall([one.verdict for one in self.flights if name in one.modules]) for name in names}
+
     def groups(self) -> dict[str, list[Comparison]]:
         """Return the comparisons by group, in order."""
         found: dict[str, list[Comparison]] = {}
@@ -92,9 +97,11 @@ class Parity:
             "functions_of": self.functions_of,
             "functions": [comparison.as_json() for comparison in self.functions],
             "flights": [comparison.as_json() for comparison in self.flights],
+            "modules": {name: verdict.value for name, verdict in self.modules().items()},
             "tolerances": {
                 "replay": [_tolerance(row) for row in (*REPLAY, WHOLE)],
                 "flight": [_tolerance(row) for row in FLIGHT],
+                "own_loop": [_tolerance(row) for row in OWN_LOOP],
             },
         }
 

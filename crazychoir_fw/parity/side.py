@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import check, platform_names, provider_functions, struct_view
+from crazychoir_fw.core import check, platform_names, provider_functions, provider_identity, struct_view
 from crazychoir_fw.errors import UnknownNameError
 from crazychoir_fw.variables import Variable, read_tables
 
@@ -51,6 +51,11 @@ class Side:
 
     def __repr__(self) -> str:
         return f"<Side {self.name} on {self.platform}>"
+
+    @property
+    def has_own_loop(self) -> bool:
+        """Whether the stabilizer loop is the provider's own."""
+        return "stabilizer" in provider_identity(self.number).get("modules", ())
 
     def has(self, *functions: str) -> bool:
         """Return whether the provider's table has all of these functions."""

@@ -242,6 +242,36 @@ FLIGHT: tuple[Tolerance, ...] = (
 """Whole flights, each provider in its own loop."""
 
 
+_LOOP = "a loop of another order starts the motors a step earlier or later, at another charge of the battery; "
+
+OWN_LOOP: tuple[Tolerance, ...] = (
+    Tolerance(
+        "true position",
+        ("true.x", "true.y", "true.z"),
+        _LOOP + "5 cm is how far a drone falls while the supervisor decides once more",
+        absolute=0.05,
+        unit="m",
+    ),
+    Tolerance(
+        "estimated position",
+        ("stateEstimate.x", "stateEstimate.y", "stateEstimate.z"),
+        _LOOP + "as far as the true position",
+        absolute=0.05,
+        unit="m",
+    ),
+    Tolerance(
+        "attitude",
+        ("true.roll", "true.pitch", "true.yaw", "stateEstimate.roll", "stateEstimate.pitch", "stateEstimate.yaw"),
+        _LOOP + "and a turn through 180 deg loses a few degrees for a moment, more or less by chance",
+        absolute=10.0,
+        unit="deg",
+        turn=FULL_TURN_DEG,
+    ),
+    *FLIGHT[-2:],
+)
+"""Whole flights of a candidate that brings its own stabilizer loop, from take-off on."""
+
+
 def tolerance_of(signal: str, dtype: np.dtype, table: Sequence[Tolerance] = REPLAY) -> Tolerance:
     """Return the class of a signal.
 
