@@ -159,7 +159,7 @@ def test_a_missing_submodule_gives_the_command_at_every_level(edited):
 
 def test_unknown_words_are_told_which_ones_there_are():
     with pytest.raises(UnknownNameError, match=r"allowed after 'bitcraze:': .*modules.*did you mean 'modules'"):
-        load("bitcraze:modles", "cf2")
+        load("bitcraze:module", "cf2")
     with pytest.raises(UnknownNameError, match="no provider named 'bitcrase:modules'"):
         load("bitcrase:modules", "cf2")
 
@@ -167,11 +167,11 @@ def test_unknown_words_are_told_which_ones_there_are():
 def test_unknown_modules_of_a_mission_are_told_which_ones_there_are():
     mission = {
         "name": "wrong",
-        "drones": [{"id": "cf1", "provider": {"bitcraze": {"modules": ["comander"]}}}],
+        "drones": [{"id": "cf1", "provider": {"bitcraze": {"modules": ["commanders"]}}}],
         "flight": ["land"],
     }
     with pytest.raises(
-        MissionError, match=r"no module named 'comander', allowed: commander, .*did you mean 'commander'"
+        MissionError, match=r"no module named 'commanders', allowed: commander, .*did you mean 'commander'"
     ):
         parse_mission(mission)
 

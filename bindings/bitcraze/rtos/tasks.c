@@ -177,7 +177,7 @@ void vTaskDelayUntil(TickType_t *previous, TickType_t increment) {
   xTaskDelayUntil(previous, increment);
 }
 
-// ------------------------------------------------------------------------------------- to and fro
+// ---------------------------------------------------------------------------------- in and out
 
 static uint64_t *slice_of(const StaticTask_t *task) {
   uint64_t *slice = kept.words;
