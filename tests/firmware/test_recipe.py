@@ -227,3 +227,26 @@ def test_what_is_compiled_at_run_time_is_of_kinds_that_are_installed():
     }
     # pyproject.toml names these; Python files are tools that wrote a table
     assert kinds <= {".c", ".h", ".txt", ".py"}
+
+
+def test_a_source_behind_a_symbol_is_compiled_where_the_symbol_is_set(checkout):
+    opened = checkout()
+    steps = opened.root / "src/modules/src/outlierfilter/outlierFilterTdoaSteps.c"
+    steps.parent.mkdir(parents=True)
+    steps.write_text("")
+    assert steps not in bitcraze_recipe(opened, "cf2").extras
+    (opened.root / "configs").mkdir()
+    symbol = "CONFIG_ESTIMATOR_KALMAN_TDOA_OUTLIERFILTER_FALLBACK"
+    (opened.root / "configs" / "cf2_defconfig").write_text(f"{symbol}=y\n")
+    assert steps in bitcraze_recipe(opened, "cf2").extras
+
+
+def test_folders_that_the_list_lacks_are_searched_for_headers(checkout):
+    opened = checkout()
+    estimator = opened.root / "src/modules/interface/estimator"
+    estimator.mkdir()
+    recipe = bitcraze_recipe(opened, "cf2")
+    assert estimator in recipe.include_dirs
+    shadow = bindings_folder() / "bitcraze" / "shadow"
+    assert shadow in recipe.first_include_dirs
+    assert {"stm32fxxx.h", "stm32f4xx.h"} <= {path.name for path in shadow.iterdir()}
