@@ -158,9 +158,11 @@ static struct sigaction old_action CF_LIBRARY_KEEP                       = {.sa_
 static cf_image_map_t map          CF_LIBRARY_KEEP                       = {.n_ranges = 0};
 
 static void handle(int signal) {
-  if (rescue != NULL) {
-    siglongjmp(*rescue, signal);
+  if (rescue == NULL) {
+    sigaction(signal, &old_action, NULL);  // whoever watched before sees it happen again
+    return;
   }
+  siglongjmp(*rescue, signal);
 }
 
 static void print(void *state, const char *text) {
@@ -191,7 +193,9 @@ static cf_library_host_t host CF_LIBRARY_KEEP = {.console      = print,
                                                  .parameter    = no_variable,
                                                  .set_rescue   = set_rescue};
 
-static void watch(void) {
+// For this thread and, as far as signals go, the whole process: not while others tick.
+EXPORT void toy_watch(void);
+void        toy_watch(void) {
   const stack_t    stack  = {.ss_sp = signal_stack, .ss_size = sizeof signal_stack};
   struct sigaction action = {.sa_flags = SA_ONSTACK | SA_NODEFER};
   action.sa_handler       = handle;
@@ -200,7 +204,8 @@ static void watch(void) {
   sigaction(SIGSEGV, &action, &old_action);
 }
 
-static void watch_no_more(void) {
+EXPORT void toy_watch_no_more(void);
+void        toy_watch_no_more(void) {
   sigaction(SIGSEGV, &old_action, NULL);
   sigaltstack(&old_stack, NULL);
 }
@@ -242,7 +247,6 @@ static void tick(uint32_t now) {
 EXPORT const char *toy_tick(void *state, uint32_t now);
 const char        *toy_tick(void *state, uint32_t now) {
   failure[0] = 0;
-  watch();
   cf_work_enter(state, "tick");
   const int signal = sigsetjmp(cf_work_rescue, 0);
   if (signal == 0) {
@@ -252,7 +256,6 @@ const char        *toy_tick(void *state, uint32_t now) {
   } else {
     cf_work_abandon(signal);
   }
-  watch_no_more();
   return failure;
 }
 

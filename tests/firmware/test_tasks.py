@@ -36,6 +36,8 @@ ffi.cdef(
     const char *toy_tick(void *state, uint32_t now);
     uint64_t toy_sum(const void *state);
     uint32_t toy_laps(const void *state);
+    void toy_watch(void);
+    void toy_watch_no_more(void);
     """
 )
 
@@ -209,6 +211,14 @@ def test_threads_with_copies_of_their_own_hand_drones_over(copies):
     assert all(copies[0].view(state) == expected[-1] for state in drones)
 
 
+@pytest.fixture
+def watched(copies):
+    copies[0].lib.toy_watch()
+    yield
+    copies[0].lib.toy_watch_no_more()
+
+
+@pytest.mark.usefixtures("watched")
 @pytest.mark.parametrize(
     ("kind", "reason"),
     [
