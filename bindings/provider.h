@@ -109,6 +109,7 @@ typedef struct {
   const cf_peer_t     *peers;            // PEER_LOCALIZATION_MAX_NEIGHBORS entries
   int                  controller;       // parameters of the loop, where the loop is not theirs
   int                  estimator;
+  bool                 is_held;  // that loop, while a health test of ours has the motors
 } cf_system_inputs_t;
 
 // What they came to.
@@ -143,7 +144,8 @@ typedef enum {
 // then keeps the sensor front end, the decks and what the outputs say, and nothing else of its own
 // decides anything.
 typedef struct {
-  const char *modules;  // what is theirs, for people
+  const char *modules;       // what is theirs, for people
+  bool        has_own_loop;  // with its health tests
 
   // After cf_provider_t.init. Returns CF_ERR_UNKNOWN for a controller or estimator that they lack,
   // and CF_ERR_STATE when one of their tests fails.

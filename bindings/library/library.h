@@ -20,7 +20,7 @@
 #include "provider.h"
 
 // Changes when this header or provider.h does, so that an old library is refused.
-#define CF_LIBRARY_ABI 2
+#define CF_LIBRARY_ABI 3
 
 // A piece of the library's memory that belongs to the drone, and not to the code.
 typedef struct {

@@ -49,7 +49,7 @@ static void mirror(cf_onboard_t *onboard, const cf_system_outputs_t *outputs) {
 }
 
 void cf_firmware_modules_tick(cf_onboard_t *onboard, const cf_provider_t *provider,
-                              void *provider_state, bool are_calibrated) {
+                              void *provider_state, bool are_calibrated, bool is_held) {
   measurement_t            queue[CF_ESTIMATOR_QUEUE_SIZE];
   cf_resolved_sweep_t      sweeps[CF_ESTIMATOR_QUEUE_SIZE];
   const cf_system_inputs_t inputs = {
@@ -62,6 +62,7 @@ void cf_firmware_modules_tick(cf_onboard_t *onboard, const cf_provider_t *provid
       .peers           = onboard->peers.peers,
       .controller      = onboard->controller_type,
       .estimator       = onboard->estimator_type,
+      .is_held         = is_held,
   };
   // what is left as it was by a tick in which no controller ran
   cf_system_outputs_t outputs = {
@@ -76,8 +77,13 @@ void cf_firmware_modules_tick(cf_onboard_t *onboard, const cf_provider_t *provid
   if (onboard->fault != CF_FAULT_NONE) {
     return;
   }
+  if (is_held) {
+    outputs.motors = onboard->motors;
+  }
   mirror(onboard, &outputs);
-  provider->motor_override(provider_state, onboard->power.voltage, &onboard->motors);
+  if (!is_held) {
+    provider->motor_override(provider_state, onboard->power.voltage, &onboard->motors);
+  }
   if (onboard->step != before && onboard->step % (RATE_MAIN_LOOP / RATE_SUPERVISOR) == 0) {
     cf_power_management_update(&onboard->power, onboard->tick);
     cf_system_variables_update(&onboard->system);

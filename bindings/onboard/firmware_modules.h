@@ -11,8 +11,9 @@
 cf_status_t cf_firmware_modules_boot(cf_onboard_t *onboard, const cf_provider_t *provider,
                                      void *provider_state, const cf_boot_t *boot);
 
-// One millisecond. `are_calibrated`: the sensors were before their newest samples.
+// One millisecond. `are_calibrated`: the sensors were before their newest samples. `is_held`: a
+// loop that is not theirs does nothing, a test has set the motors.
 void cf_firmware_modules_tick(cf_onboard_t *onboard, const cf_provider_t *provider,
-                              void *provider_state, bool are_calibrated);
+                              void *provider_state, bool are_calibrated, bool is_held);
 
 #endif  // CF_ONBOARD_FIRMWARE_MODULES_H

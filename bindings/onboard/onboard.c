@@ -325,7 +325,9 @@ static void count_rate(cf_onboard_t *onboard) {
 // The same for a provider that brings more than the algorithms.
 static void fly_firmware_modules(cf_onboard_t *onboard, const cf_provider_t *provider,
                                  void *provider_state, bool are_calibrated) {
-  cf_firmware_modules_tick(onboard, provider, provider_state, are_calibrated);
+  const bool is_held =
+      !provider->system->has_own_loop && are_calibrated && run_health_test(onboard);
+  cf_firmware_modules_tick(onboard, provider, provider_state, are_calibrated, is_held);
   if (!is_finite_estimate(&onboard->estimate)) {
     cf_onboard_fail(onboard, CF_FAULT_ESTIMATE);
   } else if (!is_finite_control(&onboard->control)) {

@@ -24,6 +24,8 @@ _CHUNK = 2000  # ticks that are compared at once
 _POINTS = 50  # of a chunk, in a picture
 _AFTERWARDS = 0.3  # [s], flown after the last leg
 _TRUTH = ("true.x", "true.y", "true.z", "true.roll", "true.pitch", "true.yaw")
+_OUTCOMES = {"health.motorTestCount", "health.motorPass", "health.batteryPass"}
+"""Of tests that move no drone: judged when the flight ends."""
 
 Disturb = Callable[[Drone, int], None]
 
@@ -220,6 +222,7 @@ class _Judge:
         self._settles = settles
         self._deviations: dict[str, Deviation] = {}
         self._traces: dict[str, list[Trace]] = {}
+        self._outcomes: dict[str, tuple[NDArray[Any], NDArray[Any], NDArray[Any]]] = {}
 
     def look(self, reference: _Stretch, candidate: _Stretch) -> None:
         """Compare a stretch."""
@@ -247,6 +250,10 @@ class _Judge:
                 self._note(name, dtype, len(first.ticks))
             else:
                 self._compare(name, first.variable(name), second.variable(name), first.ticks)
+        for name in _OUTCOMES & first.slots.keys():
+            self._outcomes[name] = tuple(
+                a[-1:].copy() for a in (first.variable(name), second.variable(name), first.ticks)
+            )
 
     def _tolerance(self, name: str, dtype: np.dtype) -> Tolerance:
         known = self._deviations.get(name)
@@ -266,7 +273,9 @@ class _Judge:
         self._deviations[deviation.signal] = join(known, deviation) if known else deviation
 
     def finish(self) -> None:
-        """Put the worst first, and keep pictures of the motion where it deviates."""
+        """Judge outcomes, put the worst first, and keep pictures of the motion where it deviates."""
+        for name, (first, second, tick) in self._outcomes.items():
+            self._compare(f"outcome of {name}", first, second, tick)
         deviations = sorted(self._deviations.values(), key=lambda deviation: deviation.severity, reverse=True)
         self.result.deviations = deviations
         moved = [deviation.signal for deviation in deviations if deviation.signal in _TRUTH and deviation.deviating]

@@ -44,13 +44,27 @@ def test_a_loop_of_its_own_is_within_the_tolerance_of_loops(side):
     assert any(row.deviating for flight in flights for row in flight.deviations if row.signal.startswith("true."))
 
 
+def edited(folder, path, old, new):
+    """Lay a checkout out in which a line of one file is another."""
+    checkout = lay_out(folder)
+    text = (checkout / path).read_text()
+    assert old in text
+    (checkout / path).write_text(text.replace(old, new))
+    return checkout
+
+
+def test_a_test_that_is_never_made_is_found(lasting_cache, tmp_path):
+    checkout = edited(tmp_path / "edited", "src/modules/src/health.c", "!supervisorIsFlying()", "supervisorIsFlying()")
+    candidate = Side(load_library(build_provider(checkout, "cf2", level=STABILIZER)))
+    fleet = [member for member in MODULE_FLIGHTS if "health" in member.modules]
+    (flight,) = compare_flights(Side(), candidate, SECONDS, fleet=fleet)
+    worst = {row.signal for row in flight.deviations if row.verdict is Verdict.DIFFERENT}
+    assert worst == {"outcome of health.motorTestCount", "outcome of health.motorPass"}
+
+
 def test_an_edited_supervisor_is_found(lasting_cache, tmp_path, short_inputs):
-    checkout = lay_out(tmp_path / "edited")
-    path = checkout / "src/modules/src/supervisor.c"
-    text = path.read_text()
-    assert text.count("COMMANDER_WDT_TIMEOUT_SHUTDOWN") >= 2
-    path.write_text(text.replace("> COMMANDER_WDT_TIMEOUT_SHUTDOWN", "> 5 * COMMANDER_WDT_TIMEOUT_SHUTDOWN"))
-    assert path.read_text() != text
+    limit = "COMMANDER_WDT_TIMEOUT_SHUTDOWN"
+    checkout = edited(tmp_path / "edited", "src/modules/src/supervisor.c", f"> {limit}", f"> 5 * {limit}")
     candidate = Side(load_library(build_provider(checkout, "cf2", level=MODULES)))
     fleet = [member for member in MODULE_FLIGHTS if member.name in ("forgotten", "switched")]
     algorithms = Side(load_library(build_provider(checkout, "cf2")))

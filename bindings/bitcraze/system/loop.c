@@ -179,9 +179,11 @@ static void run(void *nothing CF_UNUSED) {
   while (!sensorsAreCalibrated()) {
     vTaskDelayUntil(&previous, 1);
   }
-  for (stabilizerStep_t step = 1;; step++) {
+  for (stabilizerStep_t step = 1;;) {
     sensorsWaitDataReady();
-    iterate(step);
+    if (!cf_system_wanted.is_held) {
+      iterate(step++);
+    }
   }
 }
 

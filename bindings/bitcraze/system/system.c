@@ -28,6 +28,12 @@
 #define IS_CRASHED 0x0080
 #define HL_FINISHED 0x0200
 
+#if CF_WITH_STABILIZER
+#define HAS_OWN_LOOP true
+#else
+#define HAS_OWN_LOOP false
+#endif
+
 static bool is_attitude_reversion_off;
 
 void stabilizerInit(StateEstimatorType estimator);
@@ -177,8 +183,9 @@ static void tick(void *state CF_UNUSED, const cf_system_inputs_t *inputs,
                  cf_system_outputs_t *outputs) {
   cf_system_sensors.data           = cf_checkout_sensors(inputs->sensors);
   cf_system_sensors.are_calibrated = inputs->are_calibrated;
-  cf_system_wanted =
-      (cf_system_wanted_t){.controller = inputs->controller, .estimator = inputs->estimator};
+  cf_system_wanted = (cf_system_wanted_t){.controller = inputs->controller,
+                                          .estimator  = inputs->estimator,
+                                          .is_held    = inputs->is_held};
   cf_hardware_battery = inputs->battery_voltage;
   if (cf_avoidance_is_enabled(NULL)) {
     tell_peers(inputs->peers);
@@ -264,6 +271,7 @@ static cf_system_t table CF_LIBRARY_KEEP = {.modules = NULL};
 const cf_system_t *cf_system(void) {
   table = (cf_system_t){
       .modules          = CF_SYSTEM_MODULES,
+      .has_own_loop     = HAS_OWN_LOOP,
       .boot             = boot,
       .tick             = tick,
       .set_setpoint     = set_setpoint,

@@ -39,10 +39,11 @@ extern cf_system_seen_t cf_system_seen;
 // What the supervisor's state machine came to, in our numbers.
 extern int cf_system_supervisor_state;
 
-// What a client chose, where the parameters of the loop are ours.
+// What is asked of the loop where it is ours, as are its parameters.
 typedef struct {
-  int controller;
-  int estimator;
+  int  controller;
+  int  estimator;
+  bool is_held;
 } cf_system_wanted_t;
 extern cf_system_wanted_t cf_system_wanted;
 
