@@ -4,6 +4,7 @@ import fcntl
 import gc
 import hashlib
 import os
+import signal
 import sys
 from pathlib import Path
 
@@ -33,7 +34,10 @@ if settings.get_current_profile_name() == "gate" and hasattr(providers, "_get_lo
 
 
 def pytest_configure(config):
-    """Keep what is compiled for the next run, and apart from what a user keeps."""
+    """Keep what is compiled for the next run, and apart from what a user keeps; hear of SIGINT."""
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        # inherited from a shell that runs the tests in the background; what the tests start is ended by this signal
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if config.pluginmanager.hasplugin("cacheprovider"):
         os.environ.setdefault("CRAZYCHOIR_CACHE", str(config.cache.mkdir("firmware") / "cache"))
 

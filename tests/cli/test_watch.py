@@ -112,9 +112,7 @@ def test_command_flies_again_complains_and_ends_well(tmp_path):
     app, mission = tmp_path / "mine.c", tmp_path / "hop.yaml"
     app.write_text(text)
     mission.write_text("drones: {count: 1}\nflight: [takeoff: {height: 0.3, duration: 1}, land: {duration: 1}]\n")
-    # whoever runs the tests in the background may have passed on that SIGINT is ignored
-    listen = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"
-    program = f"{listen}; from crazychoir_fw.cli import app; app()"
+    program = "from crazychoir_fw.cli import app; app()"
     process = subprocess.Popen(
         [sys.executable, "-c", program, "fly", mission, "--app", app, "--watch"],
         cwd=tmp_path,
