@@ -183,9 +183,8 @@ static void tick(void *state CF_UNUSED, const cf_system_inputs_t *inputs,
                  cf_system_outputs_t *outputs) {
   cf_system_sensors.data           = cf_checkout_sensors(inputs->sensors);
   cf_system_sensors.are_calibrated = inputs->are_calibrated;
-  cf_system_wanted = (cf_system_wanted_t){.controller = inputs->controller,
-                                          .estimator  = inputs->estimator,
-                                          .is_held    = inputs->is_held};
+  cf_system_wanted                 = (cf_system_wanted_t){
+      .controller = inputs->controller, .estimator = inputs->estimator, .is_held = inputs->is_held};
   cf_hardware_battery = inputs->battery_voltage;
   if (cf_avoidance_is_enabled(NULL)) {
     tell_peers(inputs->peers);
