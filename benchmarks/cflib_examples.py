@@ -24,7 +24,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from crazychoir_fw.report.flight_log import FlightLog
+from crazychoir_fw.recording.flight_log import FlightLog
 
 EXAMPLES = (
     "autonomy/autonomous_sequence.py",  # the first, because it flies around the origin

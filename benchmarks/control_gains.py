@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.control import (
     FlatnessPositionCtrl,
     FPQRSender,
@@ -26,9 +27,8 @@ from crazychoir_fw.control import (
     GeometryAttitudeCtrl,
     HierarchicalController,
 )
-from crazychoir_fw.integrator.platforms import platform_mass
-from crazychoir_fw.messages import Pose, Reference, Twist
 from crazychoir_fw.simulation import Drone, DroneConfig, MotorCtrl, MotorCtrlFPQR, MotorCtrlFRPY, World
+from crazychoir_fw.simulation.integrator.platforms import platform_mass
 
 Array = NDArray[np.float64]
 

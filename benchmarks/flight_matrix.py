@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.core import choices
+from crazychoir_fw.common.trajectory_files import read_pieces
+from crazychoir_fw.onboard.core import choices
 from crazychoir_fw.simulation import Drone, DroneConfig, World
-from crazychoir_fw.trajectory_files import read_pieces
 
 PLATFORMS = ("cf2", "cf21bl")
 CONTROLLERS = ("pid", "mellinger", "indi", "brescianini", "lee")

@@ -12,10 +12,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.recorded import flight_files, read_flight
-from crazychoir_fw.recorded.identification import MASS, Identified, identify
-from crazychoir_fw.replacing import replacing
+from recorded import flight_files, read_flight
+from recorded.identification import MASS, Identified, identify
+
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.replacing import replacing
 
 UNITS = {
     "mass": "kg",

@@ -11,9 +11,9 @@ import json
 import time
 from pathlib import Path
 
-from crazychoir_fw.experiment.experiment import PARTS
-from crazychoir_fw.mission.backends import make_backend
-from crazychoir_fw.mission.layered_flight import make_experiment
+from crazychoir_fw.flight.backends import make_backend
+from crazychoir_fw.flight.experiment import PARTS
+from crazychoir_fw.flight.layered_flight import make_experiment
 from crazychoir_fw.mission.loader import load_mission
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

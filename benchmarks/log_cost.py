@@ -20,8 +20,8 @@ from swarm_scale import hovering_world
 
 from crazychoir_fw.crtp.services.log_sampler import _Group
 from crazychoir_fw.crtp.station import Station
+from crazychoir_fw.onboard.variables import log_table
 from crazychoir_fw.simulation import World, set_threads
-from crazychoir_fw.variables import log_table
 
 KINDS = {
     "in the state": ("stateEstimate.x", "stateEstimate.y", "stateEstimate.z", "stabilizer.roll", "stabilizer.pitch"),

@@ -25,7 +25,7 @@ import numpy as np
 from swarm_scale import hovering_world
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.errors import CheckoutError
+from crazychoir_fw.common.errors import CheckoutError
 from crazychoir_fw.firmware import providers
 from crazychoir_fw.firmware.checkout import locate, open_checkout
 from crazychoir_fw.firmware.levels import LEVELS, word_of

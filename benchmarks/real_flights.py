@@ -18,20 +18,20 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from recorded import flight_files, read_flight
+from recorded.controller_replay import replay_controller
+from recorded.motor_replay import replay_motors
+from recorded.phases import find_phases
+from recorded.plots import draw_chain
+from recorded.prediction import HORIZONS, predict
+from recorded.tuning import tune
+from recorded.whole_chain import fly_again
 from rich.console import Console
 from rich.table import Table
 
-from crazychoir_fw import vehicles
-from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.recorded import flight_files, read_flight
-from crazychoir_fw.recorded.controller_replay import replay_controller
-from crazychoir_fw.recorded.motor_replay import replay_motors
-from crazychoir_fw.recorded.phases import find_phases
-from crazychoir_fw.recorded.plots import draw_chain
-from crazychoir_fw.recorded.prediction import HORIZONS, predict
-from crazychoir_fw.recorded.tuning import tune
-from crazychoir_fw.recorded.whole_chain import fly_again
-from crazychoir_fw.replacing import replacing
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.replacing import replacing
+from crazychoir_fw.onboard import vehicles
 
 VEHICLE = Path(vehicles.__file__).with_name("nanobench.yaml")
 IDENTIFIED_FROM = ("B2_circle_slow_rep1", "B5_helix_slow_rep1", "B8_star_slow_rep1")

@@ -57,7 +57,7 @@ def measure(mission, options, seconds, result):
     import rclpy
     from rclpy.context import Context
 
-    from crazychoir_fw.mission.backends import make_backend
+    from crazychoir_fw.flight.backends import make_backend
     from crazychoir_fw.ros.hosting import HostedExperiment
     from crazychoir_fw.ros.process import make_executor
     from crazychoir_fw.ros.simulation import Pace

@@ -18,10 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from crazychoir_fw import vehicles
 from crazychoir_fw._core import ffi
+from crazychoir_fw.onboard import vehicles
+from crazychoir_fw.onboard.variables import log_table, parameter_table
 from crazychoir_fw.simulation import Drone, DroneConfig, World
-from crazychoir_fw.variables import log_table, parameter_table
 
 APART = 3.0  # [m]
 HEIGHT = 1.0  # [m]

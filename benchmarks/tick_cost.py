@@ -20,7 +20,7 @@ import numpy as np
 from swarm_scale import hovering_world
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import choices
+from crazychoir_fw.onboard.core import choices
 from crazychoir_fw.simulation import World, set_threads
 
 TICKS = 200  # timed at a time; short, because not every pair stays in the air

@@ -19,7 +19,7 @@ from typing import Any
 
 from swarm_scale import hovering_world
 
-from crazychoir_fw.report.mcap_file import write_mcap
+from crazychoir_fw.recording.mcap_file import write_mcap
 from crazychoir_fw.simulation import Episodes, FlightRecorder, World, set_threads
 
 

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 import step_responses
 
-from crazychoir_fw import vehicles
 from crazychoir_fw._core import ffi, lib
+from crazychoir_fw.onboard import vehicles
 from crazychoir_fw.simulation import DroneConfig, World
 
 G = 9.81

@@ -4,8 +4,8 @@ Importing the package registers the engine plugin ``crazychoir.crazyflie`` with 
 that names it flies.
 """
 
-from crazychoir_fw.core import register_plugin
-from crazychoir_fw.version import __version__
+from crazychoir_fw.common.version import __version__
+from crazychoir_fw.onboard.core import register_plugin
 
 register_plugin()
 

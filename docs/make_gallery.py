@@ -52,9 +52,9 @@ def path_of(name: str) -> Path:
 
 def fly(name: str) -> dict:
     """Fly a scenario, write its figure, and return what came of it."""
+    from crazychoir_fw.flight.layered_flight import fly_layers
     from crazychoir_fw.mission import load_mission
-    from crazychoir_fw.mission.layered_flight import fly_layers
-    from crazychoir_fw.report.plot import plot_flight
+    from crazychoir_fw.recording.plot import plot_flight
 
     mission = load_mission(path_of(name))
     if mission.backend not in ("sim", "integrator"):
@@ -79,7 +79,7 @@ def shrink(source: Path, target: Path) -> None:
     """Write a picture with fewer pixels and colors, such that lines of different colors stay different."""
     from PIL import Image
 
-    from crazychoir_fw.replacing import replacing
+    from crazychoir_fw.common.replacing import replacing
 
     picture = Image.open(source).convert("RGB")
     width = WIDTH

@@ -5,7 +5,7 @@ from pathlib import Path
 import matplotlib.pyplot as plt
 import numpy as np
 
-from crazychoir_fw.messages import Pose, TrajectoryPoint
+from crazychoir_fw.common.messages import Pose, TrajectoryPoint
 from crazychoir_fw.planning import GENTLE, Drawn, MinimumSnap, Polynomial7th, Spline, fit_drawn, thinned
 
 POINTS = [(0.0, 0.0, 1.0), (1.0, 0.2, 1.0), (1.2, 1.0, 1.0), (0.2, 1.2, 1.0), (-0.4, 0.4, 1.0)]

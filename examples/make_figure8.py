@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from crazychoir_fw.trajectory_files import write_pieces
+from crazychoir_fw.common.trajectory_files import write_pieces
 
 RATE = 0.8  # [rad/s], of the phase at full speed
 RAMP = 2.0  # [s], to reach it, and to leave it

@@ -91,3 +91,17 @@ def miniature(lasting_folder):
 def bitcraze_library(miniature, lasting_cache):
     """The library of the miniature checkout for cf2."""
     return build_provider(miniature, "cf2")
+
+
+@pytest.fixture
+def hop():
+    """A mission as its file holds it: two drones take off, wait and land."""
+    return {
+        "name": "hop",
+        "drones": [{"id": "cf1", "position": [0, 0]}, {"id": "cf2", "position": [1, 0]}],
+        "flight": [
+            {"takeoff": {"height": 1.0, "duration": 2.0}},
+            {"hover": {"duration": 3.0}},
+            {"land": {"duration": 2.0}},
+        ],
+    }

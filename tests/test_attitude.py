@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from crazychoir_fw.attitude import quaternion_xyzw, rotation, rotation_of_quaternion, rpy_of_rotation
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.attitude import quaternion_xyzw, rotation, rotation_of_quaternion, rpy_of_rotation
+from crazychoir_fw.common.messages import Pose
 
 angle = st.floats(-3.1, 3.1)
 pitch = st.floats(-1.5, 1.5)

@@ -37,7 +37,7 @@ NEEDS_MORE = {
 }
 TRIED_ELSEWHERE = {
     *("identify_vehicle.py", "real_flights.py"),  # tests/recorded/test_real_flights_script.py
-    *("step_responses.py", "vehicle_validation.py"),  # tests/vehicles/test_validation_table.py
+    *("step_responses.py", "vehicle_validation.py"),  # tests/onboard/vehicles/test_validation_table.py
 }
 
 

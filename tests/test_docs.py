@@ -7,11 +7,11 @@ from pathlib import Path
 import mujoco
 import pytest
 
-from crazychoir_fw import core
+from crazychoir_fw.flight.layered_flight import fly_layers
+from crazychoir_fw.flight.runner import fly
 from crazychoir_fw.mission import load_mission
-from crazychoir_fw.mission.layered_flight import fly_layers
-from crazychoir_fw.mission.runner import fly
 from crazychoir_fw.mission.schema import LayeredMission
+from crazychoir_fw.onboard import core
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "ARCHITECTURE.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crazychoir_fw.journal import Journal, Request
+from crazychoir_fw.recording.journal import Journal, Request
 
 scalars = st.one_of(
     st.booleans(),

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.onboard_trajectories import CompressedSegment, CompressedStart, Poly4D, compress, pack_compressed
-from crazychoir_fw.trajectory_files import end_points, read_pieces
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.trajectory_files import end_points, read_pieces
+from crazychoir_fw.onboard.trajectories import CompressedSegment, CompressedStart, Poly4D, compress, pack_compressed
 
 coefficients = st.lists(st.floats(-1e6, 1e6, width=32), min_size=8, max_size=8)
 meters = st.floats(-32.7, 32.7)

@@ -2,7 +2,7 @@ import stat
 
 import pytest
 
-from crazychoir_fw.replacing import replacing
+from crazychoir_fw.common.replacing import replacing
 
 
 def test_the_file_appears_whole_when_the_block_ends(tmp_path):

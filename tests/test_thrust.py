@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crazychoir_fw.errors import RangeError, UnknownNameError
-from crazychoir_fw.thrust import ThrustCalibration, platform_max_thrust, platform_weight, thrust_counts
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
+from crazychoir_fw.onboard.thrust import ThrustCalibration, platform_max_thrust, platform_weight, thrust_counts
 
 
 @pytest.mark.parametrize(("platform", "newtons"), [("cf2", 0.48), ("cf21bl", 0.8)])

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import MissionError
-from crazychoir_fw.trajectory_files import end_points, read_pieces, total_duration, write_pieces
+from crazychoir_fw.common.errors import MissionError
+from crazychoir_fw.common.trajectory_files import end_points, read_pieces, total_duration, write_pieces
 
 ROW = "1.5" + ",0.25" * 32
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import load_library
+from crazychoir_fw.onboard.core import load_library
 
 TESTS = Path(__file__).resolve().parent
 COMPILER = (sysconfig.get_config_var("CC") or "cc").split()[0]
@@ -21,7 +21,7 @@ COMPILER = (sysconfig.get_config_var("CC") or "cc").split()[0]
 
 @dataclass(frozen=True)
 class Toy:
-    """What `load_library` wants to know; see `crazychoir_fw.core.ProviderLibrary`."""
+    """What `load_library` wants to know; see `crazychoir_fw.onboard.core.ProviderLibrary`."""
 
     path: Path
     name: str = "toy"

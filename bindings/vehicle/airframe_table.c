@@ -1,4 +1,4 @@
-/* Numbers of crazychoir_fw/vehicles, made by airframe_table.py. */
+/* Numbers of crazychoir_fw/onboard/vehicles, made by airframe_table.py. */
 #include "vehicle/airframe_table.h"
 
 #include <stddef.h>

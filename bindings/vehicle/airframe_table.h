@@ -1,4 +1,4 @@
-/* The table that airframe_table.py makes of crazychoir_fw/vehicles. Internal to C. */
+/* The table that airframe_table.py makes of crazychoir_fw/onboard/vehicles. Internal to C. */
 #ifndef CF_VEHICLE_AIRFRAME_TABLE_H
 #define CF_VEHICLE_AIRFRAME_TABLE_H
 

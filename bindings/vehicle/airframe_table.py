@@ -1,4 +1,4 @@
-"""Writes airframe_table.c, the numbers of all vehicles, from the YAML files in crazychoir_fw/vehicles.
+"""Writes airframe_table.c, the numbers of all vehicles, from the YAML files in crazychoir_fw/onboard/vehicles.
 
 Run it from anywhere: `python bindings/vehicle/airframe_table.py`.
 """
@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 HERE = Path(__file__).resolve().parent
-VEHICLES = HERE.parents[1] / "crazychoir_fw" / "vehicles"
+VEHICLES = HERE.parents[1] / "crazychoir_fw" / "onboard" / "vehicles"
 PLATFORMS = ("cf2", "cf21bl")
 
 
@@ -64,7 +64,7 @@ def table() -> str:
             raise SystemExit(f"{name}.yaml and parameters.yaml differ in {odd}")
     return "\n".join(
         [
-            "/* Numbers of crazychoir_fw/vehicles, made by airframe_table.py. */",
+            "/* Numbers of crazychoir_fw/onboard/vehicles, made by airframe_table.py. */",
             '#include "vehicle/airframe_table.h"',
             "",
             "#include <stddef.h>",

@@ -32,7 +32,7 @@ typedef struct {
    .offset = offsetof(cf_vehicle_config_t, member_), \
    .factor = factor_}
 
-// In the order of crazychoir_fw/vehicles/parameters.yaml.
+// In the order of crazychoir_fw/onboard/vehicles/parameters.yaml.
 static const place_t PLACES[] = {
     NUMBER("mass", airframe.mass),
     NUMBER("inertia", airframe.inertia),

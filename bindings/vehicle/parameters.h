@@ -2,7 +2,7 @@
  * vehicle in text.
  *
  * parameters.c says where each is stored. Unit, allowed range and the values of each platform come
- * from the YAML files in crazychoir_fw/vehicles, by way of airframe_table.c. */
+ * from the YAML files in crazychoir_fw/onboard/vehicles, by way of airframe_table.c. */
 #ifndef CF_VEHICLE_PARAMETERS_H
 #define CF_VEHICLE_PARAMETERS_H
 

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from crazychoir_fw.cffirmware.declarations import declarations_of, features
-from crazychoir_fw.errors import BuildError, CompileError, LinkError
+from crazychoir_fw.common.errors import BuildError, CompileError, LinkError
+from crazychoir_fw.common.version import __version__
 from crazychoir_fw.firmware import linking
 from crazychoir_fw.firmware.cache import Cache, Fingerprints, digest_of, digest_of_code, used
 from crazychoir_fw.firmware.checkout import open_checkout
@@ -20,7 +21,6 @@ from crazychoir_fw.firmware.own_sources import bindings_folder
 from crazychoir_fw.firmware.probes import source_flag
 from crazychoir_fw.firmware.recipe import Recipe, bitcraze_recipe
 from crazychoir_fw.firmware.toolchain import Compiler, find_compiler
-from crazychoir_fw.version import __version__
 
 MODULE = "_crazychoir_cffirmware"
 

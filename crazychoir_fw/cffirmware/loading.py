@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from crazychoir_fw.cffirmware.build import MODULE
-from crazychoir_fw.errors import LinkError
+from crazychoir_fw.common.errors import LinkError
 
 
 def load(path: Path) -> tuple[Any, Any]:

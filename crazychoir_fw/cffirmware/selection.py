@@ -9,7 +9,7 @@ from types import ModuleType
 
 from crazychoir_fw.cffirmware.assembly import as_module, firmware_names
 from crazychoir_fw.cffirmware.structs import StructClasses
-from crazychoir_fw.errors import UnknownNameError
+from crazychoir_fw.common.errors import UnknownNameError
 
 PROVIDER_VARIABLE = "CRAZYCHOIR_PROVIDER"
 """Environment variable that chooses the provider of `import crazychoir_fw.cffirmware`."""

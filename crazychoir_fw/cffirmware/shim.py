@@ -12,8 +12,8 @@ import sysconfig
 from dataclasses import dataclass
 from pathlib import Path
 
-from crazychoir_fw.errors import StateError
-from crazychoir_fw.replacing import replacing
+from crazychoir_fw.common.errors import StateError
+from crazychoir_fw.common.replacing import replacing
 
 NAME = "cffirmware"
 _MARK = "# Written by `crazychoir firmware install-shim`; `--remove` takes it away again."

@@ -46,7 +46,7 @@ class Inputs:
         self._apps = {Path(path) for drone in mission.fleet for path in drone.app}
         self._checkout = None
         if any(level_of(drone.provider) is not None for drone in mission.fleet):
-            from crazychoir_fw.errors import CheckoutError
+            from crazychoir_fw.common.errors import CheckoutError
             from crazychoir_fw.firmware.checkout import locate
 
             # where there is none, the flight is about to say so

@@ -30,7 +30,7 @@ def build(
     import shlex
     import time
 
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
     from crazychoir_fw.firmware.apps import build_app
     from crazychoir_fw.firmware.checkout import VARIABLE
 
@@ -54,8 +54,8 @@ def build(
 
 def _rows(built: "App", platform: str) -> dict[str, str]:
     """Return what there is to say about an app."""
-    from crazychoir_fw.core import load_library
-    from crazychoir_fw.variables import factory_values, log_table, parameter_table
+    from crazychoir_fw.onboard.core import load_library
+    from crazychoir_fw.onboard.variables import factory_values, log_table, parameter_table
 
     number = load_library(built.library)
     parameters = {name: row for name, row in parameter_table(number).items() if name.split(".")[0] in built.groups}

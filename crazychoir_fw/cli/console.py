@@ -7,7 +7,7 @@ import typer
 from rich.console import Console
 from rich.text import Text
 
-from crazychoir_fw.errors import BuildError, CrazychoirError
+from crazychoir_fw.common.errors import BuildError, CrazychoirError
 
 console = Console()
 complaints = Console(stderr=True)

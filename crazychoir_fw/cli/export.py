@@ -15,8 +15,8 @@ def export(
     ],
 ) -> None:
     """Write a log as a file that other tools open."""
-    from crazychoir_fw.errors import CrazychoirError
-    from crazychoir_fw.report.mcap_file import write_mcap
+    from crazychoir_fw.common.errors import CrazychoirError
+    from crazychoir_fw.recording.mcap_file import write_mcap
     from crazychoir_fw.simulation.replay import load_flight
 
     try:

@@ -47,7 +47,7 @@ def build(
     """Compile a checkout to provider libraries: its algorithms alone, and as much of it as compiles."""
     import time
 
-    from crazychoir_fw.errors import BuildError, CrazychoirError
+    from crazychoir_fw.common.errors import BuildError, CrazychoirError
     from crazychoir_fw.firmware import levels
     from crazychoir_fw.firmware.build import build_provider
     from crazychoir_fw.firmware.checkout import locate
@@ -110,7 +110,7 @@ def show(
 @firmware.command()
 def clean() -> None:
     """Delete all kept objects and libraries."""
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
     from crazychoir_fw.firmware.cache import cache_root
     from crazychoir_fw.firmware.cache import clean as clean_cache
 
@@ -125,7 +125,7 @@ def clean() -> None:
 
 def _facts(path: Path | None) -> dict[str, Any]:
     """Return what there is; nothing of it is an error here."""
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
     from crazychoir_fw.firmware.cache import cache_root
     from crazychoir_fw.firmware.checkout import locate, open_checkout
     from crazychoir_fw.firmware.library import kept_libraries

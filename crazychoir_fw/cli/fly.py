@@ -15,8 +15,8 @@ from crazychoir_fw.cli.tables import flight_tables, verdict
 from crazychoir_fw.cli.view import VIEW_HELP, require_way
 
 if TYPE_CHECKING:
-    from crazychoir_fw.mission.runner import FlightResult, Observer
-    from crazychoir_fw.mission.runner import Progress as FlightProgress
+    from crazychoir_fw.flight.runner import FlightResult, Observer
+    from crazychoir_fw.flight.runner import Progress as FlightProgress
     from crazychoir_fw.mission.schema import Mission
     from crazychoir_fw.simulation import World
 
@@ -126,7 +126,7 @@ def attempt(request: Request, loaded: "Callable[[Mission], None] | None" = None)
         request: What to fly.
         loaded: Called with the mission, once its file is known to be good.
     """
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
 
     folder = request.out
     try:
@@ -135,14 +135,14 @@ def attempt(request: Request, loaded: "Callable[[Mission], None] | None" = None)
             loaded(mission)
         folder = _make_folder(folder if folder is not None else Path("out") / mission.name)
         if request.mcap:
-            from crazychoir_fw.report.mcap_file import require_mcap
+            from crazychoir_fw.recording.mcap_file import require_mcap
 
             require_mcap()
         reason = _no_video_because(request.video)
         result = _fly(mission, request, FRAMES_PER_SECOND if reason is None else 0)
         _write(result, folder, reason, request.camera)
         if request.mcap:
-            from crazychoir_fw.report.mcap_file import write_mcap
+            from crazychoir_fw.recording.mcap_file import write_mcap
 
             write_mcap(result.log, folder / "log.mcap")
     except CrazychoirError as error:
@@ -183,15 +183,15 @@ def _no_video_because(wanted: bool) -> str | None:
     """Return why there will be no video, or None if there will be one."""
     if not wanted:
         return "--no-video"
-    from crazychoir_fw.report.video import rendering_available
+    from crazychoir_fw.recording.video import rendering_available
 
     return rendering_available()
 
 
 def _fly(mission: "Mission", request: Request, fps: int) -> "FlightResult":
     """Fly, with a progress bar and perhaps a window or a page."""
-    from crazychoir_fw.errors import StateError
-    from crazychoir_fw.mission.runner import fly as fly_mission
+    from crazychoir_fw.common.errors import StateError
+    from crazychoir_fw.flight.runner import fly as fly_mission
     from crazychoir_fw.mission.schema import LayeredMission
 
     view: AbstractContextManager[Observer | None] = nullcontext(None)
@@ -225,7 +225,7 @@ def _fly(mission: "Mission", request: Request, fps: int) -> "FlightResult":
                 from crazychoir_fw.ros.manager import fly_hosted
 
                 return fly_hosted(mission, request.ros, request.threads, visuals, fps, observe)
-            from crazychoir_fw.mission.layered_flight import fly_layers
+            from crazychoir_fw.flight.layered_flight import fly_layers
 
             return fly_layers(mission, request.threads, visuals, fps, observe)
         return fly_mission(mission, threads=request.threads, visuals=visuals, frames_per_second=fps, observe=observe)
@@ -233,8 +233,8 @@ def _fly(mission: "Mission", request: Request, fps: int) -> "FlightResult":
 
 def _check_camera(world: "World", camera: str) -> None:
     """Refuse a camera that is not there before the flight, and not when it is over."""
-    from crazychoir_fw.errors import UnknownNameError
-    from crazychoir_fw.report.shots import find_shot
+    from crazychoir_fw.common.errors import UnknownNameError
+    from crazychoir_fw.recording.shots import find_shot
 
     try:
         find_shot(world.model, camera)
@@ -244,9 +244,9 @@ def _check_camera(world: "World", camera: str) -> None:
 
 def _write(result: "FlightResult", folder: Path, no_video_because: str | None, camera: str) -> None:
     """Write the summary, the log, the picture and the video of a flight."""
-    from crazychoir_fw.mission.layered_result import LayeredResult
-    from crazychoir_fw.mission.summary import write_summary
-    from crazychoir_fw.report.plot import plot_flight
+    from crazychoir_fw.flight.layered_result import LayeredResult
+    from crazychoir_fw.flight.summary import write_summary
+    from crazychoir_fw.recording.plot import plot_flight
 
     title = result.mission.description or result.mission.name
     write_summary(folder / "summary.json", result.summary)
@@ -259,7 +259,7 @@ def _write(result: "FlightResult", folder: Path, no_video_because: str | None, c
         console.print(f"No video: {reason or 'the flight did not begin'}", style="yellow", markup=False)
         return
 
-    from crazychoir_fw.report.video import film_flight
+    from crazychoir_fw.recording.video import film_flight
 
     speed = result.film.speed
     hint = f" ({speed:g} x speed)" if speed != 1.0 else ""

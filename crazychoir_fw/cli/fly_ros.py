@@ -23,7 +23,7 @@ def fly_as_nodes(request: Request, processes: str, domain: int | None, pace: flo
         restart: Whether processes that end are started again.
     """
     from crazychoir_fw.cli.fly import attempt, load
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
 
     try:
         from crazychoir_fw.ros.manager import RosOptions, check, fly_as_processes

@@ -61,7 +61,7 @@ def gui(
     restart: Restart = False,
 ) -> None:
     """Open the page of a mission: nothing flies until somebody presses a button there."""
-    from crazychoir_fw.errors import CrazychoirError, RangeError
+    from crazychoir_fw.common.errors import CrazychoirError, RangeError
     from crazychoir_fw.gui.server import check_host, require_nicegui
 
     if not ros:
@@ -140,7 +140,7 @@ def _write_log(session: "Session", path: Path) -> None:
     Raises:
         CrazychoirError: If nothing was, or the file cannot be written.
     """
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
     from crazychoir_fw.gui.flight_record import record_of, write_record
 
     record = record_of(session)

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from crazychoir_fw.errors import CrazychoirError, RangeError
+from crazychoir_fw.common.errors import CrazychoirError, RangeError
 
 if TYPE_CHECKING:
     from crazychoir_fw.gui.session import Session

@@ -10,8 +10,8 @@ from crazychoir_fw.cli.tables import facts_table
 
 def info(as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs.")] = False) -> None:
     """Show what is installed: versions, providers, controllers, sizes."""
-    from crazychoir_fw.core import info as facts_of_core
     from crazychoir_fw.mujoco_models import SCENES
+    from crazychoir_fw.onboard.core import info as facts_of_core
 
     facts = {**facts_of_core(), "scenes": list(SCENES), **_firmware()}
     if as_json:
@@ -30,7 +30,7 @@ def info(as_json: Annotated[bool, typer.Option("--json", help="Print JSON for pr
 def _firmware() -> dict[str, Any]:
     """Return which checkout of the real firmware would fly, or why none, and what was compiled of it last."""
     from crazychoir_fw.cli.firmware import latest_libraries
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
     from crazychoir_fw.firmware.cache import cache_root
     from crazychoir_fw.firmware.checkout import open_checkout
     from crazychoir_fw.firmware.library import kept_libraries

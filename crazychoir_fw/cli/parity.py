@@ -51,7 +51,7 @@ def parity(
 
     Leaves with 0 when they are equal within tolerance, with 1 when they differ, with 2 when they cannot be compared.
     """
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
 
     try:
         with _progress() as show:
@@ -126,10 +126,10 @@ def _compare(
 
 def _provider(word: str, platform: str, checkout: Path | None, show: Callable[[str, float], None]) -> int:
     """Return the number of a provider, built and loaded if need be."""
-    from crazychoir_fw.core import load_library
     from crazychoir_fw.firmware.build import build_provider
     from crazychoir_fw.firmware.checkout import locate
     from crazychoir_fw.firmware.providers import BITCRAZE, load
+    from crazychoir_fw.onboard.core import load_library
 
     def building(what: str, done: int, total: int) -> None:
         show(what, done / total if total else 0.0)

@@ -28,9 +28,9 @@ def radio_budget(
     loss: Annotated[float, typer.Option(min=0, max=1, help="Share of lost transmissions.")] = 0.0,
 ) -> None:
     """Estimate how many drones one Crazyradio can serve, and how late their setpoints come."""
+    from crazychoir_fw.common.errors import CrazychoirError
     from crazychoir_fw.crtp.link_model import RadioConfig
     from crazychoir_fw.crtp.link_model.budget import LogBlock, budget
-    from crazychoir_fw.errors import CrazychoirError
 
     blocks = [LogBlock(rate) for rate in ([10.0] if logs is None else logs)]
     try:

@@ -22,7 +22,7 @@ def replay(
     threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,
 ) -> None:
     """Fly a recorded flight again and compare every signal with the record."""
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
     from crazychoir_fw.simulation.replay import load_flight
     from crazychoir_fw.simulation.replay import replay as fly_again
 

@@ -58,7 +58,7 @@ def reboot(drones: Drones = None, domain: Domain = None) -> None:
 
 
 def _press(button: str, domain: int | None) -> None:
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
 
     try:
         # says how to install what is missing, and keeps discovery on this machine
@@ -72,7 +72,7 @@ def _press(button: str, domain: int | None) -> None:
 
 
 def _care(name: str, is_armed: bool, drones: str | None, domain: int | None) -> None:
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
 
     try:
         from crazychoir_fw.ros.care import care_once

@@ -10,7 +10,7 @@ from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, compla
 from crazychoir_fw.cli.view import VIEW_HELP, open_view, require_way
 
 if TYPE_CHECKING:
-    from crazychoir_fw.mission.runner import Observer
+    from crazychoir_fw.flight.runner import Observer
     from crazychoir_fw.simulation import World
 
 _FRAME_TICKS = 20
@@ -24,7 +24,7 @@ def run(
     threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,
 ) -> None:
     """Fly the drones of a model, each by the motor control that its body names."""
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
     from crazychoir_fw.simulation import World
 
     require_way(view)
@@ -43,7 +43,7 @@ def run(
 
 
 def _fly(world: "World", seconds: float, show: "Observer | None") -> None:
-    from crazychoir_fw.mission.runner import Progress
+    from crazychoir_fw.flight.runner import Progress
 
     ticks = round(seconds * 1000)
     if show is None:

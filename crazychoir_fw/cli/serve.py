@@ -17,7 +17,7 @@ from crazychoir_fw.cli.view import VIEW_HELP, require_way
 if TYPE_CHECKING:
     from crazychoir_fw.crtp.server import Server
     from crazychoir_fw.crtp.server_statistics import Statistics
-    from crazychoir_fw.mission.runner import Observer
+    from crazychoir_fw.flight.runner import Observer
     from crazychoir_fw.mission.schema import Mission
     from crazychoir_fw.simulation import FlightRecorder, World
 
@@ -92,7 +92,7 @@ def serve(
     ] = False,
 ) -> None:
     """Serve the drones of a mission by UDP, so that scripts with cflib fly them; its phases are not flown."""
-    from crazychoir_fw.errors import CrazychoirError, RangeError
+    from crazychoir_fw.common.errors import CrazychoirError, RangeError
 
     require_way(view)
     if (mission is None) == (drones is None):
@@ -144,9 +144,9 @@ def _mission(path: Path | None, drones: int | None, overrides: dict[str, Any]) -
 
 def _serve(mission: "Mission", request: Request) -> list[str]:
     """Serve until the end. Returns what the core stopped drones for, one sentence each."""
-    from crazychoir_fw.errors import StateError
+    from crazychoir_fw.common.errors import StateError
+    from crazychoir_fw.flight.runner import LOG_RATE, build_world
     from crazychoir_fw.mission.radios import simulated_radios
-    from crazychoir_fw.mission.runner import LOG_RATE, build_world
     from crazychoir_fw.simulation import FlightRecorder
 
     view: AbstractContextManager[Observer | None] = nullcontext(None)
@@ -217,7 +217,7 @@ def _boot(world: "World") -> None:
 
 def _plan_faults(mission: "Mission", world: "World") -> None:
     """Plan what goes wrong, in times since the drones have come up."""
-    from crazychoir_fw.errors import CrazychoirError, MissionError
+    from crazychoir_fw.common.errors import CrazychoirError, MissionError
 
     for number, entry in enumerate(mission.faults):
         try:
@@ -239,7 +239,7 @@ class _Picture:
 
     def show(self) -> None:
         """Show the present instant."""
-        from crazychoir_fw.mission.runner import Progress
+        from crazychoir_fw.flight.runner import Progress
 
         seconds = time.perf_counter() - self._began if self._began else 0.0
         self._show(self._world, Progress(seconds, 0.0, seconds))
@@ -247,8 +247,8 @@ class _Picture:
 
 def _write(folder: Path, mission: "Mission", recorder: "FlightRecorder", statistics: "Statistics") -> None:
     """Write the log, the picture and the figures."""
-    from crazychoir_fw.replacing import replacing
-    from crazychoir_fw.report.plot import plot_flight
+    from crazychoir_fw.common.replacing import replacing
+    from crazychoir_fw.recording.plot import plot_flight
 
     about = {"mission": mission.name, "description": mission.description, "server": statistics.as_dict()}
     log = recorder.finish(about)

@@ -12,7 +12,7 @@ def install_shim(
 ) -> None:
     """Let `import cffirmware` find crazychoir_fw.cffirmware in this environment."""
     from crazychoir_fw.cffirmware import shim
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
 
     try:
         done = shim.remove() if remove else shim.install()

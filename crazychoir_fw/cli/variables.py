@@ -10,7 +10,7 @@ from rich.text import Text
 from crazychoir_fw.cli.console import console, echo_json, refuse
 
 if TYPE_CHECKING:
-    from crazychoir_fw.variables import Variable
+    from crazychoir_fw.onboard.variables import Variable
 
 
 def variables(
@@ -21,9 +21,9 @@ def variables(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs.")] = False,
 ) -> None:
     """List parameters (or log variables) by name: type, factory value, flags."""
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
     from crazychoir_fw.firmware.providers import load
-    from crazychoir_fw.variables import factory_values, log_table, parameter_table
+    from crazychoir_fw.onboard.variables import factory_values, log_table, parameter_table
 
     try:
         number = load(provider, platform)

@@ -10,7 +10,7 @@ from rich.text import Text
 from crazychoir_fw.cli.console import console, echo_json, refuse
 
 if TYPE_CHECKING:
-    from crazychoir_fw.vehicles import Parameter, Value
+    from crazychoir_fw.onboard.vehicles import Parameter, Value
 
 
 def vehicle(
@@ -21,8 +21,8 @@ def vehicle(
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs.")] = False,
 ) -> None:
     """List the numbers of a vehicle: value, unit, allowed range, meaning, source."""
-    from crazychoir_fw.errors import CrazychoirError
-    from crazychoir_fw.vehicles import NAMED, changes_of, parameters
+    from crazychoir_fw.common.errors import CrazychoirError
+    from crazychoir_fw.onboard.vehicles import NAMED, changes_of, parameters
 
     try:
         table = changes_of(platform) if platform in NAMED else parameters(platform)

@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.cli.pace import Pace
-from crazychoir_fw.errors import CrazychoirError, StateError
-from crazychoir_fw.report.likeness import Likeness
-from crazychoir_fw.report.overlays import drone_colors, place_ghost, place_name
+from crazychoir_fw.common.errors import CrazychoirError, StateError
+from crazychoir_fw.recording.likeness import Likeness
+from crazychoir_fw.recording.overlays import drone_colors, place_ghost, place_name
 from crazychoir_fw.simulation.targets import Targets
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from crazychoir_fw.mission.runner import Observer, Progress
+    from crazychoir_fw.flight.runner import Observer, Progress
     from crazychoir_fw.simulation import World
 
 _FRAME_S = 1.0 / 60.0

@@ -17,15 +17,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.cli.pace import Pace
-from crazychoir_fw.errors import MissingLibraryError
-from crazychoir_fw.report.likeness import Likeness
-from crazychoir_fw.report.overlays import drone_colors
+from crazychoir_fw.common.errors import MissingLibraryError
+from crazychoir_fw.recording.likeness import Likeness
+from crazychoir_fw.recording.overlays import drone_colors
 from crazychoir_fw.simulation.targets import Targets
 
 if TYPE_CHECKING:
     import viser
 
-    from crazychoir_fw.mission.runner import Observer, Progress
+    from crazychoir_fw.flight.runner import Observer, Progress
     from crazychoir_fw.simulation import World
 
 HOST = "127.0.0.1"

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control.gains import ATTITUDE_GAINS, AttitudeGains, chosen_gains
 from crazychoir_fw.control.strategies import AttitudeCtrlStrategy
-from crazychoir_fw.messages import Pose, Reference
 
 Array = NDArray[np.float64]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Protocol
 
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.control.senders import SenderStrategy
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose, Reference, Twist
 
 
 class ReferenceHandler(Protocol):

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.control.controller import CrazyflieController, ReferenceHandler
 from crazychoir_fw.control.position import DEFAULT_MASS, STANDARD_GRAVITY
 from crazychoir_fw.control.schedule import Schedule
 from crazychoir_fw.control.senders import SenderStrategy
 from crazychoir_fw.control.strategies import AttitudeCtrlStrategy, PositionCtrlStrategy
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose, Reference, Twist
 
 Array = NDArray[np.float64]
 

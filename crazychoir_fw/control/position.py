@@ -8,10 +8,10 @@ from abc import abstractmethod
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control.gains import POSITION_GAINS, PositionGains, chosen_gains
 from crazychoir_fw.control.strategies import PositionCtrlStrategy
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose, Reference
 
 Array = NDArray[np.float64]
 

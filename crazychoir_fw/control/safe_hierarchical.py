@@ -7,9 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control.hierarchical import HierarchicalController
 from crazychoir_fw.control.strategies import PositionCtrlStrategy
-from crazychoir_fw.messages import Pose, Reference
 
 Array = NDArray[np.float64]
 
@@ -27,7 +27,7 @@ class SafeHierarchicalController(HierarchicalController):
     position_strategy: PositionCtrlStrategy
 
     def set_closest(self, closest: Pose | Mapping[int, Pose]) -> None:
-        """Take those nearby, as `crazychoir_fw.safety.ClosestRobotGetter` finds them."""
+        """Take those nearby, as `crazychoir_fw.control.safety.ClosestRobotGetter` finds them."""
         self.closest = closest
 
     def _position_law(self, pose: Pose, reference: Reference) -> tuple[Array, Array]:

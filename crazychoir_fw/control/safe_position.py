@@ -19,6 +19,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control.gains import PositionGains
 from crazychoir_fw.control.position import (
     DEFAULT_MASS,
@@ -27,8 +29,6 @@ from crazychoir_fw.control.position import (
     FlatnessCtrl,
     FlatnessPositionCtrl,
 )
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose, Reference
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ _OF_DISTURBANCE = 2.0  # [1/s^2]
 
 
 class AccelerationFilter(Protocol):
-    """What the laws want of a filter; `crazychoir_fw.safety.DoubleIntegratorCBF` is one."""
+    """What the laws want of a filter; `crazychoir_fw.control.safety.DoubleIntegratorCBF` is one."""
 
     max_acceleration: float
 

@@ -9,10 +9,10 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.attitude import rpy_of_rotation
+from crazychoir_fw.common.attitude import rpy_of_rotation
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Twist
 from crazychoir_fw.control.schedule import checked_frequency
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Twist
 
 Array = NDArray[np.float64]
 

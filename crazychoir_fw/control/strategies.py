@@ -10,8 +10,8 @@ from abc import ABC, abstractmethod
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control.schedule import checked_frequency
-from crazychoir_fw.messages import Pose, Reference
 
 Array = NDArray[np.float64]
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.attitude import wrapped
+from crazychoir_fw.common.attitude import wrapped
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.control.controller import CrazyflieController, ReferenceHandler
 from crazychoir_fw.control.gains import VELOCITY_GAINS, VelocityGains, chosen_gains
 from crazychoir_fw.control.schedule import Schedule, checked_frequency
 from crazychoir_fw.control.senders import SenderStrategy
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose, Reference, Twist
 
 Array = NDArray[np.float64]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.ticks import TICKS_PER_SECOND
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 
 MAX_LAG_S = 0.25
 """A simulation that is further behind than this gives the rest up instead of racing after it."""

@@ -10,6 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from crazychoir_fw.common.errors import RangeError, StateError
+from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.crtp.clock import Clock
 from crazychoir_fw.crtp.drone_radio import DroneRadio
 from crazychoir_fw.crtp.line import Line
@@ -21,8 +23,6 @@ from crazychoir_fw.crtp.server_statistics import Statistics
 from crazychoir_fw.crtp.services import Service
 from crazychoir_fw.crtp.sockets import open_sockets
 from crazychoir_fw.crtp.station import SERVICES, Station
-from crazychoir_fw.errors import RangeError, StateError
-from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone

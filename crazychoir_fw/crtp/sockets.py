@@ -7,8 +7,8 @@ import socket
 import struct
 from contextlib import suppress
 
+from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.crtp.owner import Address
-from crazychoir_fw.errors import RangeError, StateError
 
 RECEIVE_BUFFER_BYTES = 1 << 20
 """A burst of all clients at once; the usual buffer holds 256 packets (crtp-cflib dossier section 3.4)."""

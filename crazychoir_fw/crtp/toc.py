@@ -11,8 +11,8 @@ import zlib
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.variables import Variable, log_table, parameter_table
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.onboard.variables import Variable, log_table, parameter_table
 
 ITEM_V1, INFO_V1, ITEM, INFO = range(4)
 """First byte of a request on channel 0."""

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
-from crazychoir_fw.errors import BuildError, RangeError
+from crazychoir_fw.common.errors import BuildError, RangeError
 from crazychoir_fw.firmware.levels import ALGORITHMS, BITCRAZE, level_of
 
 if TYPE_CHECKING:
@@ -132,7 +132,7 @@ def carry(drones: Sequence[Configuration]) -> list[Configuration]:
         CheckoutError: If there is no usable checkout.
         RangeError: If a drone asks for what its app does not bring, or two apps have one name.
     """
-    from crazychoir_fw import core
+    from crazychoir_fw.onboard import core
 
     apps: dict[tuple[tuple[Path, ...], str, str], App] = {}
     files_of: dict[str, tuple[Path, ...]] = {}

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from crazychoir_fw.errors import BuildError, CheckoutError, CompileError, LinkError
+from crazychoir_fw.common.errors import BuildError, CheckoutError, CompileError, LinkError
+from crazychoir_fw.common.version import __version__
 from crazychoir_fw.firmware import configuration, levels, linking
 from crazychoir_fw.firmware.cache import Cache, Fingerprints, digest_of, digest_of_code, used, write_text
 from crazychoir_fw.firmware.checkout import VENDOR, Checkout, open_checkout
@@ -20,7 +21,6 @@ from crazychoir_fw.firmware.objects import Compiled, Objects, Unit, demand_all
 from crazychoir_fw.firmware.probes import feature_flags, features, probe_units, source_flag
 from crazychoir_fw.firmware.recipe import Recipe, bitcraze_recipe, builtin_recipe, vehicle_mode
 from crazychoir_fw.firmware.toolchain import Compiler, find_compiler
-from crazychoir_fw.version import __version__
 
 Progress = Callable[[str, int, int], None]
 """Told what is at work, how many files are done, and of how many. Called by several threads, one at a time."""

@@ -20,8 +20,8 @@ from typing import Any
 
 import platformdirs
 
-from crazychoir_fw.errors import BuildError
-from crazychoir_fw.replacing import replacing
+from crazychoir_fw.common.errors import BuildError
+from crazychoir_fw.common.replacing import replacing
 
 VARIABLE = "CRAZYCHOIR_CACHE"
 """Environment variable that names another folder for caches."""

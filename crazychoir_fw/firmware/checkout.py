@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import crazychoir_fw
-from crazychoir_fw.errors import CheckoutError
+from crazychoir_fw.common.errors import CheckoutError
 
 VARIABLE = "CRAZYFLIE_FIRMWARE"
 """Environment variable that names a checkout."""

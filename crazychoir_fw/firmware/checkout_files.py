@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from crazychoir_fw.errors import CheckoutError
+from crazychoir_fw.common.errors import CheckoutError
 from crazychoir_fw.firmware import levels
 from crazychoir_fw.firmware.checkout import CMSIS, MODULES, SETUP, VENDOR
 from crazychoir_fw.firmware.fallback_lists import GENERATED

@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from crazychoir_fw.errors import CheckoutError, UnknownNameError
+from crazychoir_fw.common.errors import CheckoutError, UnknownNameError
 from crazychoir_fw.firmware.kconfig import read_kconfig
 
 FILE_NAME = "autoconf.h"

@@ -15,7 +15,7 @@ from elftools.elf.constants import SH_FLAGS
 from elftools.elf.elffile import ELFFile
 from elftools.elf.relocation import RelocationSection, RelrRelocationSection
 
-from crazychoir_fw.errors import BuildError, CrazychoirError
+from crazychoir_fw.common.errors import BuildError, CrazychoirError
 
 Range = tuple[int, int]  # offset from the begin of the library, size [bytes]
 

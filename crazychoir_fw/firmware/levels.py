@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-from crazychoir_fw.errors import UnknownNameError
+from crazychoir_fw.common.errors import UnknownNameError
 
 BITCRAZE = "bitcraze"
 ALGORITHMS, MODULES, STABILIZER = "algorithms", "modules", "stabilizer"

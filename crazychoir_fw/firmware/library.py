@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from crazychoir_fw.errors import BuildError
+from crazychoir_fw.common.errors import BuildError
 from crazychoir_fw.firmware.cache import write_text
 
 MANIFEST = "library.json"

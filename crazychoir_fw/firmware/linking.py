@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from crazychoir_fw.errors import LinkError
+from crazychoir_fw.common.errors import LinkError
 from crazychoir_fw.firmware.toolchain import Compiler, run
 
 _FLAGS = ("-shared", "-Wl,-Bsymbolic", "-Wl,-z,noexecstack", "-Wl,--build-id=none")

@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from crazychoir_fw.errors import CompileError
+from crazychoir_fw.common.errors import CompileError
 from crazychoir_fw.firmware.cache import Cache, Fingerprints, digest, digest_of, used
 from crazychoir_fw.firmware.toolchain import Compiler, run
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import crazychoir_fw
-from crazychoir_fw.errors import BuildError
+from crazychoir_fw.common.errors import BuildError
 
 
 def bindings_folder() -> Path:

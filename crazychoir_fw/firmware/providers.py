@@ -7,7 +7,7 @@ from dataclasses import replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from crazychoir_fw.errors import UnknownNameError
+from crazychoir_fw.common.errors import UnknownNameError
 from crazychoir_fw.firmware.build import Progress, build_provider
 from crazychoir_fw.firmware.checkout import locate
 from crazychoir_fw.firmware.levels import BITCRAZE, level_of
@@ -35,7 +35,7 @@ def load(word: str, platform: str, checkout: Path | None = None, progress: Progr
         CheckoutError: If there is no usable checkout.
         BuildError: If it does not build.
     """
-    from crazychoir_fw import core
+    from crazychoir_fw.onboard import core
 
     if word == BUILTIN:
         return 0

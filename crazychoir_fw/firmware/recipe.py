@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from crazychoir_fw.errors import UnknownNameError
+from crazychoir_fw.common.errors import UnknownNameError
 from crazychoir_fw.firmware import configuration, levels
 from crazychoir_fw.firmware.checkout import SETUP, Checkout
 from crazychoir_fw.firmware.checkout_files import files_of

@@ -10,7 +10,7 @@ import subprocess
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from crazychoir_fw.errors import BuildError
+from crazychoir_fw.common.errors import BuildError
 
 # texts of compilers are shown to people in their own words, but read by us as well
 ENVIRONMENT = {"LC_ALL": "C.UTF-8", "LANGUAGE": "C"}

@@ -13,7 +13,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
 from starlette.routing import BaseRoute, Route, WebSocketRoute
 
-from crazychoir_fw.errors import CrazychoirError, RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError, UnknownNameError
 from crazychoir_fw.gui import requests as asked
 from crazychoir_fw.gui.drawings import EXAMPLES
 from crazychoir_fw.gui.flight_record import FORMATS, check_format, parts_of, record_of

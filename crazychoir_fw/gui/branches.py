@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import StateError
+from crazychoir_fw.common.errors import StateError
 
 MOST_MOMENTS = 400
 """Of a branch: when there are more, every second one is forgotten."""

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.replacing import replacing
 from crazychoir_fw.gui.requests import FARTHEST_M, MOST_DRAWINGS, MOST_POINTS
 from crazychoir_fw.planning import read_drawn
-from crazychoir_fw.replacing import replacing
 
 EXAMPLES = Path(__file__).parent / "drawings"
 """Drawings that come with the package, a folder of CSV files each."""

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crazychoir_fw.errors import RangeError, StateError
-from crazychoir_fw.experiment.plain_recorder import motion_signals
-from crazychoir_fw.messages import Pose
-from crazychoir_fw.replacing import replacing
-from crazychoir_fw.report.flight_log import FlightLog
+from crazychoir_fw.common.errors import RangeError, StateError
+from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.common.replacing import replacing
+from crazychoir_fw.flight.plain_recorder import motion_signals
+from crazychoir_fw.recording.flight_log import FlightLog
 
 if TYPE_CHECKING:
     from crazychoir_fw.gui.session import Session
@@ -37,7 +37,7 @@ def check_format(name: str) -> str:
     if kind not in FORMATS:
         raise RangeError(f"{name[:80]}: a log is allowed to be {', '.join('.' + word for word in FORMATS)}")
     if kind == "mcap":
-        from crazychoir_fw.report.mcap_file import require_mcap
+        from crazychoir_fw.recording.mcap_file import require_mcap
 
         require_mcap()
     return kind
@@ -136,7 +136,7 @@ def _write_csv(log: FlightLog, path: Path) -> None:
 
 
 def _write_mcap(log: FlightLog, path: Path) -> None:
-    from crazychoir_fw.report.mcap_file import write_mcap
+    from crazychoir_fw.recording.mcap_file import write_mcap
 
     write_mcap(log, path)
 

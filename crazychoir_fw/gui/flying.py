@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crazychoir_fw.errors import CrazychoirError, StateError
-from crazychoir_fw.messages import TrajectoryPoint
+from crazychoir_fw.common.errors import CrazychoirError, StateError
+from crazychoir_fw.common.messages import TrajectoryPoint
 
 if TYPE_CHECKING:
-    from crazychoir_fw.experiment.agent import Agent
-    from crazychoir_fw.experiment.experiment import Experiment
-    from crazychoir_fw.gui.access import Access
+    from crazychoir_fw.flight.access import Access
+    from crazychoir_fw.flight.agent import Agent
+    from crazychoir_fw.flight.experiment import Experiment
     from crazychoir_fw.planning import Polynomial
 
 APPROACH_SPEED = 0.5  # [m/s]

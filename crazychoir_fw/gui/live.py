@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from starlette.websockets import WebSocket, WebSocketDisconnect
 
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.gui.marks import Marks
 from crazychoir_fw.gui.session import FRAME_S, PHASES, Frame
 

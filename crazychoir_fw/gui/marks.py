@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crazychoir_fw.experiment.surveillance import surveillance_of
-from crazychoir_fw.mission.story import story_of
-from crazychoir_fw.report.marks import COLORS
+from crazychoir_fw.flight.story import story_of
+from crazychoir_fw.mission.surveillance import surveillance_of
+from crazychoir_fw.recording.marks import COLORS
 
 if TYPE_CHECKING:
     from crazychoir_fw.gui.session import Session

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
 from crazychoir_fw.gui.requests import PreviewRequest
 from crazychoir_fw.planning import Drawn, DrawnFit, Limits, fit_drawn
 
@@ -214,10 +214,10 @@ def dry_run(mission: LayeredMission, preview: Preview) -> dict[str, Any]:
     Raises:
         StateError: If the layers follow no curves, or a drone fails.
     """
-    from crazychoir_fw.experiment.agents import make_agents, make_groups, masses_of, names_of, starts_of
-    from crazychoir_fw.experiment.experiment import Experiment
-    from crazychoir_fw.experiment.integrator_backend import IntegratorBackend
-    from crazychoir_fw.gui.access import Access
+    from crazychoir_fw.flight.access import Access
+    from crazychoir_fw.flight.agents import make_agents, make_groups, masses_of, names_of, starts_of
+    from crazychoir_fw.flight.experiment import Experiment
+    from crazychoir_fw.flight.integrator_backend import IntegratorBackend
     from crazychoir_fw.gui.flying import follow
 
     places = starts_of(mission)

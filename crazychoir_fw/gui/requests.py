@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 
 FARTHEST_M = 100.0
 MOST_POINTS = 20_000

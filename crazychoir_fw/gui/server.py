@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from crazychoir_fw.errors import MissingLibraryError, RangeError
+from crazychoir_fw.common.errors import MissingLibraryError, RangeError
 from crazychoir_fw.gui.guard import Guard, is_loopback
 
 if TYPE_CHECKING:

@@ -18,15 +18,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import CrazychoirError, StateError
-from crazychoir_fw.experiment.agents import graph_of
-from crazychoir_fw.gui.access import Access, open_access
+from crazychoir_fw.common.errors import CrazychoirError, StateError
+from crazychoir_fw.flight.access import Access, open_access
+from crazychoir_fw.flight.agents import graph_of
+from crazychoir_fw.flight.layered_flight import make_experiment
 from crazychoir_fw.gui.branches import Branches, Moment, Sample
 from crazychoir_fw.gui.memory import Memory
-from crazychoir_fw.mission.layered_flight import make_experiment
 
 if TYPE_CHECKING:
-    from crazychoir_fw.experiment.experiment import Experiment
+    from crazychoir_fw.flight.experiment import Experiment
     from crazychoir_fw.gui.flying import Flying
     from crazychoir_fw.mission.schema import LayeredMission
 

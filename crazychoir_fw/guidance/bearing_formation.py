@@ -17,13 +17,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.guidance.bearing import projections, projections_of_ort_proj
 from crazychoir_fw.guidance.cf_guidance import TOUCHDOWN_HEIGHT, Phase
 from crazychoir_fw.guidance.communicator import TopicCommunicator
 from crazychoir_fw.guidance.distributed_feedback import CFDistributedFeedback
 from crazychoir_fw.guidance.gains import FormationGains, gains_named
-from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
 
 Array = NDArray[np.float64]
 

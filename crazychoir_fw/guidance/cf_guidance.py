@@ -9,9 +9,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.guidance.outputs import Outputs
-from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
 
 Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from crazychoir_fw.errors import MessageError, RangeError, StateError
+from crazychoir_fw.common.errors import MessageError, RangeError, StateError
 from crazychoir_fw.guidance.communicator_interface import Communicator, Ids, Statistics
 from crazychoir_fw.guidance.frozen import SharedPose, frozen, handed_out
 from crazychoir_fw.guidance.graph import Schedule

@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance.communicator import TopicCommunicator
 from crazychoir_fw.guidance.velocity_feedback import VelocityFeedback, checked_gain
-from crazychoir_fw.messages import Pose
 
 Array = NDArray[np.float64]
 

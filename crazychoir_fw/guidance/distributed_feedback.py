@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.guidance.cf_guidance import CFGuidance, Phase
 from crazychoir_fw.guidance.communicator import TopicCommunicator
 from crazychoir_fw.guidance.graph import Schedule
 from crazychoir_fw.guidance.outputs import Outputs
-from crazychoir_fw.messages import Pose, Reference
 
 Array = NDArray[np.float64]
 

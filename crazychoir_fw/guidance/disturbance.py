@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.guidance.transport import Receiver, Transport
 
 _BLOCK = 256  # random numbers that are drawn at once

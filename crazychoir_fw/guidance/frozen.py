@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from crazychoir_fw.errors import MessageError
+from crazychoir_fw.common.errors import MessageError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance.serialization import DEEPEST, DTYPES, dumps
-from crazychoir_fw.messages import Pose
 
 _SHARED = frozenset([type(None), bool, int, float, str, bytes])
 

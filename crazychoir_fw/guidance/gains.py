@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
 
 Array = NDArray[np.float64]
 

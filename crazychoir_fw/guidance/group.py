@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Reference
 from crazychoir_fw.guidance.bearing_formation import LONGEST_STEP, BearingFormation
 from crazychoir_fw.guidance.cf_guidance import CFGuidance, Phase
 from crazychoir_fw.guidance.distributed_feedback import CFDistributedFeedback
 from crazychoir_fw.guidance.outputs import Outputs
-from crazychoir_fw.messages import Reference
 
 Array = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Reference
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Reference
 
 Array = NDArray[np.float64]
 

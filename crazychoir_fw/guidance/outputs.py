@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from crazychoir_fw.messages import Reference, TrajectoryPoint
+from crazychoir_fw.common.messages import Reference, TrajectoryPoint
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ import msgpack
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import MessageError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import MessageError
+from crazychoir_fw.common.messages import Pose
 
 LARGEST_BYTES = 1 << 20
 """Largest message (bytes), unless a caller allows more or less."""

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Reference
 from crazychoir_fw.guidance.cf_guidance import TOUCHDOWN_HEIGHT, CFGuidance, Phase
 from crazychoir_fw.guidance.moving_reference import MovingReference
 from crazychoir_fw.guidance.outputs import Outputs
-from crazychoir_fw.messages import Reference
 
 
 class SimpleGuidance(CFGuidance):

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 
 Receiver = Callable[[int, Any], None]
 """Takes the label of a message and its data."""

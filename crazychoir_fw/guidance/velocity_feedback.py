@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.guidance.cf_guidance import TOUCHDOWN_HEIGHT, Phase
 from crazychoir_fw.guidance.communicator import TopicCommunicator
 from crazychoir_fw.guidance.distributed_feedback import CFDistributedFeedback
 from crazychoir_fw.guidance.moving_reference import LONGEST_STEP, MovingReference
-from crazychoir_fw.messages import Pose, Reference
 
 Array = NDArray[np.float64]
 

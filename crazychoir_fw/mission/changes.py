@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from crazychoir_fw.errors import MissionError
+from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.mission.extending import EXTENDS, Step, depth, merged, steps_of
 from crazychoir_fw.mission.reading import parse_text
 from crazychoir_fw.mission.values import did_you_mean

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from crazychoir_fw.errors import MissionError
+from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.mission.reading import read_file
 from crazychoir_fw.mission.values import did_you_mean
 from crazychoir_fw.mission.wording import show

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, model_validator
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.mission.section import OneOf
 from crazychoir_fw.mission.values import did_you_mean, objection, refusal, unknown_key
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
-from crazychoir_fw.errors import MissionError
+from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.mission.section import Section
 from crazychoir_fw.mission.values import (
     choice,

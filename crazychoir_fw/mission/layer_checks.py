@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
 
-from crazychoir_fw.errors import CrazychoirError, MissionError
+from crazychoir_fw.common.errors import CrazychoirError, MissionError
 from crazychoir_fw.mission.communication import Graph
 from crazychoir_fw.mission.fleet import Layout
 from crazychoir_fw.mission.layers import GUIDANCE, GuidanceLayer
@@ -166,9 +166,10 @@ def _check_graph(mission: LayeredMission, names: list[str]) -> None:
 
 def _check_formation(mission: LayeredMission) -> None:
     """Refuse a formation that leaders and bearings do not determine, or that has two places in one."""
-    from crazychoir_fw.experiment.agents import formation_of, graph_of, leads, names_of
     from crazychoir_fw.guidance import Graph as WhoHearsWhom
     from crazychoir_fw.guidance.bearing import check_formation
+    from crazychoir_fw.mission.communicators import graph_of
+    from crazychoir_fw.mission.roles import formation_of, leads, names_of
 
     names = names_of(mission)
     for number, guidance in enumerate(mission.layers.guidances):
@@ -225,7 +226,8 @@ def _check_tables(mission: LayeredMission) -> None:
 
 def _check_distances_and_leaders(mission: LayeredMission) -> None:
     """Refuse distances that nobody knows, followers without leaders, and leaders that nobody can tell where to fly."""
-    from crazychoir_fw.experiment.agents import graph_of, leads
+    from crazychoir_fw.mission.communicators import graph_of
+    from crazychoir_fw.mission.roles import leads
 
     for number, guidance in enumerate(mission.layers.guidances):
         path = _path(mission, number)
@@ -324,7 +326,7 @@ def _check_criteria(mission: LayeredMission) -> None:
         if getattr(criteria, key) is not None and (len(layers.guidances) > 1 or layers.guidance.formation is None):
             raise MissionError(f"criteria.{key} needs layers.guidance.formation of all drones, whose bearings count")
     if criteria.surveillance_error_m is not None or criteria.surveillance_rms_m is not None:
-        from crazychoir_fw.experiment.surveillance import surveillance_of
+        from crazychoir_fw.mission.surveillance import surveillance_of
 
         if surveillance_of(mission) is None:
             raise MissionError(

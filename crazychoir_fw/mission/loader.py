@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from crazychoir_fw.errors import MissionError
+from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.mission.changes import Change, apply, change_at, read_change
 from crazychoir_fw.mission.extending import Document, chain_of, origin, path_in, together
 from crazychoir_fw.mission.fleet import BUILTIN, START_DISTANCE, Layout, Settings, close_pair

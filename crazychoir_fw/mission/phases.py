@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr, StrictBool, ValidationInfo, model_validator
 
+from crazychoir_fw.common.trajectory_files import MEMORY_PIECES, read_pieces
 from crazychoir_fw.mission.section import OneOf, Section
 from crazychoir_fw.mission.values import beside, number, point, refusal, whole
-from crazychoir_fw.trajectory_files import MEMORY_PIECES, read_pieces
 
 Height = Annotated[float, number(0.05, 100.0, "m")]
 Duration = Annotated[float, number(0.1, 3600.0, "s")]

@@ -11,12 +11,12 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import MissionError
+from crazychoir_fw.common.errors import MissionError
+from crazychoir_fw.common.ticks import TICKS_PER_SECOND
+from crazychoir_fw.common.trajectory_files import MEMORY_PIECES, end_points, total_duration
 from crazychoir_fw.mission.phases import GoTo, Hover, Land, Maneuver, Phase, Route, Takeoff, Trajectory
 from crazychoir_fw.mission.schema import Mission
 from crazychoir_fw.mission.values import did_you_mean
-from crazychoir_fw.ticks import TICKS_PER_SECOND
-from crazychoir_fw.trajectory_files import MEMORY_PIECES, end_points, total_duration
 
 SETTLE_TICKS = 2500
 """Time after the last phase, in which the drones come to rest; supervisors see a landing 2 s after the last thrust."""

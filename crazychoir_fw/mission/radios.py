@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator
 
-from crazychoir_fw.errors import CrazychoirError, MissionError
+from crazychoir_fw.common.errors import CrazychoirError, MissionError
 from crazychoir_fw.mission.values import did_you_mean, refusal, unknown_key
 
 if TYPE_CHECKING:

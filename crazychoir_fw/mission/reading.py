@@ -6,7 +6,7 @@ from typing import Any
 
 import yaml
 
-from crazychoir_fw.errors import MissionError
+from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.mission.wording import one_line, show
 
 LARGEST_FILE = 4_000_000  # bytes

@@ -15,10 +15,10 @@ import numpy as np
 from pydantic import BeforeValidator, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from crazychoir_fw.errors import CrazychoirError, UnknownNameError
+from crazychoir_fw.common.errors import CrazychoirError, UnknownNameError
 from crazychoir_fw.firmware.levels import BITCRAZE, level_of, word_for_modules
-from crazychoir_fw.variables import parameter_table
-from crazychoir_fw.vehicles import overrides, parameters
+from crazychoir_fw.onboard.variables import parameter_table
+from crazychoir_fw.onboard.vehicles import overrides, parameters
 
 _LARGEST = float(np.finfo(np.float32).max)
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.messages import Pose
 
 _MILLIMETER = 1e-3
 

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.attitude import rotation_of_quaternion, rpy_of_rotation, wrapped
-from crazychoir_fw.errors import RangeError, UnknownNameError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.attitude import rotation_of_quaternion, rpy_of_rotation, wrapped
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.mocap.derivative import LEGACY_STEP, TIME_CONSTANT, FilteredDerivative
 
 Array = NDArray[np.float64]

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import check
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.onboard.core import check
 
 Array = NDArray[np.float64]
 

@@ -8,13 +8,17 @@ import math
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from importlib.metadata import entry_points
 from typing import Any, Protocol
 
 import numpy as np
 
-from crazychoir_fw.errors import MissingLibraryError, StateError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import MissingLibraryError, StateError
+from crazychoir_fw.common.messages import Pose
+
+GROUP = "crazychoir.pose_sources"
+"""Entry points by which installed packages offer sources of poses."""
 
 LOOPBACK = "127.0.0.1"
 
@@ -34,6 +38,28 @@ class PoseSource(Protocol):
 
     def close(self) -> None:
         """Look no more."""
+
+
+def installed_source(name: str) -> Callable[[Sequence[Any]], PoseSource]:
+    """Return a source of poses that an installed package offers as an entry point of group `GROUP`.
+
+    Args:
+        name: Of the entry point. Ours is ``ros``: poses of topics.
+
+    Returns:
+        What makes the source of a list of bodies.
+
+    Raises:
+        MissingLibraryError: If nobody offers it, or what it needs is not installed.
+    """
+    for entry in entry_points(group=GROUP, name=name):
+        try:
+            return entry.load()
+        except ImportError as error:
+            raise MissingLibraryError(
+                f"poses of '{name}' need {error.name}: run pip install 'crazychoir-fw[{name}]'"
+            ) from None
+    raise MissingLibraryError(f"no installed package offers poses of '{name}' (entry point of group {GROUP})")
 
 
 class UdpPoses:

@@ -18,8 +18,8 @@ from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.errors import CrazychoirError, UnknownNameError
-from crazychoir_fw.onboard_trajectories import CompressedSegment, CompressedStart
+from crazychoir_fw.common.errors import CrazychoirError, UnknownNameError
+from crazychoir_fw.onboard.trajectories import CompressedSegment, CompressedStart
 from crazychoir_fw.simulation import DroneConfig, World
 from crazychoir_fw.simulation.drone import Drone
 

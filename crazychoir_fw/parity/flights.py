@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import lib
+from crazychoir_fw.onboard.variables import log_table
 from crazychoir_fw.parity.deviation import Deviation, join, measure
 from crazychoir_fw.parity.fleet import FLEET, Formation, Member, Pilot
 from crazychoir_fw.parity.functions import TRACES, Comparison
@@ -18,7 +19,6 @@ from crazychoir_fw.parity.tolerances import FLIGHT, OWN_LOOP, Tolerance, toleran
 from crazychoir_fw.parity.trace import Trace, trace
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.recorder import roll_pitch_yaw_deg
-from crazychoir_fw.variables import log_table
 
 _CHUNK = 2000  # ticks that are compared at once
 _POINTS = 50  # of a chunk, in a picture

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.parity.cases import Case, Outcome, Request
 from crazychoir_fw.parity.deviation import Deviation, Verdict, measure, overall
 from crazychoir_fw.parity.side import Side

@@ -16,12 +16,12 @@ from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import identity
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.replacing import replacing
+from crazychoir_fw.onboard.core import identity
 from crazychoir_fw.parity.fleet import FLEET, Formation, Member
 from crazychoir_fw.parity.side import Side
 from crazychoir_fw.parity.structs import columns, dtype_of
-from crazychoir_fw.replacing import replacing
 
 FORMAT = "crazychoir-fw parity inputs 1"
 

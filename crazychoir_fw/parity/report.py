@@ -10,12 +10,12 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from crazychoir_fw.common.replacing import replacing
 from crazychoir_fw.parity.deviation import Deviation, Verdict
 from crazychoir_fw.parity.functions import Comparison
 from crazychoir_fw.parity.plots import plot_svg
 from crazychoir_fw.parity.run import Parity
 from crazychoir_fw.parity.tolerances import FLIGHT, REPLAY, WHOLE
-from crazychoir_fw.replacing import replacing
 
 HTML, JSON = "parity.html", "parity.json"
 PLOTS = 16

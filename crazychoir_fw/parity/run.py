@@ -7,8 +7,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from crazychoir_fw import core
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.version import __version__
+from crazychoir_fw.onboard import core
 from crazychoir_fw.parity.cases import all_cases
 from crazychoir_fw.parity.deviation import Verdict, overall
 from crazychoir_fw.parity.fleet import FLEET, Member
@@ -18,7 +19,6 @@ from crazychoir_fw.parity.inputs import Inputs, record
 from crazychoir_fw.parity.side import Side
 from crazychoir_fw.parity.tables import Tables, compare_tables
 from crazychoir_fw.parity.tolerances import FLIGHT, OWN_LOOP, REPLAY, WHOLE, Tolerance
-from crazychoir_fw.version import __version__
 
 Progress = Callable[[str, float], None]
 """Told what is at work and which share of it is done, in [0, 1]."""

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import check, platform_names, provider_functions, provider_identity, struct_view
-from crazychoir_fw.errors import UnknownNameError
-from crazychoir_fw.variables import Variable, read_tables
+from crazychoir_fw.common.errors import UnknownNameError
+from crazychoir_fw.onboard.core import check, platform_names, provider_functions, provider_identity, struct_view
+from crazychoir_fw.onboard.variables import Variable, read_tables
 
 PLATFORMS = {name: number for number, name in enumerate(platform_names())}
 

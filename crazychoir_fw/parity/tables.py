@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from crazychoir_fw.onboard.variables import Variable
 from crazychoir_fw.parity.deviation import Verdict, finite_or_none, ulps_apart
 from crazychoir_fw.parity.side import Side
-from crazychoir_fw.variables import Variable
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.planning.curves import Polynomial, minimum_snap
 from crazychoir_fw.planning.curves.minimum_snap import snap_gradient
 from crazychoir_fw.planning.curves.waypoints import checked_points

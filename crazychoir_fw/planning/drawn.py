@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import TrajectoryPoint
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import TrajectoryPoint
 from crazychoir_fw.planning.allocation import allocate_times, trapezoidal_times
 from crazychoir_fw.planning.curves import Polynomial, cubic_spline, minimum_snap
 from crazychoir_fw.planning.curves.waypoints import checked_points

@@ -14,8 +14,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.onboard_trajectories import (
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.replacing import replacing
+from crazychoir_fw.common.trajectory_files import MEMORY_PIECES, write_pieces
+from crazychoir_fw.onboard.trajectories import (
     CompressedSegment,
     CompressedStart,
     compress,
@@ -25,8 +27,6 @@ from crazychoir_fw.onboard_trajectories import (
 from crazychoir_fw.planning.curves import Polynomial
 from crazychoir_fw.planning.headings import FixedHeading
 from crazychoir_fw.planning.trajectory import Trajectory
-from crazychoir_fw.replacing import replacing
-from crazychoir_fw.trajectory_files import MEMORY_PIECES, write_pieces
 
 Array = NDArray[np.float64]
 

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.core import platform_names
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.onboard.core import platform_names
+from crazychoir_fw.onboard.thrust import platform_max_thrust
 from crazychoir_fw.planning.curves import Polynomial
-from crazychoir_fw.thrust import platform_max_thrust
 
 Array = NDArray[np.float64]
 

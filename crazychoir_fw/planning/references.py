@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Reference
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Reference
 
 KINDS = ("position", "acceleration", "fullstate")
 

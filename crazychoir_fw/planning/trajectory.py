@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Reference
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Reference
 from crazychoir_fw.planning.curves import Polynomial
 from crazychoir_fw.planning.headings import FixedHeading, Heading
 

@@ -1,5 +1,6 @@
 """Drones over the radio, simulated and real, through the official cflib: `RadioHandler` and its family."""
 
+from crazychoir_fw.onboard.thrust import ThrustCalibration
 from crazychoir_fw.radio import requirement  # noqa: F401 (first: its error says what to install)
 from crazychoir_fw.radio.drone import RadioDrone
 from crazychoir_fw.radio.fpqr import RadioHandlerFPQR
@@ -15,7 +16,6 @@ from crazychoir_fw.radio.reconnecting import ReconnectPolicy
 from crazychoir_fw.radio.safety_area import SafetyArea
 from crazychoir_fw.radio.vel import RadioHandlerVel
 from crazychoir_fw.radio.xyz import RadioHandlerXYZ
-from crazychoir_fw.thrust import ThrustCalibration
 
 __all__ = [
     "LinkState",

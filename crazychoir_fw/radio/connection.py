@@ -10,7 +10,7 @@ from pathlib import Path
 import cflib.crtp
 from cflib.crtp.udpdriver import UdpDriver
 
-from crazychoir_fw.errors import RadioError
+from crazychoir_fw.common.errors import RadioError
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 
 _SERVE = "is `crazychoir serve` running?"

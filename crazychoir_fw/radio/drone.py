@@ -11,8 +11,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import RadioError, RangeError, StateError
-from crazychoir_fw.finite import finite
+from crazychoir_fw.common.errors import RadioError, RangeError, StateError
+from crazychoir_fw.common.finite import finite
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 from crazychoir_fw.radio.flight import Flight
 from crazychoir_fw.radio.leaving import take_leave

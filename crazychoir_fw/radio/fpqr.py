@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any, ClassVar
 
-from crazychoir_fw.finite import finite
+from crazychoir_fw.common.finite import finite
+from crazychoir_fw.onboard.thrust import ThrustWord
 from crazychoir_fw.radio.agents import AgentId, Uris
 from crazychoir_fw.radio.limits import limited
 from crazychoir_fw.radio.thrusting import ThrustDrone, ThrustHandler
-from crazychoir_fw.thrust import ThrustWord
 
 _RATE, _ANGLE = 0, 1
 

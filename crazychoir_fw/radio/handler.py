@@ -8,7 +8,7 @@ from dataclasses import replace
 from types import TracebackType
 from typing import Any, ClassVar, TypeVar
 
-from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
+from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.radio.agents import AgentId, Uris, agent_name, agents_of
 from crazychoir_fw.radio.callbacks import LOGGER, call
 from crazychoir_fw.radio.drone import RadioDrone

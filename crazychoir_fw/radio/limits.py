@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 
 
 def limited(value: float, limit: float) -> float:

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
-from crazychoir_fw.errors import CrazychoirError, RadioError
+from crazychoir_fw.common.errors import CrazychoirError, RadioError
 from crazychoir_fw.radio.callbacks import LOGGER
 from crazychoir_fw.radio.connection import Connection
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from cflib.crazyflie import Crazyflie
 from cflib.crazyflie.log import Log, LogConfig, LogTocElement
 
-from crazychoir_fw.errors import RadioError, RangeError, UnknownNameError
+from crazychoir_fw.common.errors import RadioError, RangeError, UnknownNameError
 from crazychoir_fw.radio.parameters import element_of, suggestion
 
 _MS_PER_SECOND = 1000.0

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import platformdirs
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.radio.agents import AgentId
 from crazychoir_fw.radio.parameters import ParameterValue
 from crazychoir_fw.radio.reconnecting import ReconnectPolicy

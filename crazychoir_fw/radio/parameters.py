@@ -10,7 +10,7 @@ from typing import Any
 from cflib.crazyflie import Crazyflie
 from cflib.crazyflie.param import ParamTocElement
 
-from crazychoir_fw.errors import RadioError, RangeError, UnknownNameError
+from crazychoir_fw.common.errors import RadioError, RangeError, UnknownNameError
 
 ParameterValue = float | int | bool
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.finite import LARGEST
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.finite import LARGEST
 
 
 class PoseGate:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cflib.utils.power_switch import PowerSwitch
 
-from crazychoir_fw.errors import RadioError, StateError
+from crazychoir_fw.common.errors import RadioError, StateError
 from crazychoir_fw.radio.connection import init_drivers
 
 BOOT_S = 4.0

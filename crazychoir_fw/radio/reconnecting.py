@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """The radio layer is cflib's; a missing cflib is answered with the command that installs it."""
 
-from crazychoir_fw.errors import MissingLibraryError
+from crazychoir_fw.common.errors import MissingLibraryError
 
 try:
     import cflib  # noqa: F401

@@ -7,7 +7,7 @@ import time
 
 from cflib.crtp.crtpstack import CRTPPacket, CRTPPort
 
-from crazychoir_fw.errors import RadioError, StateError
+from crazychoir_fw.common.errors import RadioError, StateError
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 
 PROTOCOL_WITH_SUPERVISOR = 12

@@ -6,15 +6,15 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.finite import three
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.finite import three
+from crazychoir_fw.onboard.thrust import ThrustCalibration, ThrustWord, platform_weight
 from crazychoir_fw.radio.agents import AgentId, Uris, agent_name, agents_of
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 from crazychoir_fw.radio.drone import RadioDrone
 from crazychoir_fw.radio.handler import RadioHandler
 from crazychoir_fw.radio.limits import positive
 from crazychoir_fw.radio.modes import Mode
-from crazychoir_fw.thrust import ThrustCalibration, ThrustWord, platform_weight
 
 _LEAST_RAW = 1000  # the drone reads less as 0
 _MOST_RAW = 60000  # and more as this

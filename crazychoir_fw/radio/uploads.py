@@ -10,8 +10,8 @@ from cflib.crazyflie import Crazyflie
 from cflib.crazyflie.mem import MemoryElement
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import RadioError, RangeError
-from crazychoir_fw.trajectory_files import MEMORY_PIECES
+from crazychoir_fw.common.errors import RadioError, RangeError
+from crazychoir_fw.common.trajectory_files import MEMORY_PIECES
 
 _PIECE_FLOATS = 33
 HIGHEST_ID = 30

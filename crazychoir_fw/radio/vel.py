@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, ClassVar
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.finite import finite, three
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.finite import finite, three
 from crazychoir_fw.radio.agents import AgentId, Uris
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 from crazychoir_fw.radio.drone import RadioDrone

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.radio.flight import Flight
 from crazychoir_fw.radio.modes import Mode
 from crazychoir_fw.radio.options import Options

@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.finite import finite, three
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.finite import finite, three
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 from crazychoir_fw.radio.drone import RadioDrone
 from crazychoir_fw.radio.handler import RadioHandler

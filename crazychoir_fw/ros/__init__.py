@@ -7,7 +7,7 @@ installation of ROS 2.
 from importlib import import_module
 from typing import Any
 
-from crazychoir_fw.errors import MissingLibraryError
+from crazychoir_fw.common.errors import MissingLibraryError
 from crazychoir_fw.ros.middleware import stay_on_this_machine
 
 stay_on_this_machine()
@@ -28,7 +28,7 @@ _NAMES_IN = {
         "GeometryAttitudeCtrl PositionControl PositionCtrlStrategy SafeFlatnessAccelerationCtrl "
         "SafeFlatnessPositionCtrl SenderStrategy VelSender VelocityCtrlStrategy"
     ),
-    "crazychoir_fw.safety": "DoubleIntegratorCBF SingleIntegratorCBF",
+    "crazychoir_fw.control.safety": "DoubleIntegratorCBF SingleIntegratorCBF",
     "crazychoir_fw.mocap": "Estimator MocapConfig",
     "crazychoir_fw.planning": "AccelerationTraj FullStateTraj PositionTraj TrajHandlerStrategy",
     "crazychoir_fw.ros.aggregative": (

@@ -52,7 +52,7 @@ def simulation(
     """Host the drones of a mission: odometry out, commands in, until interrupted. Buttons come from outside."""
     import rclpy
 
-    from crazychoir_fw.mission.backends import make_backend
+    from crazychoir_fw.flight.backends import make_backend
     from crazychoir_fw.ros.parts import one_command
     from crazychoir_fw.ros.process import make_executor
     from crazychoir_fw.ros.simulation import Pace, SimulationNode
@@ -78,7 +78,7 @@ def simulation(
 
 
 def _load(path: Path):
-    from crazychoir_fw.errors import CrazychoirError
+    from crazychoir_fw.common.errors import CrazychoirError
     from crazychoir_fw.mission import load_mission
     from crazychoir_fw.ros.manager import RosOptions, check
 

@@ -11,11 +11,10 @@ from typing import Any
 
 from geometry_msgs.msg import Vector3
 
-from crazychoir_fw import schemes
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.guidance import BestEffortCommunicator, TimeVaryingCommunicator
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.guidance import BestEffortCommunicator, TimeVaryingCommunicator, schemes
+from crazychoir_fw.guidance.schemes.aggregative import OPTIMIZERS
 from crazychoir_fw.ros.guidance_node import GuidanceNode
-from crazychoir_fw.schemes.aggregative import OPTIMIZERS
 
 
 class AggregativeGuidance(GuidanceNode):
@@ -49,7 +48,7 @@ class AggregativeGuidance(GuidanceNode):
         ``asynchronous``.
 
         Args:
-            optimizer: One of `crazychoir_fw.schemes.aggregative.OPTIMIZERS`, or a class.
+            optimizer: One of `crazychoir_fw.guidance.schemes.aggregative.OPTIMIZERS`, or a class.
             height: At which it flies (m).
             freq_reference: References per second (Hz).
             pose_handler: Where poses come from.

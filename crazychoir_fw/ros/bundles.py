@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import String, UInt8MultiArray
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.ros.names import Topic
 from crazychoir_fw.ros.wire import label_and_data, labeled_bytes
 

@@ -16,7 +16,7 @@ from rclpy.node import Node
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
-from crazychoir_fw.errors import StateError, UnknownNameError
+from crazychoir_fw.common.errors import StateError, UnknownNameError
 from crazychoir_fw.ros.names import BUTTONS
 from crazychoir_fw.ros.node import LayerNode
 

@@ -15,12 +15,12 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
-from crazychoir_fw.errors import CrazychoirError, StateError, UnknownNameError
-from crazychoir_fw.gui.access.rebooting import reboot_all
+from crazychoir_fw.common.errors import CrazychoirError, StateError, UnknownNameError
+from crazychoir_fw.flight.access.rebooting import reboot_all
 
 if TYPE_CHECKING:
-    from crazychoir_fw.experiment.agent import Agent
-    from crazychoir_fw.gui.access import Access
+    from crazychoir_fw.flight.access import Access
+    from crazychoir_fw.flight.agent import Agent
 
 ARM, REBOOT = "arm", "reboot"
 TYPES: dict[str, Any] = {ARM: SetBool, REBOOT: Trigger}

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.context import Context
 
-from crazychoir_fw import safety as plain
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.control import safety as plain
 from crazychoir_fw.control.schedule import Schedule
-from crazychoir_fw.errors import RangeError
 from crazychoir_fw.guidance.serialization import dumps, loads
-from crazychoir_fw.messages import Pose
 from crazychoir_fw.ros.led_by_poses import CLOSE
 from crazychoir_fw.ros.names import CLOSEST_ROBOTS, ODOM
 from crazychoir_fw.ros.node import LayerNode

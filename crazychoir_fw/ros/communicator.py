@@ -18,7 +18,7 @@ from rclpy.qos import QoSDurabilityPolicy, QoSHistoryPolicy, QoSProfile, QoSReli
 from rclpy.subscription import Subscription
 from std_msgs.msg import UInt8MultiArray
 
-from crazychoir_fw.errors import MessageError, RangeError
+from crazychoir_fw.common.errors import MessageError, RangeError
 from crazychoir_fw.guidance.serialization import dumps, loads
 from crazychoir_fw.guidance.transport import Receiver, Transport
 from crazychoir_fw.ros.outlet import Outlet

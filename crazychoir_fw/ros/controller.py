@@ -11,6 +11,7 @@ from rclpy.context import Context
 from std_msgs.msg import Bool
 
 from crazychoir_fw import control as plain
+from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.control import (
     AttitudeCtrlStrategy,
     PositionCtrlStrategy,
@@ -18,7 +19,6 @@ from crazychoir_fw.control import (
     SenderStrategy,
     VelocityCtrlStrategy,
 )
-from crazychoir_fw.messages import Pose, Reference, Twist
 from crazychoir_fw.ros.hub import Hub
 from crazychoir_fw.ros.led_by_poses import CLOSE, LedByPoses
 from crazychoir_fw.ros.names import CMD_VEL, LATEST, REFERENCES

@@ -17,8 +17,8 @@ from nav_msgs.msg import Odometry
 from numpy.typing import ArrayLike, NDArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectoryPoint
 
-from crazychoir_fw.errors import RangeError, UnknownNameError
-from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint, Twist
 from crazychoir_fw.mocap import decode_odometry, decode_pose_stamped
 from crazychoir_fw.ros.names import BODY_FRAME, ODOM_FRAME, REFERENCES, WORLD_FRAME
 

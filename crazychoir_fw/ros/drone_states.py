@@ -18,9 +18,9 @@ from rclpy.clock import Clock, ClockType
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.experiment.agent import Phase
-from crazychoir_fw.gui.access import Access, DroneState
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.flight.access import Access, DroneState
+from crazychoir_fw.flight.agent import Phase
 from crazychoir_fw.ros.names import qos
 
 STATES = "/drone_states"

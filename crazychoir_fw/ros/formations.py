@@ -14,11 +14,11 @@ from geometry_msgs.msg import Vector3
 from numpy.typing import NDArray
 
 from crazychoir_fw import guidance as plain
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance import Outputs
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.guidance.schemes import mpc
 from crazychoir_fw.ros.guidance_node import GuidanceNode
 from crazychoir_fw.ros.names import qos
-from crazychoir_fw.schemes import mpc
 
 
 class DistributedControlGuidance(GuidanceNode):
@@ -140,7 +140,7 @@ class _OwnEdges:
 
 
 class MPCGuidance(DistributedControlGuidance):
-    """Distributed model predictive control; see `crazychoir_fw.schemes.MPCGuidance` for what `law` takes."""
+    """Distributed model predictive control; see `crazychoir_fw.guidance.schemes.MPCGuidance` for what `law` takes."""
 
     def __init__(self, sampling_period: float = 1.0, *args: Any, law: Mapping[str, Any] | None = None, **options: Any):
         """Make the node.

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw import guidance as plain
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.ros.guidance_node import GuidanceNode
 
 __all__ = [

@@ -19,8 +19,8 @@ from rclpy.context import Context
 from rclpy.serialization import serialize_message
 from std_msgs.msg import Bool, Empty, String
 
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.guidance import Outputs
-from crazychoir_fw.messages import Pose, Reference
 from crazychoir_fw.ros.communicating import CommunicatingNode
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory
 from crazychoir_fw.ros.hub import Hub

@@ -19,12 +19,12 @@ from rclpy.context import Context
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import Empty, String
 
-from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.experiment.agent import Agent, Phase
-from crazychoir_fw.experiment.agents import graph_of, is_only_watched, names_of, what_it_follows
-from crazychoir_fw.experiment.experiment import Experiment, Names
-from crazychoir_fw.gui.access import open_access
-from crazychoir_fw.messages import Pose, TrajectoryPoint
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.messages import Pose, TrajectoryPoint
+from crazychoir_fw.flight.access import open_access
+from crazychoir_fw.flight.agent import Agent, Phase
+from crazychoir_fw.flight.agents import graph_of, is_only_watched, names_of, what_it_follows
+from crazychoir_fw.flight.experiment import Experiment, Names
 from crazychoir_fw.ros.care import serve_care
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory
 from crazychoir_fw.ros.drone_states import StateTeller

@@ -22,8 +22,8 @@ from rclpy.time_source import TimeSource
 from rosgraph_msgs.msg import Clock as ClockMessage
 from std_msgs.msg import String
 
-from crazychoir_fw.errors import CrazychoirError, RangeError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import CrazychoirError, RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.ros import bundles
 from crazychoir_fw.ros.bundles import FRESH_S, LOOK_EVERY, HostCard, MemberCard
 from crazychoir_fw.ros.names import CLOCK, LATEST

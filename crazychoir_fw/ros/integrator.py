@@ -11,11 +11,11 @@ from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from std_msgs.msg import Empty
 
-from crazychoir_fw import integrator as plain
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.ros.names import CLOCK, CMD_VEL, NAMESPACE_PATTERN, ODOM, STOP, Topic
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.wire import Rows, clock_layout, odometry_layout, twist_numbers
+from crazychoir_fw.simulation import integrator as plain
 
 KINDS = ("fpqr", "frpy", "vel")
 _MOST_BEHIND = 0.1  # [s], that a paused process makes up for

@@ -17,10 +17,10 @@ from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
 
-from crazychoir_fw.errors import CrazychoirError, StateError
-from crazychoir_fw.experiment.agents import names_of, starts_of
-from crazychoir_fw.gui.access import DroneState
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import CrazychoirError, StateError
+from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.flight.access import DroneState
+from crazychoir_fw.flight.agents import names_of, starts_of
 from crazychoir_fw.ros import bundles, care
 from crazychoir_fw.ros.bundles import HostCard
 from crazychoir_fw.ros.names import CF_ODOM, LATEST, ODOM

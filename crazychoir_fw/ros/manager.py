@@ -19,7 +19,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from crazychoir_fw.errors import CrazychoirError, MissionError, RangeError
+from crazychoir_fw.common.errors import CrazychoirError, MissionError, RangeError
 from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.ros.parts import Part, parts_of
 from crazychoir_fw.ros.process import NOT_MADE, run_part
@@ -200,7 +200,7 @@ def fly_hosted(mission: LayeredMission, options: RosOptions, *arguments: Any) ->
     Raises:
         CrazychoirError: If processes do not come up.
     """
-    from crazychoir_fw.mission.layered_flight import fly_layers
+    from crazychoir_fw.flight.layered_flight import fly_layers
 
     with hosting(options) as make:
         return fly_layers(mission, *arguments, make=make)

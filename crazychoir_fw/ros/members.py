@@ -14,7 +14,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.ros import bundles
 from crazychoir_fw.ros.bundles import FRESH_S, LOOK_EVERY, HostCard, MemberCard
 from crazychoir_fw.ros.names import LATEST

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from rclpy.context import Context
 
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.mocap import Estimator, MocapConfig, SimulatedMocap
 from crazychoir_fw.ros.conversions import pose_to_odometry, pose_to_pose_stamped
 from crazychoir_fw.ros.names import MOCAP_POSE, NAMESPACE_PATTERN, ODOM

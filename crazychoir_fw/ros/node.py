@@ -21,7 +21,7 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
 
-from crazychoir_fw.errors import CrazychoirError, RangeError
+from crazychoir_fw.common.errors import CrazychoirError, RangeError
 from crazychoir_fw.ros.hub import STAGES, Hub, HubPeriodic
 from crazychoir_fw.ros.names import BUTTONS, NAMESPACE_PATTERN, Topic
 from crazychoir_fw.ros.outlet import Outlet

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.ros.manager import RosOptions, fly_as_processes, hosting
 
@@ -28,7 +28,7 @@ def open_as_processes(mission: LayeredMission, options: RosOptions, page: Callab
 
 def _host(mission: LayeredMission, options: RosOptions) -> int:
     """Be the process that has the drones, until it is interrupted."""
-    from crazychoir_fw.mission.backends import make_backend
+    from crazychoir_fw.flight.backends import make_backend
 
     try:
         backend = make_backend(mission)

@@ -19,17 +19,17 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool, Empty, String
 from std_srvs.srv import Trigger
 
-from crazychoir_fw.errors import CrazychoirError, MissionError, StateError, UnknownNameError
-from crazychoir_fw.experiment.agent import Agent, Phase
-from crazychoir_fw.experiment.agents import (
+from crazychoir_fw.common.errors import CrazychoirError, MissionError, StateError, UnknownNameError
+from crazychoir_fw.common.messages import Reference, TrajectoryPoint
+from crazychoir_fw.flight.agent import Agent, Phase
+from crazychoir_fw.flight.agents import (
     guidance_class,
     names_of,
     starts_of,
     takeoff_time_of,
     what_it_follows,
 )
-from crazychoir_fw.experiment.experiment import TOUCHDOWN_M, Happening, Names
-from crazychoir_fw.messages import Reference, TrajectoryPoint
+from crazychoir_fw.flight.experiment import TOUCHDOWN_M, Happening, Names
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory
 from crazychoir_fw.ros.drone_states import (
     EVENTS,

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from crazychoir_fw.errors import MissionError
-from crazychoir_fw.experiment import agents
+from crazychoir_fw.common.errors import MissionError
+from crazychoir_fw.flight import agents
 
 LAYERS = ("guidance", "planning", "control", "avoidance")
 SENSING = "sensing"

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from rclpy.context import Context
 from std_msgs.msg import Empty
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose, TrajectoryPoint
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, TrajectoryPoint
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory
 from crazychoir_fw.ros.names import TRAJ_PARAMS, Topic
 from crazychoir_fw.ros.node import LayerNode

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import CrazychoirError, RangeError
-from crazychoir_fw.messages import Pose, TrajectoryPoint, Twist
+from crazychoir_fw.common.errors import CrazychoirError, RangeError
+from crazychoir_fw.common.messages import Pose, TrajectoryPoint, Twist
 from crazychoir_fw.simulation import World
 from crazychoir_fw.simulation.motor_ctrl import MotorCtrlXYZ
 from crazychoir_fw.simulation.swarm_views import swarm_views

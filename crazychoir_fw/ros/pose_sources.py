@@ -10,8 +10,8 @@ from rclpy.callback_groups import CallbackGroup
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 from rclpy.subscription import Subscription
 
-from crazychoir_fw.errors import StateError, UnknownNameError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import StateError, UnknownNameError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.mocap import decode_odometry, decode_pose_stamped, decode_vicon_position
 from crazychoir_fw.ros.conversions import checked_pose
 from crazychoir_fw.ros.names import MOCAP_POSE, ODOM, Topic, qos

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.ros.node import LayerNode
 
 

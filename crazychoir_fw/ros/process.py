@@ -19,11 +19,11 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import String
 
-from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.experiment import agents
-from crazychoir_fw.experiment.communicators import disturbed, goes_by_distance
-from crazychoir_fw.experiment.services import make_table
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.flight import agents
+from crazychoir_fw.flight.services import make_table
 from crazychoir_fw.guidance import TimeVaryingCommunicator
+from crazychoir_fw.mission.communicators import disturbed, goes_by_distance
 from crazychoir_fw.ros.communicator import RosTransport
 from crazychoir_fw.ros.guidance_node import GuidanceNode
 from crazychoir_fw.ros.hosting import ANSWERED, READY

@@ -18,8 +18,8 @@ from rclpy.context import Context
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
 
-from crazychoir_fw.errors import CrazychoirError, RangeError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import CrazychoirError, RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points, pose_stamped_to_pose, pose_to_odometry
 from crazychoir_fw.ros.names import CF_ODOM, CMD_VEL, MOCAP_POSE, TRAJ_PARAMS, qos
 from crazychoir_fw.ros.node import LayerNode

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import String
 
-from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.experiment.agent import Agent
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint, Twist
+from crazychoir_fw.flight.agent import Agent
 from crazychoir_fw.guidance import Outputs
-from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points
 from crazychoir_fw.ros.simulation import SimulationNode
 from crazychoir_fw.ros.statistics import RemoteCommunicator

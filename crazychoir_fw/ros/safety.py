@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 from rclpy.context import Context
 
-from crazychoir_fw import safety as plain
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Twist
 from crazychoir_fw.control import SafeHierarchicalController as PlainSafeHierarchicalController
+from crazychoir_fw.control import safety as plain
 from crazychoir_fw.control.schedule import Schedule
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose, Twist
 from crazychoir_fw.ros.closest import closest_of_bytes
 from crazychoir_fw.ros.controller import CrazyflieController, HierarchicalController
 from crazychoir_fw.ros.led_by_poses import CLOSE, LedByPoses
@@ -261,7 +261,7 @@ class CollisionAvoidance(LedByPoses, LayerNode):
 
     def _make(self, safety_filter: plain.BarrierFilter | None) -> plain.CollisionAvoidance:
         if self._plain is None:
-            raise RangeError(f"{type(self).__name__}: avoidance is None, allowed: one of crazychoir_fw.safety")
+            raise RangeError(f"{type(self).__name__}: avoidance is None, allowed: one of crazychoir_fw.control.safety")
         return self._plain(safety_filter)
 
     def _take_desired(self, data: bytes) -> None:

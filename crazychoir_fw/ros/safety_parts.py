@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from crazychoir_fw.experiment import agents
+from crazychoir_fw.flight import agents
 from crazychoir_fw.ros.closest import ClosestRobotGetter
 from crazychoir_fw.ros.controller import CrazyflieController
 from crazychoir_fw.ros.safety import (

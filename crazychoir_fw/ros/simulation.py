@@ -18,8 +18,8 @@ from rclpy.context import Context
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Empty
 
-from crazychoir_fw.errors import CrazychoirError, RangeError
-from crazychoir_fw.messages import Pose, TrajectoryPoint, Twist
+from crazychoir_fw.common.errors import CrazychoirError, RangeError
+from crazychoir_fw.common.messages import Pose, TrajectoryPoint, Twist
 from crazychoir_fw.ros.buttons import serve_trigger
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points
 from crazychoir_fw.ros.lockstep import Answers

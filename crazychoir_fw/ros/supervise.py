@@ -21,7 +21,7 @@ from typing import Any
 from honcho.colour import get_colours
 from honcho.printer import Message, Printer
 
-from crazychoir_fw.replacing import replacing
+from crazychoir_fw.common.replacing import replacing
 
 _PR_SET_PDEATHSIG = 1
 _FORK: Any = get_context("fork")

@@ -24,13 +24,13 @@ from rclpy.qos import QoSProfile
 from std_msgs.msg import Int64, String
 from std_srvs.srv import Trigger
 
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.guidance.schemes import tasks as plain
+from crazychoir_fw.guidance.schemes.delivery import DeliveryRequest
+from crazychoir_fw.guidance.schemes.tasks import DispatchTable, Offer, PositionTask
 from crazychoir_fw.ros.guidance import GuidanceNode
 from crazychoir_fw.ros.names import LAST_BUTTON, LATEST, START
 from crazychoir_fw.ros.node import LayerNode
-from crazychoir_fw.schemes import tasks as plain
-from crazychoir_fw.schemes.delivery import DeliveryRequest
-from crazychoir_fw.schemes.tasks import DispatchTable, Offer, PositionTask
 
 TRIGGER = "/optimization_trigger"
 HAPPENINGS = "/happenings"
@@ -214,7 +214,7 @@ class PositionTaskTable(TaskTable):
         Args:
             N: Number of agents, and of tasks.
             context: Context of rclpy.
-            options: Of `crazychoir_fw.schemes.PositionTaskTable`.
+            options: Of `crazychoir_fw.guidance.schemes.PositionTaskTable`.
         """
         super().__init__(plain.PositionTaskTable(N or 1, **options), context=context)
 
@@ -312,7 +312,7 @@ class TaskGuidance(GuidanceNode):
             pose_topic: Topic of the pose.
             pose_callback: Called after each pose.
             update_frequency: Rounds per second (Hz).
-            law: Arguments of `crazychoir_fw.schemes.TaskGuidance`, such as tolerance and speed.
+            law: Arguments of `crazychoir_fw.guidance.schemes.TaskGuidance`, such as tolerance and speed.
             options: Of `GuidanceNode`.
         """
 

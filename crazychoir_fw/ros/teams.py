@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw import control
-from crazychoir_fw.experiment import agents
-from crazychoir_fw.experiment.communicators import goes_by_distance
+from crazychoir_fw.common.messages import Pose, Reference, Twist
+from crazychoir_fw.flight import agents
 from crazychoir_fw.guidance import BearingFormation, GuidanceGroup
-from crazychoir_fw.messages import Pose, Reference, Twist
+from crazychoir_fw.mission.communicators import goes_by_distance
 from crazychoir_fw.ros.controller import CrazyflieController
 from crazychoir_fw.ros.guidance_node import GuidanceNode
 

@@ -11,8 +11,8 @@ from rclpy.serialization import deserialize_message
 from trajectory_msgs.msg import JointTrajectory
 
 from crazychoir_fw import planning as plain
-from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points
 from crazychoir_fw.ros.hub import Hub
 from crazychoir_fw.ros.names import REFERENCES, TRAJ_PARAMS, qos

@@ -19,8 +19,8 @@ from rclpy.context import Context
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.ros.conversions import message_to_reference
 from crazychoir_fw.ros.names import FULLSTATE, MARKER, MARKERS, NAMESPACE_PATTERN, POSITION, WORLD_FRAME
 from crazychoir_fw.ros.node import LayerNode

@@ -21,9 +21,9 @@ from rclpy.serialization import deserialize_message, serialize_message
 from std_msgs.msg import UInt8MultiArray
 from trajectory_msgs.msg import MultiDOFJointTrajectoryPoint
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose, Reference
-from crazychoir_fw.report.cdr import CdrLayout
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference
+from crazychoir_fw.recording.cdr import CdrLayout
 from crazychoir_fw.ros.conversions import message_to_reference, odometry_to_pose, reference_to_message
 from crazychoir_fw.ros.names import BODY_FRAME, ODOM_FRAME, WORLD_FRAME
 

@@ -10,10 +10,10 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from crazychoir_fw.core import PLUGIN
-from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
+from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.mujoco_models import SCENES, VEHICLES, model_path
 from crazychoir_fw.mujoco_models.stamp import VehicleStamp
+from crazychoir_fw.onboard.core import PLUGIN
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.loading import add_payload, check_payload, set_inertia
 from crazychoir_fw.simulation.mirrored import MirroredConfig, add_mirrored

@@ -15,13 +15,13 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
-from crazychoir_fw.ticks import TICKS_PER_SECOND
+from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
-    from crazychoir_fw.report.likeness import Likeness
-    from crazychoir_fw.report.renderer import Renderer
-    from crazychoir_fw.report.viewpoint import Viewpoint
+    from crazychoir_fw.recording.likeness import Likeness
+    from crazychoir_fw.recording.renderer import Renderer
+    from crazychoir_fw.recording.viewpoint import Viewpoint
     from crazychoir_fw.simulation.agenda import Agenda
 
 FPV_SIZE = (324, 244)
@@ -52,7 +52,7 @@ class Cameras:
         self, drone_id: str, name: str, width: int | None, height: int | None, fov_deg: float | None, tilt_deg: float
     ) -> Camera:
         """Return a camera of a drone: ``fpv``, ``chase``, or one that stands in the model (see `Drone.camera`)."""
-        from crazychoir_fw.report.viewpoint import chase, first_person
+        from crazychoir_fw.recording.viewpoint import chase, first_person
 
         if not isfinite(tilt_deg) or abs(tilt_deg) > 90.0:
             raise RangeError(f"{drone_id}: tilt_deg is {tilt_deg}, allowed: -90 to 90")
@@ -87,7 +87,7 @@ class Cameras:
         def look(data: mujoco.MjData) -> Viewpoint | mujoco.MjvCamera:
             if fov_deg is None:
                 return fixed
-            from crazychoir_fw.report.viewpoint import Viewpoint
+            from crazychoir_fw.recording.viewpoint import Viewpoint
 
             _, up, backward = data.cam_xmat[number].reshape(3, 3).T
             return Viewpoint(data.cam_xpos[number].copy(), -backward, up, fov_deg)
@@ -100,7 +100,7 @@ class Cameras:
         self, position: ArrayLike, look_at: ArrayLike, width: int | None, height: int | None, fov_deg: float | None
     ) -> Camera:
         """Return a camera that stands at one point and looks at another (m, world)."""
-        from crazychoir_fw.report.viewpoint import looking_at
+        from crazychoir_fw.recording.viewpoint import looking_at
 
         fov = float(self._model.vis.global_.fovy) if fov_deg is None else _checked_fov(fov_deg)
         try:
@@ -120,8 +120,8 @@ class Cameras:
             RenderingError: If there is no OpenGL on this machine.
             StateError: If the drones of the world cannot be seen.
         """
-        from crazychoir_fw.report.likeness import Likeness
-        from crazychoir_fw.report.renderer import Renderer
+        from crazychoir_fw.recording.likeness import Likeness
+        from crazychoir_fw.recording.renderer import Renderer
 
         if not self._visuals:
             raise StateError("the world was built with visuals=False, so that its drones cannot be seen")

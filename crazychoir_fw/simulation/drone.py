@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import address_of, check, receive_packet, struct_view
-from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.common.errors import RangeError, StateError
+from crazychoir_fw.onboard.core import address_of, check, receive_packet, struct_view
+from crazychoir_fw.onboard.variables import log_table, parameter_table
 from crazychoir_fw.simulation.builder import body_addresses
 from crazychoir_fw.simulation.clients import Commander, HighLevelCommander, Localization, Log, Param, Uplink
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.lights import Lights
 from crazychoir_fw.simulation.loading import Payload, drop_payload
-from crazychoir_fw.variables import log_table, parameter_table
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.cameras import Camera, Cameras
@@ -58,7 +58,7 @@ class Drone:
         """What hangs on its hook, where that can be detached."""
 
         self.provider_number = int(self._cf.config.provider)
-        """Number of its provider in the core (`crazychoir_fw.core.provider_identity`)."""
+        """Number of its provider in the core (`crazychoir_fw.onboard.core.provider_identity`)."""
         provider = self.provider_number
         self.uplink = Uplink(self._cf)
         """The way of all requests: who listens to commands, or disturbs them, hooks in here."""

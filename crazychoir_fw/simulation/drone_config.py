@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from crazychoir_fw import vehicles
-from crazychoir_fw.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
+from crazychoir_fw.onboard import vehicles
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.motor_ctrl import MotorCtrl
@@ -48,7 +48,7 @@ class DroneConfig:
     """Airframe: ``cf2`` (Crazyflie 2.1+) or ``cf21bl`` (2.1 Brushless)."""
     provider: str = "builtin"
     """Implementation of the onboard algorithms: ``builtin``, ``bitcraze`` for the checkout of the real firmware, or the
-    name of a library that was loaded (`crazychoir_fw.core.load_library`)."""
+    name of a library that was loaded (`crazychoir_fw.onboard.core.load_library`)."""
     app: str | Path | Sequence[str | Path] = ()
     """C files with a controller or an estimator of the user's. The world compiles them."""
     controller: str | None = None

@@ -10,11 +10,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import CrazychoirError, RangeError
+from crazychoir_fw.common.errors import CrazychoirError, RangeError
+from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.snapshot import Snapshot
 from crazychoir_fw.simulation.world import World
-from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 
 class Episodes:

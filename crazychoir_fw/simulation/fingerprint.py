@@ -11,8 +11,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from crazychoir_fw.core import attributes, identity, provider_identity
-from crazychoir_fw.variables import log_table, parameter_table
+from crazychoir_fw.onboard.core import attributes, identity, provider_identity
+from crazychoir_fw.onboard.variables import log_table, parameter_table
 
 _MEANINGS = {
     "versions": "was made with {theirs}, this is {ours}",

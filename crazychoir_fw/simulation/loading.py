@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.simulation.drone_config import DroneConfig
 
 _RADIUS = 0.006  # of the ball that a payload is drawn as and lands as (m)

@@ -15,10 +15,10 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.core import check
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.mujoco_models import VEHICLES
 from crazychoir_fw.mujoco_models.stamp import VehicleStamp
+from crazychoir_fw.onboard.core import check
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone

@@ -9,8 +9,8 @@ import mujoco
 import numpy as np
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import attributes
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.onboard.core import attributes
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.motor_ctrl.naming import anchored, parse_properties, require_class
 

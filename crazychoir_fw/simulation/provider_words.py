@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from crazychoir_fw.core import platform_names
+from crazychoir_fw.onboard.core import platform_names
 from crazychoir_fw.simulation.drone_config import DroneConfig
 
 BUILTIN = "builtin"

@@ -13,14 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.core import identity, provider_identity
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.journal import Journal
-from crazychoir_fw.report.flight_log import FlightLog
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.ticks import TICKS_PER_SECOND
+from crazychoir_fw.onboard.core import identity, provider_identity
+from crazychoir_fw.recording.flight_log import FlightLog
+from crazychoir_fw.recording.journal import Journal
 from crazychoir_fw.simulation.growing_block import GrowingBlock
 from crazychoir_fw.simulation.swarm_views import swarm_parts
 from crazychoir_fw.simulation.world import World
-from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 _TRUE_POSE = ("sim.x", "sim.y", "sim.z")
 _TRUE_VELOCITY = ("sim.vx", "sim.vy", "sim.vz")

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.journal import Journal, Request
-from crazychoir_fw.report.flight_log import FlightLog
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.ticks import TICKS_PER_SECOND
+from crazychoir_fw.recording.flight_log import FlightLog
+from crazychoir_fw.recording.journal import Journal, Request
 from crazychoir_fw.simulation.fingerprint import difference
 from crazychoir_fw.simulation.recipe import read_drones, scene_differs
 from crazychoir_fw.simulation.recorder import FlightRecorder
 from crazychoir_fw.simulation.world import World
-from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 Progress = Callable[[float, float], None]
 """Called with simulated time and its end (s)."""
@@ -95,7 +95,7 @@ def check_before(log: FlightLog) -> list[str]:
         ReplayError: If the flight cannot be flown again at all.
     """
     journal = _journal(log)
-    from crazychoir_fw.core import identity
+    from crazychoir_fw.onboard.core import identity
 
     here = identity()
     warnings = [

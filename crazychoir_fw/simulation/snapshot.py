@@ -12,9 +12,9 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.journal import Journal
-from crazychoir_fw.replacing import replacing
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.replacing import replacing
+from crazychoir_fw.recording.journal import Journal
 from crazychoir_fw.simulation.events import Event
 from crazychoir_fw.simulation.fingerprint import Fingerprint, difference
 

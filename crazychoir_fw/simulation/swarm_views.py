@@ -15,8 +15,8 @@ from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.variables import log_table
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.onboard.variables import log_table
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone

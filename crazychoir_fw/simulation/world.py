@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.core import register_plugin
-from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
-from crazychoir_fw.journal import Journal
+from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.ticks import TICKS_PER_SECOND
+from crazychoir_fw.onboard.core import register_plugin
+from crazychoir_fw.recording.journal import Journal
 from crazychoir_fw.simulation.agenda import Agenda
 from crazychoir_fw.simulation.builder import build_model
 from crazychoir_fw.simulation.cameras import Camera, Cameras
@@ -34,7 +35,6 @@ from crazychoir_fw.simulation.motor_ctrl.pilots import Pilots
 from crazychoir_fw.simulation.provider_words import load_apps, load_providers
 from crazychoir_fw.simulation.recipe import write_recipe
 from crazychoir_fw.simulation.snapshot import Snapshot, put, take
-from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.crtp.link_model import Link
@@ -439,7 +439,7 @@ class World:
             ValueError: If there is no such camera.
         """
         # drawing is for those who look: importing it takes longer than a flight
-        from crazychoir_fw.report.video import picture
+        from crazychoir_fw.recording.video import picture
         from crazychoir_fw.simulation.targets import Targets
 
         names = [drone.id for drone in self.drones] if overlays else None

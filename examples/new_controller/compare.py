@@ -12,9 +12,9 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
+from crazychoir_fw.flight.runner import fly
 from crazychoir_fw.mission import load_mission
 from crazychoir_fw.mission.plan import TICKS_PER_SECOND, plan_flight
-from crazychoir_fw.mission.runner import fly
 
 MISSION = Path(__file__).with_name("compare.yaml")
 COLORS = {"pid": "#D55E00", "ours": "#0072B2"}

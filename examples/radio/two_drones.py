@@ -8,7 +8,7 @@ import math
 import sys
 import time
 
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.radio import RadioHandlerVel, SafetyArea
 
 URIS = sys.argv[1:] or ["udp://127.0.0.1:19850", "udp://127.0.0.1:19851"]

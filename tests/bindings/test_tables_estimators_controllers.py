@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from crazychoir_fw.variables import Variable, factory_values, log_table, parameter_table
+from crazychoir_fw.onboard.variables import Variable, factory_values, log_table, parameter_table
 
 BUILTIN = 0
 

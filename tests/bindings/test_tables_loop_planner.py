@@ -7,7 +7,7 @@ sections 14 and 20: name, type, flags, value after boot. Decks, lighthouse, loco
 import numpy as np
 import pytest
 
-from crazychoir_fw.variables import factory_values, log_table, parameter_table
+from crazychoir_fw.onboard.variables import factory_values, log_table, parameter_table
 
 TYPES = {"u8": "u1", "u16": "u2", "u32": "u4", "i8": "i1", "i16": "i2", "i32": "i4", "float": "f4"}
 FLAGS = {"core": "is_core", "persistent": "is_persistent", "read-only": "is_read_only"}

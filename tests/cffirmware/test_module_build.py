@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from crazychoir_fw.cffirmware import build, loading
-from crazychoir_fw.errors import BuildError, CompileError, LinkError
+from crazychoir_fw.common.errors import BuildError, CompileError, LinkError
 from crazychoir_fw.firmware.linking import Undefined
 from crazychoir_fw.firmware.toolchain import find_compiler
 

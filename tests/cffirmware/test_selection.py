@@ -8,7 +8,7 @@ import pytest
 
 from crazychoir_fw import cffirmware
 from crazychoir_fw.cffirmware import selection
-from crazychoir_fw.errors import CheckoutError, UnknownNameError
+from crazychoir_fw.common.errors import CheckoutError, UnknownNameError
 
 
 def test_builtin_is_the_default(monkeypatch):

@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 
 from crazychoir_fw.cffirmware import shim
 from crazychoir_fw.cli import app
-from crazychoir_fw.errors import StateError
+from crazychoir_fw.common.errors import StateError
 
 ROOT = Path(__file__).resolve().parents[2]
 PROGRAM = "import cffirmware as firm; print(firm.provider, firm.mkvec(1, 2, 3) + firm.vzero(), firm.np.__name__)"

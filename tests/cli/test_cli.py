@@ -29,9 +29,9 @@ def bad_mission(tmp_path):
 @pytest.fixture
 def core_with_facts(monkeypatch):
     """A core that knows a few facts."""
-    core = ModuleType("crazychoir_fw.core")
+    core = ModuleType("crazychoir_fw.onboard.core")
     core.info = lambda: FACTS
-    monkeypatch.setitem(sys.modules, "crazychoir_fw.core", core)
+    monkeypatch.setitem(sys.modules, "crazychoir_fw.onboard.core", core)
 
 
 def test_bad_mission_prints_one_sentence_and_exits_with_2(bad_mission):

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
-from crazychoir_fw.report.flight_log import FlightLog
+from crazychoir_fw.recording.flight_log import FlightLog
 
 MISSION = """
 name: short

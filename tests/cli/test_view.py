@@ -16,8 +16,8 @@ from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app, view
 from crazychoir_fw.cli.pace import Pace
-from crazychoir_fw.errors import CrazychoirError, StateError
-from crazychoir_fw.mission.runner import Progress
+from crazychoir_fw.common.errors import CrazychoirError, StateError
+from crazychoir_fw.flight.runner import Progress
 from crazychoir_fw.simulation import DroneConfig, World
 
 HOP = "drones: {count: 2}\nflight: [{takeoff: {height: 0.3, duration: 1}}, {land: {duration: 1}}]\n"
@@ -98,7 +98,7 @@ def test_a_page_without_viser_is_one_sentence(monkeypatch):
 
 
 def test_a_camera_that_is_not_there_is_one_sentence(hop, tmp_path):
-    from crazychoir_fw.report.video import rendering_available
+    from crazychoir_fw.recording.video import rendering_available
 
     if reason := rendering_available():
         pytest.skip(reason)
@@ -208,7 +208,7 @@ def screen():
 
 SHOW = """
 from crazychoir_fw.cli.view import open_view
-from crazychoir_fw.mission.runner import Progress
+from crazychoir_fw.flight.runner import Progress
 from crazychoir_fw.simulation import DroneConfig, World
 
 world = World([DroneConfig("cf1"), DroneConfig("cf2", (0.5, 0.0))])

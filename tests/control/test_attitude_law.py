@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from crazychoir_fw.attitude import angle_rates, legacy_rates, quaternion_xyzw, rotation
+from crazychoir_fw.common.attitude import angle_rates, legacy_rates, quaternion_xyzw, rotation
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control import AttitudeGains, FlatnessPositionCtrl, GeometryAttitudeCtrl
-from crazychoir_fw.messages import Pose, Reference
 
 RPY = np.array([0.1, -0.2, 0.3])
 POSE = Pose(np.array([0.1, -0.2, 0.9]), quaternion_xyzw(RPY), np.array([0.05, 0.1, -0.02]), np.array([0.3, -0.4, 0.2]))

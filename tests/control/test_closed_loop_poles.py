@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.attitude import angle_rates, quaternion_xyzw, rotation
+from crazychoir_fw.common.attitude import angle_rates, quaternion_xyzw, rotation
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control import FlatnessPositionCtrl, GeometryAttitudeCtrl
-from crazychoir_fw.messages import Pose, Reference
 
 MASS, GRAVITY = 0.038, 9.80665
 HOVER = Reference(np.zeros(3), np.zeros(3), np.zeros(3), yaw=0.0)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control import (
     FlatnessPositionCtrl,
     FPQRSender,
@@ -13,9 +14,8 @@ from crazychoir_fw.control import (
     VelocityCtrlStrategy,
     VelSender,
 )
-from crazychoir_fw.integrator import CrazyflieIntegrator
-from crazychoir_fw.messages import Pose, Reference
 from crazychoir_fw.simulation import DroneConfig, MotorCtrlFPQR, MotorCtrlFRPY, MotorCtrlVel, World
+from crazychoir_fw.simulation.integrator import CrazyflieIntegrator
 
 MASS = 0.029  # [kg], of the platform cf2
 UP = np.array([0.0, 0.0, 1.0])

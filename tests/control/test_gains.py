@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.control import (
     ATTITUDE_GAINS,
     POSITION_GAINS,
@@ -14,7 +15,6 @@ from crazychoir_fw.control import (
     PositionGains,
     VelocityGains,
 )
-from crazychoir_fw.errors import RangeError
 
 
 def test_every_law_has_the_same_sets():

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control import (
     AttitudeCtrlStrategy,
     CrazyflieController,
@@ -14,9 +16,7 @@ from crazychoir_fw.control import (
     HierarchicalController,
     PositionCtrlStrategy,
 )
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.integrator import CrazyflieIntegrator
-from crazychoir_fw.messages import Pose, Reference
+from crazychoir_fw.simulation.integrator import CrazyflieIntegrator
 
 
 class NotedPosition(PositionCtrlStrategy):

@@ -8,10 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from crazychoir_fw.attitude import quaternion_xyzw
+from crazychoir_fw.common.attitude import quaternion_xyzw
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control import FlatnessAccelerationCtrl, FlatnessPositionCtrl, PositionGains
-from crazychoir_fw.errors import RangeError, UnknownNameError
-from crazychoir_fw.messages import Pose, Reference
 
 POSE = Pose(
     np.array([0.1, -0.2, 0.9]),

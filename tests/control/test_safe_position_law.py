@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from crazychoir_fw import control
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control import (
     FlatnessPositionCtrl,
     FPQRSender,
@@ -12,9 +14,7 @@ from crazychoir_fw.control import (
     SafeFlatnessPositionCtrl,
     SafeHierarchicalController,
 )
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose, Reference
-from crazychoir_fw.safety import DoubleIntegratorCBF, SingleIntegratorCBF
+from crazychoir_fw.control.safety import DoubleIntegratorCBF, SingleIntegratorCBF
 
 LEVEL = np.array([0.0, 0.0, 0.0, 1.0])
 MASS = 0.038

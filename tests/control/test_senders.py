@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.attitude import rotation
+from crazychoir_fw.common.attitude import rotation
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.control import FPQRSender, FRPYSender, VelSender
-from crazychoir_fw.errors import RangeError
 
 RPY = np.array([0.3, -0.2, 1.1])
 PQR = np.array([0.4, 0.5, 0.6])

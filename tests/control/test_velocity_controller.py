@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.attitude import quaternion_xyzw
+from crazychoir_fw.common.attitude import quaternion_xyzw
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control import FPQRSender, VelocityController, VelocityCtrlStrategy, VelocityGains, VelSender
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose, Reference
 
 POSE = Pose(np.array([0.1, -0.2, 0.9]), quaternion_xyzw(np.array([0.1, -0.2, 0.3])), np.array([0.05, 0.1, -0.02]))
 

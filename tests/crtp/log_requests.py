@@ -3,7 +3,7 @@
 import struct
 
 from crazychoir_fw.crtp.packet import Packet, parse
-from crazychoir_fw.variables import log_table
+from crazychoir_fw.onboard.variables import log_table
 
 CREATE, APPEND, START, STOP, DELETE, RESET, START_MS = 6, 7, 3, 4, 2, 5, 8
 UINT8, UINT16, UINT32, INT8, INT16, INT32, FLOAT, FP16 = range(1, 9)

@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 from serving import Outcome, end_of, serving, start
 
-from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.report.flight_log import FlightLog
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.recording.flight_log import FlightLog
 from crazychoir_fw.simulation import DroneConfig, World
 from crazychoir_fw.simulation.replay import build
 

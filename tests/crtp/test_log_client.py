@@ -7,8 +7,8 @@ from cflib.crazyflie.toccache import TocCache
 from cflib_client import Client
 
 from crazychoir_fw.crtp.station import Station
+from crazychoir_fw.onboard.variables import log_table
 from crazychoir_fw.simulation import DroneConfig, World
-from crazychoir_fw.variables import log_table
 
 
 class LogClient(Client):

@@ -25,9 +25,9 @@ from log_requests import (
     times,
 )
 
-from crazychoir_fw import core
 from crazychoir_fw.crtp.services.log_sampler import SLICE, sampler_of
 from crazychoir_fw.crtp.station import Station
+from crazychoir_fw.onboard import core
 from crazychoir_fw.simulation import DroneConfig, World
 
 ROLL = ("stabilizer.roll", INT16)

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from crazychoir_fw import core
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.crtp.packet import MAX_PAYLOAD
 from crazychoir_fw.crtp.station import Station
 from crazychoir_fw.crtp.toc import TableOfContents, log_entry
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.onboard import core
+from crazychoir_fw.onboard.variables import Variable, log_table
 from crazychoir_fw.simulation import DroneConfig, World
-from crazychoir_fw.variables import Variable, log_table
 
 ROWS = list(log_table(0).values())[:5]
 KINDS = {"u1": 1, "u2": 2, "u4": 3, "i1": 4, "i2": 5, "i4": 6, "f4": 7}

@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.crtp.clock import Clock
 from crazychoir_fw.crtp.pacing import MAX_LAG_S, MAX_SLICE, Pace
 from crazychoir_fw.crtp.token_bucket import TokenBucket
-from crazychoir_fw.errors import RangeError
 
 
 def advance(pace, until, cost_per_tick=0.0, dt=0.0005):

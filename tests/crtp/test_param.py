@@ -9,14 +9,14 @@ from cflib_client import Client
 from hypothesis import given
 from hypothesis import strategies as st
 
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.crtp.packet import MAX_PAYLOAD, Port
 from crazychoir_fw.crtp.services.param import ParamService
 from crazychoir_fw.crtp.services.param_values import MAX_NEWS
 from crazychoir_fw.crtp.services.param_values import MAX_WAITING as MAX_WRITES
 from crazychoir_fw.crtp.station import Station
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.onboard.variables import parameter_table
 from crazychoir_fw.simulation import DroneConfig, World
-from crazychoir_fw.variables import parameter_table
 
 TOC, READ, WRITE, MISC = range(4)
 FORMATS = {"u1": "<B", "u2": "<H", "u4": "<L", "i1": "<b", "i2": "<h", "i4": "<l", "f4": "<f"}

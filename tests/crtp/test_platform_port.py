@@ -5,12 +5,12 @@ from cflib_client import Client
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crazychoir_fw import core
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.crtp.packet import Packet, parse
 from crazychoir_fw.crtp.services.app_channel import MAX_WAITING
 from crazychoir_fw.crtp.services.platform import firmware_version
 from crazychoir_fw.crtp.station import Station
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.onboard import core
 from crazychoir_fw.simulation import DroneConfig, World
 
 

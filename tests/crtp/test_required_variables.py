@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.variables import log_table, parameter_table
+from crazychoir_fw.onboard.variables import log_table, parameter_table
 
 TYPES = {"u8": "u1", "u16": "u2", "u32": "u4", "i8": "i1", "i16": "i2", "i32": "i4", "f32": "f4"}
 

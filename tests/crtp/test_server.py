@@ -8,10 +8,10 @@ import pytest
 from ports import free_ports
 from server_clients import GREETING, SOURCE, Client, Talker, events, needs_icmp
 
+from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.crtp import station as station_module
 from crazychoir_fw.crtp.link_model import PerfectLink
 from crazychoir_fw.crtp.server import Server
-from crazychoir_fw.errors import RangeError, StateError
 from crazychoir_fw.simulation import DroneConfig, World
 
 

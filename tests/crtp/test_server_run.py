@@ -7,9 +7,9 @@ from contextlib import contextmanager
 
 import pytest
 
+from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError
 from crazychoir_fw.crtp import station as station_module
 from crazychoir_fw.crtp.server import Server
-from crazychoir_fw.errors import CrazychoirError, RangeError, StateError
 from crazychoir_fw.simulation import DroneConfig, World
 
 

@@ -9,9 +9,9 @@ import pytest
 from cflib.crazyflie.log import LogTocElement
 from cflib.crazyflie.param import ParamTocElement
 
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.crtp.toc import TableOfContents, log_entry, log_toc, parameter_entry, parameter_toc
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.variables import Variable, log_table, parameter_table
+from crazychoir_fw.onboard.variables import Variable, log_table, parameter_table
 
 PLAIN = Variable("group.name", np.dtype(np.uint8), 0, is_core=False, is_persistent=False, is_read_only=False)
 

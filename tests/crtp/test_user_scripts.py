@@ -15,7 +15,7 @@ import pytest
 from serving import Outcome, end_of, serving, start
 
 from crazychoir_fw.mission import load_mission
-from crazychoir_fw.report.flight_log import FlightLog
+from crazychoir_fw.recording.flight_log import FlightLog
 from crazychoir_fw.simulation.replay import replay
 
 pytest.importorskip("cflib")

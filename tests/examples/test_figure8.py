@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crazychoir_fw.trajectory_files import end_points, read_pieces, total_duration
+from crazychoir_fw.common.trajectory_files import end_points, read_pieces, total_duration
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -8,8 +8,8 @@ import matplotlib.image
 import pytest
 
 from crazychoir_fw.firmware.apps import build_app
+from crazychoir_fw.flight.runner import fly
 from crazychoir_fw.mission import load_mission
-from crazychoir_fw.mission.runner import fly
 
 FOLDER = Path(__file__).parents[2] / "examples" / "new_controller"
 

@@ -11,8 +11,8 @@ import pytest
 from miniature import lay_out
 from side_by_side import Drone
 
-from crazychoir_fw.core import load_library
 from crazychoir_fw.firmware.build import build_provider
+from crazychoir_fw.onboard.core import load_library
 
 HERE = Path(__file__).parent
 

@@ -4,7 +4,7 @@ import struct
 
 import numpy as np
 
-from crazychoir_fw.onboard_trajectories import CompressedSegment, CompressedStart
+from crazychoir_fw.onboard.trajectories import CompressedSegment, CompressedStart
 from crazychoir_fw.simulation import DroneConfig, World
 
 RPYT, GENERIC, HIGH_LEVEL, SUPERVISOR = 3, 7, 8, 9  # ports

@@ -6,7 +6,7 @@ from flight_inputs import GOAL, START, pieces_of, random_inputs, random_measurem
 from side_by_side import Drone, all_of, complementary_flight, control_of, filter_step, same
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import load_library
+from crazychoir_fw.onboard.core import load_library
 from crazychoir_fw.simulation import DroneConfig, World
 
 BRUSHLESS = lib.CF_PLATFORM_CF21BL

@@ -8,7 +8,7 @@ from flight_inputs import ABS, VELOCITY, random_inputs
 from side_by_side import STEPS, Drone, control_of, motors_of
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import load_library
+from crazychoir_fw.onboard.core import load_library
 
 BRUSHLESS = lib.CF_PLATFORM_CF21BL
 

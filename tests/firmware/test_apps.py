@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import BuildError, CompileError, LinkError, RangeError, UnknownNameError
+from crazychoir_fw.common.errors import BuildError, CompileError, LinkError, RangeError, UnknownNameError
 from crazychoir_fw.firmware.apps import app_files, build_app
 from crazychoir_fw.firmware.library import BUILD_LOG
 from crazychoir_fw.simulation import DroneConfig, FlightRecorder, World

@@ -7,13 +7,13 @@ import pytest
 from miniature import RELEASES, SETUP_PY, lay_out
 from typer.testing import CliRunner
 
-from crazychoir_fw import core
 from crazychoir_fw.cli import app
-from crazychoir_fw.errors import CheckoutError, CompileError, LinkError, UnknownNameError
+from crazychoir_fw.common.errors import CheckoutError, CompileError, LinkError, UnknownNameError
 from crazychoir_fw.firmware import providers
 from crazychoir_fw.firmware.build import build_provider
 from crazychoir_fw.firmware.checkout import open_checkout
 from crazychoir_fw.firmware.recipe import bitcraze_recipe
+from crazychoir_fw.onboard import core
 from crazychoir_fw.simulation import DroneConfig, World
 
 

@@ -6,7 +6,7 @@ import subprocess
 
 import pytest
 
-from crazychoir_fw.errors import BuildError, CompileError, LinkError, UnknownNameError
+from crazychoir_fw.common.errors import BuildError, CompileError, LinkError, UnknownNameError
 from crazychoir_fw.firmware.build import build, build_provider
 from crazychoir_fw.firmware.checkout import Checkout
 from crazychoir_fw.firmware.library import Library

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crazychoir_fw.errors import BuildError
+from crazychoir_fw.common.errors import BuildError
 from crazychoir_fw.firmware.cache import Cache, Fingerprints, cache_root, clean, digest
 
 

@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 
-from crazychoir_fw.errors import CheckoutError
+from crazychoir_fw.common.errors import CheckoutError
 from crazychoir_fw.firmware import checkout as module
 from crazychoir_fw.firmware.checkout import CMSIS_HEADER, describe, locate, open_checkout
 

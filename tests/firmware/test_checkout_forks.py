@@ -9,9 +9,9 @@ from miniature import FORKS, lay_out
 from side_by_side import Drone, complementary_flight, control_of, filter_step, same
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import load_library
 from crazychoir_fw.firmware import levels
 from crazychoir_fw.firmware.build import build_provider
+from crazychoir_fw.onboard.core import load_library
 
 CHANGED = {**{fork: {"fork": fork} for fork in FORKS}, "after 2026.08": {"release": "after", "setup_py": "2026"}}
 

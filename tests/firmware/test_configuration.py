@@ -1,6 +1,6 @@
 import pytest
 
-from crazychoir_fw.errors import CheckoutError, UnknownNameError
+from crazychoir_fw.common.errors import CheckoutError, UnknownNameError
 from crazychoir_fw.firmware.configuration import PLATFORMS, header_text, read_header, settings, symbols_in
 
 

@@ -7,13 +7,13 @@ import pytest
 from edits import EDITS, Edit, height
 from level_flights import airborne, world_of
 
-from crazychoir_fw.core import load_library
-from crazychoir_fw.errors import CheckoutError, CompileError, LinkError, MissionError, UnknownNameError
+from crazychoir_fw.common.errors import CheckoutError, CompileError, LinkError, MissionError, UnknownNameError
 from crazychoir_fw.firmware.build import build_provider
 from crazychoir_fw.firmware.levels import ALGORITHMS, ALL, LEVELS, MODULES, STABILIZER, modules_of
 from crazychoir_fw.firmware.library import BUILD_LOG
 from crazychoir_fw.firmware.providers import load
 from crazychoir_fw.mission import parse_mission
+from crazychoir_fw.onboard.core import load_library
 
 MODULES_FOLDER = "src/modules/src"
 

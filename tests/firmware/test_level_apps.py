@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from crazychoir_fw.errors import BuildError
+from crazychoir_fw.common.errors import BuildError
 from crazychoir_fw.firmware.apps import build_app
 from crazychoir_fw.firmware.levels import ALGORITHMS, MODULES, STABILIZER, word_of
 from crazychoir_fw.simulation import DroneConfig, World

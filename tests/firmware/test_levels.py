@@ -7,7 +7,7 @@ import pytest
 from level_flights import GENERIC, HIGH_LEVEL, RPYT, SUPERVISOR, airborne, everything, pieces, record, world_of
 from miniature import RELEASES
 
-from crazychoir_fw.errors import CrazychoirError, StateError
+from crazychoir_fw.common.errors import CrazychoirError, StateError
 from crazychoir_fw.firmware.levels import ALGORITHMS, LEVELS, MODULES, STABILIZER
 from crazychoir_fw.firmware.library import BUILD_LOG
 

@@ -9,7 +9,7 @@ import sysconfig
 import pytest
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.errors import BuildError, CrazychoirError
+from crazychoir_fw.common.errors import BuildError, CrazychoirError
 from crazychoir_fw.firmware.image import MOST_BYTES, image_map
 
 COMPILER = (sysconfig.get_config_var("CC") or "cc").split()[0]

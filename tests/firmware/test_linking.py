@@ -2,7 +2,7 @@ import subprocess
 
 import pytest
 
-from crazychoir_fw.errors import LinkError
+from crazychoir_fw.common.errors import LinkError
 from crazychoir_fw.firmware.linking import Undefined, explain, link
 from crazychoir_fw.firmware.toolchain import find_compiler
 

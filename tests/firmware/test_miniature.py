@@ -13,7 +13,7 @@ import shape_rows
 from miniature import RELEASES, SETUP_PY, lay_out
 from miniature.layout import SYSTEM
 
-from crazychoir_fw.errors import CheckoutError
+from crazychoir_fw.common.errors import CheckoutError
 from crazychoir_fw.firmware.checkout import SETUP, describe, open_checkout
 from crazychoir_fw.firmware.configuration import settings
 from crazychoir_fw.firmware.setup_lists import read_setup_lists

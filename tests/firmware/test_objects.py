@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crazychoir_fw.errors import CompileError
+from crazychoir_fw.common.errors import CompileError
 from crazychoir_fw.firmware.cache import Cache, Fingerprints
 from crazychoir_fw.firmware.objects import Objects, Unit, demand_all, read_dependencies
 from crazychoir_fw.firmware.toolchain import find_compiler

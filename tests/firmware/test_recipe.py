@@ -2,7 +2,7 @@ import subprocess
 
 import pytest
 
-from crazychoir_fw.errors import CheckoutError, UnknownNameError
+from crazychoir_fw.common.errors import CheckoutError, UnknownNameError
 from crazychoir_fw.firmware.checkout import Checkout
 from crazychoir_fw.firmware.own_sources import bindings_folder, deciding_flags, read_list
 from crazychoir_fw.firmware.recipe import bitcraze_recipe, builtin_recipe, header_names

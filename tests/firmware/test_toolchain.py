@@ -1,6 +1,6 @@
 import pytest
 
-from crazychoir_fw.errors import BuildError
+from crazychoir_fw.common.errors import BuildError
 from crazychoir_fw.firmware.toolchain import find_compiler
 
 

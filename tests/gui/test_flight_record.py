@@ -14,10 +14,10 @@ import pytest
 from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
-from crazychoir_fw.errors import RangeError, StateError
-from crazychoir_fw.experiment.agent import Phase
+from crazychoir_fw.common.errors import RangeError, StateError
+from crazychoir_fw.flight.agent import Phase
 from crazychoir_fw.gui.flight_record import check_format, csv_lines, record_of, write_record
-from crazychoir_fw.report.flight_log import FlightLog
+from crazychoir_fw.recording.flight_log import FlightLog
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -170,7 +170,7 @@ def test_deep_nesting_is_refused(client, deep):
     ],
 )
 def test_refusals_name_the_place(data, sentence):
-    from crazychoir_fw.errors import RangeError
+    from crazychoir_fw.common.errors import RangeError
 
     with pytest.raises(RangeError) as refused:
         read(Envelope, data)
@@ -178,7 +178,7 @@ def test_refusals_name_the_place(data, sentence):
 
 
 def test_numbers_of_a_preview_have_ranges():
-    from crazychoir_fw.errors import RangeError
+    from crazychoir_fw.common.errors import RangeError
 
     with pytest.raises(RangeError, match="distance"):
         read(PreviewRequest, {"distance": float("nan")})
@@ -215,7 +215,7 @@ def test_the_token_is_asked_for(session, api, tmp_path):
 
 @pytest.mark.parametrize(("host", "token"), [("0.0.0.0", None), ("192.0.2.1", "short")])
 def test_other_hosts_need_a_token(host, token):
-    from crazychoir_fw.errors import RangeError
+    from crazychoir_fw.common.errors import RangeError
     from crazychoir_fw.gui.server import check_host
 
     with pytest.raises(RangeError, match="give a --token of 8 characters"):

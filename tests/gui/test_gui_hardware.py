@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 pytest.importorskip("cflib")
-sys.path.append(str(Path(__file__).parents[1] / "experiment"))
+sys.path.append(str(Path(__file__).parents[1] / "flight"))
 from ports import free_ports
 from served_drones import Served
 
-from crazychoir_fw.errors import StateError
-from crazychoir_fw.experiment.agent import Phase
-from crazychoir_fw.gui.access.hardware import HardwareAccess
+from crazychoir_fw.common.errors import StateError
+from crazychoir_fw.flight.access.hardware import HardwareAccess
+from crazychoir_fw.flight.agent import Phase
+from crazychoir_fw.flight.layered_flight import make_experiment
 from crazychoir_fw.gui.opening import open_mission
 from crazychoir_fw.gui.session import Session
 from crazychoir_fw.mission.fleet import drone_settings
-from crazychoir_fw.mission.layered_flight import make_experiment
 from crazychoir_fw.simulation import DroneConfig, World
 
 ONBOARD = """
@@ -164,7 +164,7 @@ def test_what_a_link_cannot_switch_is_said(lockstep, api, until, tmp_path):
 
 
 def test_a_real_drone_is_switched_off_and_on(lockstep, api, until, tmp_path, monkeypatch):
-    from crazychoir_fw.gui.access import hardware
+    from crazychoir_fw.flight.access import hardware
 
     session, _ = lockstep(ONBOARD, "xyz")
     client = api(session, tmp_path / "drawings")
@@ -212,7 +212,7 @@ def test_arming_over_the_radio(lockstep, api, until, tmp_path):
     ],
 )
 def test_pieces_that_are_none_are_refused(pieces, sentence):
-    from crazychoir_fw.errors import RangeError
+    from crazychoir_fw.common.errors import RangeError
     from crazychoir_fw.radio.uploads import checked_pieces
 
     with pytest.raises(RangeError, match=sentence):

@@ -8,10 +8,10 @@ import pytest
 
 pytest.importorskip("nicegui")
 
+from crazychoir_fw.flight.layered_flight import make_experiment
 from crazychoir_fw.gui.marks import Marks
 from crazychoir_fw.gui.opening import open_mission
-from crazychoir_fw.mission.layered_flight import make_experiment
-from crazychoir_fw.report.marks import COLORS
+from crazychoir_fw.recording.marks import COLORS
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 pytest.importorskip("cflib")
-sys.path.append(str(Path(__file__).parents[1] / "experiment"))
+sys.path.append(str(Path(__file__).parents[1] / "flight"))
 from served_drones import Served
 
-from crazychoir_fw.experiment.mixed_backend import MixedBackend
-from crazychoir_fw.experiment.sim_backend import SimBackend
+from crazychoir_fw.flight.layered_flight import make_experiment
+from crazychoir_fw.flight.mixed_backend import MixedBackend
+from crazychoir_fw.flight.runner import build_world
+from crazychoir_fw.flight.sim_backend import SimBackend
 from crazychoir_fw.gui.opening import open_mission
 from crazychoir_fw.gui.session import Session
-from crazychoir_fw.mission.layered_flight import make_experiment
-from crazychoir_fw.mission.runner import build_world
 from crazychoir_fw.simulation.mirrored import MirroredConfig
 
 MIXED = """

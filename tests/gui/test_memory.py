@@ -5,10 +5,10 @@ from collections import deque
 import numpy as np
 import pytest
 
-from crazychoir_fw.gui.access import open_access
+from crazychoir_fw.flight.access import open_access
+from crazychoir_fw.flight.layered_flight import make_experiment
 from crazychoir_fw.gui.memory import Memory
 from crazychoir_fw.gui.opening import open_mission
-from crazychoir_fw.mission.layered_flight import make_experiment
 
 
 class Slotted:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from crazychoir_fw.experiment.agent import Phase
+from crazychoir_fw.flight.agent import Phase
 
 expect.set_options(timeout=60_000)
 

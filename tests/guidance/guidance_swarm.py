@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance import (
     BearingFormation,
     Graph,
@@ -9,7 +10,6 @@ from crazychoir_fw.guidance import (
     InProcessTransport,
     TimeVaryingCommunicator,
 )
-from crazychoir_fw.messages import Pose
 
 SQUARE = np.array([(-0.7, -0.7, 1.0), (0.7, -0.7, 1.0), (0.7, 0.7, 1.0), (-0.7, 0.7, 1.0)])
 SQUARE_GRAPH = Graph.undirected(4, [(0, 1), (0, 3), (1, 2), (1, 3), (2, 3)])

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance import InProcessTransport, TimeVaryingCommunicator
-from crazychoir_fw.messages import Pose
 
 
 class Integrators:

@@ -6,7 +6,7 @@ from guidance_swarm import GRID, LETTER_S, LETTER_S_GRAPH, SQUARE, SQUARE_GRAPH,
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.guidance import Graph
 from crazychoir_fw.guidance.bearing import (
     bearing,

@@ -15,7 +15,8 @@ from guidance_swarm import (
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crazychoir_fw.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.messages import Pose, TrajectoryPoint
 from crazychoir_fw.guidance import (
     FORMATION_GAINS,
     BearingFormation,
@@ -28,7 +29,6 @@ from crazychoir_fw.guidance import (
     TimeVaryingCommunicator,
 )
 from crazychoir_fw.guidance.bearing import bearing_error_deg, ort_proj, projections
-from crazychoir_fw.messages import Pose, TrajectoryPoint
 
 
 def square(**options):

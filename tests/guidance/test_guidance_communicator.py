@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crazychoir_fw.errors import MessageError, RangeError, StateError
+from crazychoir_fw.common.errors import MessageError, RangeError, StateError
 from crazychoir_fw.guidance import (
     BestEffortCommunicator,
     Graph,

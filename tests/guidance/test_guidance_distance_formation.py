@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from integrators import Integrators
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance import (
     FormationControl,
     FormationControlGuidance,
@@ -15,7 +16,6 @@ from crazychoir_fw.guidance import (
     TimeVaryingCommunicator,
 )
 from crazychoir_fw.guidance.distance_formation import distance_errors, fitted
-from crazychoir_fw.messages import Pose
 
 TETRAHEDRON = np.array([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)]) * 0.5 + (0.0, 0.0, 1.5)
 COMPLETE = Graph.complete(4)

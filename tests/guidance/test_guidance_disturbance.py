@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.guidance import (
     DisturbedTransport,
     Graph,

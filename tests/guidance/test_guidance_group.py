@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from guidance_swarm import GRID, SQUARE, SQUARE_GRAPH, SQUARE_STARTS, Swarm, grid_graph
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.guidance import BearingFormation, GuidanceGroup, SimpleGuidance
 
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance import CFGuidance, GoToGuidance, Phase, SimpleGuidance
-from crazychoir_fw.messages import Pose
 
 
 def at(x, y, z):

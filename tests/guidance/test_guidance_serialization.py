@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
 
-from crazychoir_fw.errors import MessageError
+from crazychoir_fw.common.errors import MessageError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance.frozen import SharedPose, frozen, handed_out
 from crazychoir_fw.guidance.serialization import DEEPEST, DTYPES, dumps, loads
-from crazychoir_fw.messages import Pose
 
 DTYPE = st.sampled_from(sorted(DTYPES)).map(np.dtype)
 ARRAYS = arrays.arrays(DTYPE, arrays.array_shapes(min_dims=0, max_dims=4, min_side=0, max_side=4))

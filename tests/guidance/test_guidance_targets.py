@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance import Phase, SimpleDIControl, TargetListGuidance
-from crazychoir_fw.messages import Pose
 
 
 def fly(guidance, seconds, position, velocity=None, dt=0.05, now=0.0):

@@ -2,7 +2,7 @@
 
 import pytest
 
-from crazychoir_fw.errors import MissionError
+from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.mission import load_mission, parse_mission
 
 

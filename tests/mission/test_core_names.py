@@ -2,10 +2,10 @@
 
 import pytest
 
-from crazychoir_fw.core import attributes
-from crazychoir_fw.errors import MissionError
+from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.mission import fleet, parse_mission, schema
 from crazychoir_fw.mujoco_models import SCENES
+from crazychoir_fw.onboard.core import attributes
 from crazychoir_fw.simulation.drone_config import DECKS
 
 

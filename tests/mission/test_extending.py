@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
-from crazychoir_fw.errors import MissionError
-from crazychoir_fw.experiment.agents import formation_of, graph_of
+from crazychoir_fw.common.errors import MissionError
+from crazychoir_fw.flight.agents import formation_of, graph_of
 from crazychoir_fw.mission import load_mission, parse_mission
 from crazychoir_fw.mission.changes import apply, read_change
 from crazychoir_fw.mission.extending import files_of, merged

@@ -2,10 +2,10 @@
 
 import pytest
 
-from crazychoir_fw.errors import MissionError
+from crazychoir_fw.common.errors import MissionError
+from crazychoir_fw.flight.runner import fly
 from crazychoir_fw.mission.loader import load_mission, parse_mission
 from crazychoir_fw.mission.plan import plan_flight
-from crazychoir_fw.mission.runner import fly
 
 CLIMB = """
 from crazychoir_fw.simulation import MotorCtrlVel

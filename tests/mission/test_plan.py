@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from crazychoir_fw.errors import MissionError
+from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.mission import parse_mission
 from crazychoir_fw.mission.plan import ARMING_TICKS, SETTLE_TICKS, plan_flight
 

@@ -7,9 +7,9 @@ import yaml
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from crazychoir_fw.errors import CrazychoirError, MissionError
+from crazychoir_fw.common.errors import CrazychoirError, MissionError
+from crazychoir_fw.flight.runner import build_world
 from crazychoir_fw.mission import Mission, load_mission, parse_mission
-from crazychoir_fw.mission.runner import build_world
 
 NAN = float("nan")
 INF = float("inf")

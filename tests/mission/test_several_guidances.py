@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import MissionError
-from crazychoir_fw.experiment import agents
+from crazychoir_fw.common.errors import MissionError
+from crazychoir_fw.flight import agents
+from crazychoir_fw.flight.layered_flight import fly_layers, make_experiment
 from crazychoir_fw.guidance import BearingFormation, CFGuidance, GoToGuidance, Graph
-from crazychoir_fw.mission.layered_flight import fly_layers, make_experiment
 from crazychoir_fw.mission.loader import parse_mission
 
 GOALS = {"class": "GoToGuidance", "drones": ["d"], "goals": {"d": [[2, 2.0, 1.0, 0.5]]}}

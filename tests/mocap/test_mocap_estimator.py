@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crazychoir_fw.attitude import quaternion_xyzw
-from crazychoir_fw.errors import RangeError, UnknownNameError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.attitude import quaternion_xyzw
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.mocap import Estimator
 
 LEVEL = np.array([0.0, 0.0, 0.0, 1.0])

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.mocap import SingleStagePredictor
 
 

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import StateError
+from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.mocap.sources import MotionCapture, UdpPoses
 
 

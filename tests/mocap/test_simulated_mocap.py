@@ -5,8 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.mocap import Estimator, MocapConfig, SimulatedMocap
 
 LEVEL = np.array([0.0, 0.0, 0.0, 1.0])

@@ -2,7 +2,7 @@
 
 import pytest
 
-from crazychoir_fw.core import load_library
+from crazychoir_fw.onboard.core import load_library
 from crazychoir_fw.parity.deviation import Verdict
 from crazychoir_fw.parity.run import run_parity
 from crazychoir_fw.parity.side import Side

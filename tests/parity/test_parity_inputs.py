@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.parity.cases import Request
 from crazychoir_fw.parity.cases.complementary import complementary_cases
 from crazychoir_fw.parity.cases.controllers import controller_cases

@@ -3,9 +3,9 @@
 import pytest
 from miniature import lay_out
 
-from crazychoir_fw.core import load_library
 from crazychoir_fw.firmware.build import build_provider
 from crazychoir_fw.firmware.levels import LEVEL_OF_MODULE, MODULES, STABILIZER
+from crazychoir_fw.onboard.core import load_library
 from crazychoir_fw.parity.deviation import Verdict
 from crazychoir_fw.parity.fleet import FLEET, MODULE_FLIGHTS
 from crazychoir_fw.parity.flights import compare_flights

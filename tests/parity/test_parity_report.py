@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 
 import pytest
 
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.parity import report, run
 from crazychoir_fw.parity.cases import all_cases
 from crazychoir_fw.parity.deviation import Verdict

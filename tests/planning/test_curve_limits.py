@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crazychoir_fw.attitude import rotation
-from crazychoir_fw.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.attitude import rotation
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
 from crazychoir_fw.planning import Limits, Polynomial, State, check_limits, cubic_spline, point_to_point
 from crazychoir_fw.planning.limits import GRAVITY, fit_duration
 

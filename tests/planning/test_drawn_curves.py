@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.planning import GENTLE, Drawn, Limits, Spline, fit_drawn, read_drawn, thinned
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.planning import (
     GENTLE,
     Limits,

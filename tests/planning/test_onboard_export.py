@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose, TrajectoryPoint
-from crazychoir_fw.onboard_trajectories import pack_compressed
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, TrajectoryPoint
+from crazychoir_fw.common.trajectory_files import read_pieces
+from crazychoir_fw.onboard.trajectories import pack_compressed
 from crazychoir_fw.planning import (
     FixedHeading,
     MinimumSnap,
@@ -21,7 +22,6 @@ from crazychoir_fw.planning import (
     to_pieces,
 )
 from crazychoir_fw.simulation import DroneConfig, World
-from crazychoir_fw.trajectory_files import read_pieces
 
 angles = np.linspace(0, 2 * np.pi, 400)
 FIGURE8 = np.stack([np.sin(angles), np.sin(2 * angles) / 2, 1 + 0.1 * np.sin(angles)], axis=1)

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.planning import Polynomial, State, point_to_point, through_states
 
 vectors = arrays(float, 3, elements=st.floats(-5.0, 5.0))

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Reference
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Reference
 from crazychoir_fw.planning import AccelerationTraj, FullStateTraj, PositionTraj, TrajHandlerStrategy
 
 EVERYTHING = Reference(*np.arange(12.0).reshape(4, 3), 0.3, 0.1)

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crazychoir_fw.attitude import quaternion_xyzw
-from crazychoir_fw.errors import RangeError, StateError
-from crazychoir_fw.messages import Pose, TrajectoryPoint
+from crazychoir_fw.common.attitude import quaternion_xyzw
+from crazychoir_fw.common.errors import RangeError, StateError
+from crazychoir_fw.common.messages import Pose, TrajectoryPoint
 from crazychoir_fw.planning import (
     GENTLE,
     AccelerationTrajHandler,

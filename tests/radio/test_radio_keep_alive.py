@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.radio import Mode, RadioHandlerFPQR, RadioHandlerFRPY, RadioHandlerVel, RadioHandlerXYZ
 from crazychoir_fw.radio.poses import PoseGate
 from crazychoir_fw.radio.set_points import SetPointStream

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from crazychoir_fw.errors import RadioError, RangeError, UnknownNameError
+from crazychoir_fw.common.errors import RadioError, RangeError, UnknownNameError
 from crazychoir_fw.radio import (
     LinkState,
     Mode,

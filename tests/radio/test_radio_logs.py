@@ -9,7 +9,7 @@ from cflib.crazyflie.log import LogTocElement
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crazychoir_fw.errors import RadioError, RangeError, UnknownNameError
+from crazychoir_fw.common.errors import RadioError, RangeError, UnknownNameError
 from crazychoir_fw.radio import RadioHandler, RadioHandlerVel, RadioHandlerVelLightHouse
 from crazychoir_fw.radio.logs import DroneClock, log_blocks
 

@@ -6,7 +6,7 @@ import struct
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.radio import (
     Mode,
     RadioHandler,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from crazychoir_fw.errors import RadioError, RangeError, UnknownNameError
+from crazychoir_fw.common.errors import RadioError, RangeError, UnknownNameError
 from crazychoir_fw.radio import (
     RadioHandler,
     RadioHandlerFPQR,

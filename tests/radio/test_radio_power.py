@@ -2,7 +2,7 @@
 
 import pytest
 
-from crazychoir_fw.errors import RadioError, StateError
+from crazychoir_fw.common.errors import RadioError, StateError
 from crazychoir_fw.radio import RadioHandlerXYZ, power
 from crazychoir_fw.radio import drone as drone_module
 from crazychoir_fw.radio.link import LinkState

@@ -4,7 +4,7 @@ import threading
 
 import pytest
 
-from crazychoir_fw.errors import RadioError, RangeError, StateError
+from crazychoir_fw.common.errors import RadioError, RangeError, StateError
 from crazychoir_fw.radio import Mode, RadioHandler, RadioHandlerFPQR, RadioHandlerVel, RadioHandlerXYZ, ReconnectPolicy
 from crazychoir_fw.radio.outbox import Outbox
 

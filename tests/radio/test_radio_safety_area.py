@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.radio import Mode, RadioHandlerFRPY, RadioHandlerVel, RadioHandlerXYZ, SafetyArea
 
 BOX = ((-1, -1, 0), (1, 1, 2))

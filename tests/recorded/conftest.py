@@ -2,13 +2,17 @@
 
 import csv
 import gzip
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from crazychoir_fw.recorded import read_flight
-from crazychoir_fw.recorded.phases import find_phases
-from crazychoir_fw.recorded.signals import roll_pitch_yaw
+sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
+from recorded import read_flight
+from recorded.phases import find_phases
+from recorded.signals import roll_pitch_yaw
+
 from crazychoir_fw.simulation import DroneConfig, World
 
 TRUTH = {

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from recorded import flight_files, read_flight
+from recorded.nanobench import interpolated_rows
+from recorded.phases import find_phases
 
-from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
-from crazychoir_fw.recorded import flight_files, read_flight
-from crazychoir_fw.recorded.nanobench import interpolated_rows
-from crazychoir_fw.recorded.phases import find_phases
+from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
 
 
 def table(path):

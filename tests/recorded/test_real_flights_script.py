@@ -5,7 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from crazychoir_fw import vehicles
+from crazychoir_fw.onboard import vehicles
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 

@@ -1,16 +1,16 @@
 """A flight of our own simulator comes back with almost no error: the comparisons compare what they say they do."""
 
 import pytest
+from recorded import refinement
+from recorded.controller_replay import replay_controller
+from recorded.identification import identify
+from recorded.motor_replay import replay_motors
+from recorded.prediction import predict
+from recorded.refinement import refine
+from recorded.tuning import tune
+from recorded.whole_chain import fly_again
 
-from crazychoir_fw.errors import RangeError, StateError
-from crazychoir_fw.recorded import refinement
-from crazychoir_fw.recorded.controller_replay import replay_controller
-from crazychoir_fw.recorded.identification import identify
-from crazychoir_fw.recorded.motor_replay import replay_motors
-from crazychoir_fw.recorded.prediction import predict
-from crazychoir_fw.recorded.refinement import refine
-from crazychoir_fw.recorded.tuning import tune
-from crazychoir_fw.recorded.whole_chain import fly_again
+from crazychoir_fw.common.errors import RangeError, StateError
 
 
 def test_phases(synthetic):

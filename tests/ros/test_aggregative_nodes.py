@@ -5,7 +5,7 @@ from geometry_msgs.msg import Vector3
 from nav_msgs.msg import Odometry
 from std_msgs.msg import Empty
 
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.ros import AggregativeGuidanceCrazyflie, AggregativeGuidanceCrazyflieMovingIntruder
 from crazychoir_fw.ros.conversions import pose_to_odometry, to_stamp
 

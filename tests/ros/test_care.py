@@ -9,11 +9,11 @@ from ros_domains import reserve_domain
 from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
-from crazychoir_fw.errors import StateError, UnknownNameError
-from crazychoir_fw.experiment.agent import Agent, Phase
-from crazychoir_fw.experiment.sim_backend import SimBackend
-from crazychoir_fw.gui.access import Access, open_access
-from crazychoir_fw.gui.access.ros import NO_ARM, RosAccess
+from crazychoir_fw.common.errors import StateError, UnknownNameError
+from crazychoir_fw.flight.access import Access, open_access
+from crazychoir_fw.flight.access.ros import NO_ARM, RosAccess
+from crazychoir_fw.flight.agent import Agent, Phase
+from crazychoir_fw.flight.sim_backend import SimBackend
 from crazychoir_fw.mission.loader import parse_mission
 from crazychoir_fw.ros.care import ARM, care_once, serve_care, served_on
 from crazychoir_fw.ros.joined_drones import JoinedDrones

@@ -7,6 +7,8 @@ from nav_msgs.msg import Odometry
 from trajectory_msgs.msg import MultiDOFJointTrajectoryPoint
 
 from crazychoir_fw import control
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control import (
     FlatnessAccelerationCtrl,
     FlatnessPositionCtrl,
@@ -15,8 +17,6 @@ from crazychoir_fw.control import (
     VelocityCtrlStrategy,
     VelSender,
 )
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose, Reference
 from crazychoir_fw.planning import AccelerationTraj, FullStateTraj, PositionTraj
 from crazychoir_fw.ros.controller import CrazyflieController, HierarchicalController, VelocityController
 from crazychoir_fw.ros.conversions import pose_to_odometry, reference_to_message

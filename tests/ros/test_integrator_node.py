@@ -8,15 +8,15 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Empty
 from trajectory_msgs.msg import JointTrajectory
 
-from crazychoir_fw import integrator as plain
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import TrajectoryPoint
 from crazychoir_fw.control import FlatnessPositionCtrl, FPQRSender, GeometryAttitudeCtrl
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import TrajectoryPoint
 from crazychoir_fw.planning import FullStateTraj
 from crazychoir_fw.ros.controller import HierarchicalController
 from crazychoir_fw.ros.conversions import odometry_to_pose, points_to_joint_trajectory, seconds
 from crazychoir_fw.ros.integrator import CrazyflieIntegrator
 from crazychoir_fw.ros.trajectory import Polynomial7th
+from crazychoir_fw.simulation import integrator as plain
 
 
 def test_odometry_has_stamp_frames_and_the_state(bench):

@@ -6,7 +6,7 @@ import rclpy
 from geometry_msgs.msg import Vector3
 from std_msgs.msg import Empty
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.ros.conversions import message_to_reference
 from crazychoir_fw.ros.names import ACCELERATION, TOPICS
 from crazychoir_fw.ros.node import LayerNode

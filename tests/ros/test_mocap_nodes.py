@@ -5,8 +5,8 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.mocap import SimulatedMocap
 from crazychoir_fw.ros.conversions import odometry_to_pose, pose_stamped_to_pose, pose_to_odometry, pose_to_pose_stamped
 from crazychoir_fw.ros.mocap import MocapOdometry, MocapSimulator

@@ -19,12 +19,12 @@ from ros_domains import reserve_domain
 from ros_flights import all_gone
 from std_msgs.msg import Empty, String
 
-from crazychoir_fw.errors import CrazychoirError, RangeError
-from crazychoir_fw.experiment.agent import Phase
-from crazychoir_fw.gui.access.ros import FEW_PLOTS, NO_ARM, NO_PARAMETERS, NO_TIME
+from crazychoir_fw.common.errors import CrazychoirError, RangeError
+from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.flight.access.ros import FEW_PLOTS, NO_ARM, NO_PARAMETERS, NO_TIME
+from crazychoir_fw.flight.agent import Phase
 from crazychoir_fw.gui.opening import open_mission
 from crazychoir_fw.gui.session import Session
-from crazychoir_fw.messages import Pose
 from crazychoir_fw.ros.bundles import HostCard
 from crazychoir_fw.ros.conversions import pose_to_odometry
 from crazychoir_fw.ros.drone_states import EVENTS, read_event, read_states

@@ -7,8 +7,8 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Empty
 from trajectory_msgs.msg import JointTrajectory
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.ros import PointToPointPlanner_2D
 from crazychoir_fw.ros.conversions import pose_to_odometry
 

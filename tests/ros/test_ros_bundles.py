@@ -13,14 +13,14 @@ from rclpy.serialization import deserialize_message, serialize_message
 from rosgraph_msgs.msg import Clock
 from trajectory_msgs.msg import MultiDOFJointTrajectoryPoint
 
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control import (
     FlatnessAccelerationCtrl,
     FPQRSender,
     GeometryAttitudeCtrl,
 )
 from crazychoir_fw.control import HierarchicalController as PlainController
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose, Reference
 from crazychoir_fw.planning import AccelerationTraj
 from crazychoir_fw.ros import bundles
 from crazychoir_fw.ros.controller import CrazyflieController

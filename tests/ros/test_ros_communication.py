@@ -5,8 +5,8 @@ import json
 import pytest
 from ros_flights import PATIENCE, Flight
 
+from crazychoir_fw.flight.layered_flight import fly_layers
 from crazychoir_fw.mission import load_mission
-from crazychoir_fw.mission.layered_flight import fly_layers
 
 MISSION = """
 name: near

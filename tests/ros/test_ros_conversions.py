@@ -12,8 +12,8 @@ from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message, serialize_message
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectoryPoint
 
-from crazychoir_fw.errors import RangeError, UnknownNameError
-from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint, Twist
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint, Twist
 from crazychoir_fw.ros import conversions as to
 
 numbers = st.floats(-1e6, 1e6)

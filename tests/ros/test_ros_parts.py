@@ -19,7 +19,8 @@ from sensor_msgs.msg import BatteryState
 from std_msgs.msg import Bool, Empty, String, UInt8MultiArray
 from std_srvs.srv import Trigger
 
-from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.version import __version__
 from crazychoir_fw.mission import load_mission
 from crazychoir_fw.ros.buttons import Buttons, press_once
 from crazychoir_fw.ros.lockstep import Answers
@@ -40,7 +41,6 @@ from crazychoir_fw.ros.wire import (
     twist_numbers,
 )
 from crazychoir_fw.simulation import DroneConfig, World
-from crazychoir_fw.version import __version__
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -8,8 +8,8 @@ import pytest
 from geometry_msgs.msg import PointStamped, PoseStamped
 from nav_msgs.msg import Odometry
 
-from crazychoir_fw.errors import StateError, UnknownNameError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import StateError, UnknownNameError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.mocap import Estimator
 from crazychoir_fw.ros.conversions import pose_to_odometry, pose_to_pose_stamped
 from crazychoir_fw.ros.node import LayerNode

@@ -12,10 +12,10 @@ from nav_msgs.msg import Odometry
 from ros_flights import PATIENCE, Flight, all_gone, is_running
 from std_msgs.msg import Empty, String
 
+from crazychoir_fw.flight.layered_flight import fly_layers
 from crazychoir_fw.guidance import Graph
 from crazychoir_fw.guidance.bearing import bearing_errors_deg, free_followers
 from crazychoir_fw.mission import load_mission
-from crazychoir_fw.mission.layered_flight import fly_layers
 from crazychoir_fw.ros.names import qos
 from crazychoir_fw.ros.wire import odometry_pose
 

@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 from std_msgs.msg import UInt8MultiArray
 
+from crazychoir_fw.common.errors import CrazychoirError, RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.control import FPQRSender, GeometryAttitudeCtrl, SafeFlatnessPositionCtrl
-from crazychoir_fw.errors import CrazychoirError, RangeError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.control.safety import DoubleIntegratorCBF, SingleIntegratorCBF
 from crazychoir_fw.planning import PositionTraj
 from crazychoir_fw.ros.closest import ClosestRobotGetter, closest_bytes, closest_of_bytes
 from crazychoir_fw.ros.conversions import pose_to_odometry
@@ -21,7 +22,6 @@ from crazychoir_fw.ros.safety import (
     SafeHierarchicalController,
     SingleIntegratorCollisionAvoidance,
 )
-from crazychoir_fw.safety import DoubleIntegratorCBF, SingleIntegratorCBF
 
 LEVEL = np.array([0.0, 0.0, 0.0, 1.0])
 

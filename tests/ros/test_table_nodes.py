@@ -9,15 +9,15 @@ from nav_msgs.msg import Odometry
 from std_msgs.msg import Empty, Int64, String
 from std_srvs.srv import Trigger
 
-from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.guidance.schemes import PositionTaskTable
+from crazychoir_fw.guidance.schemes.delivery import DeliveryRequest
+from crazychoir_fw.guidance.schemes.tasks import Offer, PositionTask
 from crazychoir_fw.ros import tasks
 from crazychoir_fw.ros.conversions import pose_to_odometry, to_stamp
 from crazychoir_fw.ros.names import LATEST
 from crazychoir_fw.ros.tasks import TableDesk, TaskGuidance, TaskTable, offer_to_text, text_to_offer
-from crazychoir_fw.schemes import PositionTaskTable
-from crazychoir_fw.schemes.delivery import DeliveryRequest
-from crazychoir_fw.schemes.tasks import Offer, PositionTask
 
 
 class Customer:

@@ -7,7 +7,7 @@ from nav_msgs.msg import Odometry
 from trajectory_msgs.msg import JointTrajectory, MultiDOFJointTrajectoryPoint
 
 from crazychoir_fw import planning
-from crazychoir_fw.messages import Pose, TrajectoryPoint
+from crazychoir_fw.common.messages import Pose, TrajectoryPoint
 from crazychoir_fw.ros import trajectory
 from crazychoir_fw.ros.conversions import message_to_reference, points_to_joint_trajectory, pose_to_odometry
 

@@ -7,8 +7,8 @@ from geometry_msgs.msg import Vector3
 from nav_msgs.msg import Odometry
 from visualization_msgs.msg import Marker, MarkerArray
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.messages import Pose
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.ros.conversions import pose_to_odometry
 from crazychoir_fw.ros.names import MARKER, MARKERS, WORLD_FRAME
 from crazychoir_fw.ros.visualizer import SimpleVisualizer, Visualizer, rviz_config

@@ -3,8 +3,8 @@ from contextlib import nullcontext
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
-from crazychoir_fw.report.opengl import RenderingError, rendering_available
+from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.recording.opengl import RenderingError, rendering_available
 from crazychoir_fw.simulation import DroneConfig, World
 
 WALL_AT = 2.0
@@ -238,7 +238,7 @@ def test_a_world_without_visuals_says_so(room):
 
 
 def test_without_opengl_a_picture_is_a_rendering_error(room, monkeypatch):
-    from crazychoir_fw.report import opengl
+    from crazychoir_fw.recording import opengl
 
     monkeypatch.setenv("MUJOCO_GL", "off")
     opengl._context_class.cache_clear()

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from worlds import make_world
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.simulation.clients import Commander, Localization
 
 

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
-from crazychoir_fw.onboard_trajectories import CompressedSegment, CompressedStart, Poly4D
+from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.onboard.trajectories import CompressedSegment, CompressedStart, Poly4D
 
 NOT_NUMBERS = [float("nan"), float("inf"), -float("inf")]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.simulation import DroneConfig, World
 
 SYSTEMS = ["none", "mocap", "mocap_position", "lighthouse", "loco_twr", "loco_tdoa2", "loco_tdoa3", "flow"]

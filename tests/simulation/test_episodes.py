@@ -8,7 +8,7 @@ import pytest
 from mujoco import rollout
 from worlds import make_world
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 
 pytest.importorskip("mujoco.batch", reason="this MuJoCo has no batches")
 

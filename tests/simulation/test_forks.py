@@ -5,7 +5,7 @@ import threading
 import pytest
 from worlds import make_world
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.simulation import set_threads
 
 COUNT = 6  # enough drones for two threads to share

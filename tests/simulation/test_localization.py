@@ -2,7 +2,7 @@
 
 import pytest
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 
 NOT_NUMBERS = [float("nan"), float("inf"), -float("inf")]
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
 from crazychoir_fw.simulation import DroneConfig, World, set_threads
 
 SIDES = ("front", "back", "left", "right", "up")

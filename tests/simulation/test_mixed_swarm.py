@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from toy_library import load_toy
 
-from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
 from crazychoir_fw.simulation import DroneConfig, Episodes, FlightRecorder, World
 from crazychoir_fw.simulation.swarm_views import swarm_parts, swarm_views
 

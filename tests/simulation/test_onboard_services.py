@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from worlds import make_world
 
-from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
 
 # clients fail when one of these is missing (crtp-cflib dossier section 20)
 PARAMETERS = [

@@ -5,7 +5,7 @@ import struct
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
 from crazychoir_fw.simulation import DroneConfig, World
 
 RPYT, LOCALIZATION, GENERIC, SUPERVISOR = 3, 6, 7, 9

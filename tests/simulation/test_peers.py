@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from worlds import make_world
 
-from crazychoir_fw.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
 from crazychoir_fw.simulation import DroneConfig, World, set_threads
 
 PERIOD = 10  # [ms]

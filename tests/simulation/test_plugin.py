@@ -11,8 +11,8 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 import crazychoir_fw  # noqa: F401 - registers the plugin
-from crazychoir_fw import core
 from crazychoir_fw._core import lib
+from crazychoir_fw.onboard import core
 
 MJCF = """
 <mujoco>

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from crazychoir_fw._core import ffi, lib
+from crazychoir_fw.onboard.variables import parameter_table
 from crazychoir_fw.simulation import DroneConfig, World
-from crazychoir_fw.variables import parameter_table
 
 NAN = float("nan")
 HIGH = 50.0  # [m], so that nobody falls to the floor, where MuJoCo solves the contacts of all at once

@@ -5,8 +5,8 @@ import pytest
 from worlds import make_world
 
 from crazychoir_fw._core import ffi, lib
+from crazychoir_fw.onboard.variables import factory_values, parameter_table
 from crazychoir_fw.simulation import DroneConfig, World
-from crazychoir_fw.variables import factory_values, parameter_table
 
 START = {"kalman.initialX", "kalman.initialY", "kalman.initialZ", "kalman.initialYaw"}
 

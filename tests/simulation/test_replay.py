@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from worlds import make_world
 
-from crazychoir_fw.errors import CrazychoirError, StateError
-from crazychoir_fw.journal import Journal
-from crazychoir_fw.onboard_trajectories import CompressedSegment, CompressedStart
-from crazychoir_fw.report.flight_log import FlightLog
+from crazychoir_fw.common.errors import CrazychoirError, StateError
+from crazychoir_fw.onboard.trajectories import CompressedSegment, CompressedStart
+from crazychoir_fw.recording.flight_log import FlightLog
+from crazychoir_fw.recording.journal import Journal
 from crazychoir_fw.simulation import DroneConfig, Episodes, FlightRecorder, World, replay
 from crazychoir_fw.simulation.replay import ReplayError, compare
 

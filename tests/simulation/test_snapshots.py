@@ -11,7 +11,7 @@ import pytest
 from worlds import make_world
 
 import crazychoir_fw
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.simulation import DroneConfig, Snapshot, World
 from crazychoir_fw.simulation.snapshot import BESIDE_THE_STATE
 

@@ -4,9 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.flight.runner import fly
 from crazychoir_fw.mission import load_mission
-from crazychoir_fw.mission.runner import fly
 from crazychoir_fw.simulation import DroneConfig, World
 
 WEDGE = """v -0.5 -0.5 0

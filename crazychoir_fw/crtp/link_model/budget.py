@@ -16,9 +16,9 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.crtp.link_model.airtime import NULL_BYTES, failed_try, good_try, transmission
 from crazychoir_fw.crtp.link_model.config import RadioConfig
-from crazychoir_fw.errors import RangeError
 
 SETPOINT_BYTES = 18
 """A position setpoint with its header; a full state has 30."""

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
 
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.crtp.link_model.airtime import BITS_PER_SECOND
-from crazychoir_fw.errors import RangeError
 from crazychoir_fw.simulation.faults.rules import Names, Number, Rule, Switch, Whole, Word, ruled
 
 JITTERS = ("normal", "uniform", "exponential")

@@ -15,10 +15,10 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.crtp.link_model.link import Direction
 from crazychoir_fw.crtp.link_model.radios import SimulatedRadios
-from crazychoir_fw.errors import CrazychoirError
-from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.world import World

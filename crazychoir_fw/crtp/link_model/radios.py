@@ -10,12 +10,12 @@ from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from typing import Any
 
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
 from crazychoir_fw.crtp.link_model.airtime import LARGEST_BYTES
 from crazychoir_fw.crtp.link_model.config import RadioConfig
 from crazychoir_fw.crtp.link_model.dongle import Dongle
 from crazychoir_fw.crtp.link_model.link import Arrival, Direction
 from crazychoir_fw.crtp.link_model.seat import Parcel, Seat
-from crazychoir_fw.errors import RangeError, UnknownNameError
 
 DEFAULT_CHANNELS = (*range(80, 126, 3), *range(77, -1, -3))
 """Far enough from each other at every data rate."""

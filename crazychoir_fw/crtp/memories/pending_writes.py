@@ -6,8 +6,8 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
+from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.crtp.line import Line
-from crazychoir_fw.errors import CrazychoirError
 
 
 class PendingWrites:

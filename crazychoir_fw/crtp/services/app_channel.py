@@ -6,9 +6,9 @@ import threading
 from collections import deque
 from collections.abc import Callable
 
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import MAX_PAYLOAD, Port
-from crazychoir_fw.errors import RangeError
 
 CHANNEL = 2
 MAX_WAITING = 100

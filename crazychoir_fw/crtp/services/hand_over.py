@@ -5,8 +5,8 @@ from __future__ import annotations
 import threading
 from collections import deque
 
+from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.crtp.line import Line
-from crazychoir_fw.errors import CrazychoirError
 
 
 class HandOver:

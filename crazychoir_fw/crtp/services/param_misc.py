@@ -7,11 +7,11 @@ import functools
 import struct
 from collections.abc import Callable
 
-from crazychoir_fw.core import platform_names
 from crazychoir_fw.crtp.services.param_storage import ParameterStorage
 from crazychoir_fw.crtp.services.param_values import ParameterValues
 from crazychoir_fw.crtp.toc import READ_ONLY, TableOfContents, parameter_toc
-from crazychoir_fw.variables import factory_values, parameter_table
+from crazychoir_fw.onboard.core import platform_names
+from crazychoir_fw.onboard.variables import factory_values, parameter_table
 
 SET_BY_NAME, VALUE_UPDATED, EXTENDED_TYPE, STORE, STATE, CLEAR, DEFAULT, EXTENDED_TYPE_V2, DEFAULT_V2 = range(9)
 """First byte."""

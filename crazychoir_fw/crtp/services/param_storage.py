@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING
 from urllib.parse import quote
 from weakref import WeakKeyDictionary
 
-from crazychoir_fw.errors import RangeError
-from crazychoir_fw.replacing import replacing
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.replacing import replacing
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone

@@ -13,9 +13,9 @@ from functools import partial
 
 import numpy as np
 
+from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.toc import TableOfContents
-from crazychoir_fw.errors import CrazychoirError
 
 MAX_WAITING = 300
 """Writes of one drone that wait for the simulation: a client may set every parameter at once."""

@@ -6,13 +6,13 @@ import struct
 from collections.abc import Iterable
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.core import provider_identity
+from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import MAX_PAYLOAD, Port
 from crazychoir_fw.crtp.services.app_channel import CHANNEL as APP
 from crazychoir_fw.crtp.services.app_channel import AppChannel
 from crazychoir_fw.crtp.services.service import Reply
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.onboard.core import provider_identity
 
 COMMAND, VERSION = 0, 1
 """Channels beside that of apps."""

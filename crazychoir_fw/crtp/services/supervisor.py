@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from crazychoir_fw.core import receive_packet
+from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import Port
 from crazychoir_fw.crtp.services.hand_over import HandOver
 from crazychoir_fw.crtp.services.service import Reply
-from crazychoir_fw.errors import CrazychoirError
+from crazychoir_fw.onboard.core import receive_packet
 
 INFO, COMMAND = range(2)
 

@@ -33,7 +33,7 @@ GUIDANCE = (
     "AggregativeGuidanceCrazyflie",
     "AggregativeGuidanceCrazyflieMovingIntruder",
 )
-"""Classes of `crazychoir_fw.guidance` and `crazychoir_fw.schemes`."""
+"""Classes of `crazychoir_fw.guidance` and `crazychoir_fw.guidance.schemes`."""
 
 
 class Places(Section):

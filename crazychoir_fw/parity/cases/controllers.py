@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi
-from crazychoir_fw.core import check
+from crazychoir_fw.onboard.core import check
 from crazychoir_fw.parity.cases.case import Case, Outcome, Request, control_signals, joined
 from crazychoir_fw.parity.inputs import Flight, Inputs
 from crazychoir_fw.parity.side import CONTROLLERS

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.onboard_trajectories import pack_compressed
+from crazychoir_fw.onboard.trajectories import pack_compressed
 from crazychoir_fw.parity.cases.case import Case, Outcome, Request
 from crazychoir_fw.parity.fleet import example_compressed, example_pieces
 from crazychoir_fw.parity.structs import columns, dtype_of

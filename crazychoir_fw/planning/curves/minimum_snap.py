@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.planning.curves.polynomial import Polynomial
 from crazychoir_fw.planning.curves.waypoints import checked_waypoints
 

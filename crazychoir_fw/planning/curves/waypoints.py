@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 
 Array = NDArray[np.float64]
 

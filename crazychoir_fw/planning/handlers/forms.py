@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.messages import Reference
+from crazychoir_fw.common.messages import Reference
 from crazychoir_fw.planning.curves import Polynomial, State, through_states
 from crazychoir_fw.planning.handlers.handler import TrajectoryHandler
 

@@ -9,9 +9,9 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from crazychoir_fw.attitude import rotation_of_quaternion, rpy_of_rotation
-from crazychoir_fw.errors import RangeError, StateError
-from crazychoir_fw.messages import Pose, Reference, TrajectoryPoint
+from crazychoir_fw.common.attitude import rotation_of_quaternion, rpy_of_rotation
+from crazychoir_fw.common.errors import RangeError, StateError
+from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.planning.curves import Polynomial, State
 from crazychoir_fw.planning.headings import FixedHeading, Heading, PathHeading
 from crazychoir_fw.planning.limits import LimitReport, Limits, fit_duration

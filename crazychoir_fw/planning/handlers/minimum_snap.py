@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.planning.allocation import allocate_times
 from crazychoir_fw.planning.curves import Polynomial, State, minimum_snap
 from crazychoir_fw.planning.handlers.forms import FullStateTrajHandler

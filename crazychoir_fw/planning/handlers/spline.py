@@ -8,7 +8,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.messages import Reference
+from crazychoir_fw.common.messages import Reference
 from crazychoir_fw.planning.curves import Polynomial, State, cubic_spline
 from crazychoir_fw.planning.handlers.forms import FullStateTrajHandler
 

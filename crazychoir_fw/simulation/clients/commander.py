@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.core import check
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.onboard.core import check
 from crazychoir_fw.simulation.clients.uplink import Uplink
 
 _X_MODE = 0.707  # cflib's sine of 45 deg

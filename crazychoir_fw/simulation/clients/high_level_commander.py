@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import check
-from crazychoir_fw.errors import RangeError, StateError
-from crazychoir_fw.onboard_trajectories import CompressedSegment, CompressedStart, Poly4D, pack_compressed
+from crazychoir_fw.common.errors import RangeError, StateError
+from crazychoir_fw.onboard.core import check
+from crazychoir_fw.onboard.trajectories import CompressedSegment, CompressedStart, Poly4D, pack_compressed
 from crazychoir_fw.simulation.clients.uplink import Uplink
 
 _PIECE_FLOATS = 33  # 8 coefficients of x, y, z and yaw, then the duration

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import check
+from crazychoir_fw.onboard.core import check
 
 if TYPE_CHECKING:
-    from crazychoir_fw.journal import Journal
+    from crazychoir_fw.recording.journal import Journal
     from crazychoir_fw.simulation.drone import Drone
 
 SETPOINT_BYTES: int = ffi.sizeof("setpoint_t")

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import provider_functions
-from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.common.errors import RangeError, StateError
+from crazychoir_fw.onboard.core import provider_functions
+from crazychoir_fw.onboard.variables import Variable, find
 from crazychoir_fw.simulation.clients.uplink import Uplink
-from crazychoir_fw.variables import Variable, find
 
 UpdateCallback = Callable[[str, str], None]
 """Called with the complete name of a parameter and its value as text."""

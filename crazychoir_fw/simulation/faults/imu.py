@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from crazychoir_fw.core import check
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.onboard.core import check
 from crazychoir_fw.simulation.faults.fault import Fault
 from crazychoir_fw.simulation.faults.rules import Number, Switch, Word, ruled
 

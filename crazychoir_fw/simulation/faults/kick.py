@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import mujoco
 import numpy as np
 
-from crazychoir_fw.errors import RangeError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.simulation.faults.fault import Fault
 from crazychoir_fw.simulation.faults.rules import Vector, Word, ruled
 

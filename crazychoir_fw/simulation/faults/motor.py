@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from crazychoir_fw.core import check
+from crazychoir_fw.onboard.core import check
 from crazychoir_fw.simulation.faults.fault import Fault
 from crazychoir_fw.simulation.faults.rules import Number, Whole, ruled
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from crazychoir_fw.errors import StateError
+from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.simulation.faults.fault import Fault
 from crazychoir_fw.simulation.loading import hook_of
 

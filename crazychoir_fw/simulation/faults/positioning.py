@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.core import check
-from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.common.errors import RangeError, StateError
+from crazychoir_fw.common.ticks import TICKS_PER_SECOND
+from crazychoir_fw.onboard.core import check
 from crazychoir_fw.simulation.faults.fault import Fault
 from crazychoir_fw.simulation.faults.rules import Number, Switch, ruled
-from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.core import check
-from crazychoir_fw.errors import CrazychoirError, RangeError
+from crazychoir_fw.common.errors import CrazychoirError, RangeError
+from crazychoir_fw.common.ticks import TICKS_PER_SECOND
+from crazychoir_fw.onboard.core import check
 from crazychoir_fw.simulation.faults.fault import Fault
 from crazychoir_fw.simulation.faults.rules import Number, Switch, ruled
-from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.clients.uplink import Gate

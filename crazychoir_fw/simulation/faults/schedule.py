@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crazychoir_fw.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
 from crazychoir_fw.simulation.faults.fault import Fault
 from crazychoir_fw.simulation.faults.kick import kick
 from crazychoir_fw.simulation.faults.radio import Radio, RadioFault

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import check
-from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.common.errors import RangeError, StateError
+from crazychoir_fw.onboard.core import check
 from crazychoir_fw.simulation.motor_ctrl.devices import Devices
 
 if TYPE_CHECKING:

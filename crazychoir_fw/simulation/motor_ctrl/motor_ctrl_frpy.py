@@ -6,9 +6,9 @@ import math
 from collections.abc import Sequence
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.finite import finite, three
+from crazychoir_fw.common.finite import finite, three
+from crazychoir_fw.onboard.thrust import thrust_counts
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl import MotorCtrl
-from crazychoir_fw.thrust import thrust_counts
 
 
 class MotorCtrlFRPY(MotorCtrl):

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.finite import finite, three
+from crazychoir_fw.common.finite import finite, three
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl import MotorCtrl
 
 

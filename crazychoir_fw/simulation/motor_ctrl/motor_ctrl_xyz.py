@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.core import check
-from crazychoir_fw.errors import RangeError, StateError
-from crazychoir_fw.finite import finite, three
+from crazychoir_fw.common.errors import RangeError, StateError
+from crazychoir_fw.common.finite import finite, three
+from crazychoir_fw.onboard.core import check
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl import MotorCtrl
 from crazychoir_fw.simulation.supervisor_resets import is_about_to_reset
 

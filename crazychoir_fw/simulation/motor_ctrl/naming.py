@@ -7,13 +7,13 @@ from collections.abc import Mapping
 from difflib import get_close_matches
 from types import ModuleType
 
-from crazychoir_fw.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.user_code import anchored, describe, load_module
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl import MotorCtrl
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl_fpqr import MotorCtrlFPQR
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl_frpy import MotorCtrlFRPY
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl_vel import MotorCtrlVel
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl_xyz import MotorCtrlXYZ
-from crazychoir_fw.user_code import anchored, describe, load_module
 
 __all__ = ["STOCK", "anchored", "checked_class", "class_name", "describe", "find_class"]
 __all__ += ["parse_properties", "properties_text", "require_class"]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
-from crazychoir_fw.errors import CrazychoirError, StateError
+from crazychoir_fw.common.errors import CrazychoirError, StateError
+from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl import MotorCtrl
 from crazychoir_fw.simulation.motor_ctrl.naming import checked_class, describe, find_class
-from crazychoir_fw.ticks import TICKS_PER_SECOND
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone

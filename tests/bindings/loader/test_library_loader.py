@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 from toy_library import COMPILER, Toy, load_toy, toy_path
 
-from crazychoir_fw import core
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import find_provider, load_library, provider_functions, provider_identity
-from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
-from crazychoir_fw.variables import factory_values, log_table, parameter_table
+from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.onboard import core
+from crazychoir_fw.onboard.core import find_provider, load_library, provider_functions, provider_identity
+from crazychoir_fw.onboard.variables import factory_values, log_table, parameter_table
 
 BUILTIN_BYTES = lib.cf_state_bytes(0)
 
@@ -283,7 +283,7 @@ import resource, sys, threading
 sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from toy_library import load_toy
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.core import provider_functions
+from crazychoir_fw.onboard.core import provider_functions
 from crazychoir_fw.simulation import DroneConfig, World
 """
 

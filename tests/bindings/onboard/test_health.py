@@ -5,7 +5,7 @@ import math
 import pytest
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.variables import parameter_table
+from crazychoir_fw.onboard.variables import parameter_table
 
 CF2, CF21BL = lib.CF_PLATFORM_CF2, lib.CF_PLATFORM_CF21BL
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.variables import log_table, parameter_table
+from crazychoir_fw.onboard.variables import log_table, parameter_table
 
 AUTO, COMPLEMENTARY, KALMAN = 0, 1, 2
 NONE, MOCAP, FLOW = lib.CF_POSITIONING_NONE, lib.CF_POSITIONING_MOCAP, lib.CF_POSITIONING_FLOW

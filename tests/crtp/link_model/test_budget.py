@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.crtp.link_model import Direction, RadioConfig, SimulatedRadios
 from crazychoir_fw.crtp.link_model.budget import LogBlock, budget
-from crazychoir_fw.errors import RangeError
 
 UP, DOWN = Direction.UP, Direction.DOWN
 SECONDS = 10

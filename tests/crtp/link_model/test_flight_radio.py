@@ -7,7 +7,7 @@ import pytest
 
 from crazychoir_fw.crtp.link_model import Direction, RadioConfig, SimulatedRadios
 from crazychoir_fw.crtp.link_model.flight_radio import PACKET_BYTES, FlightRadio, packet_sizes
-from crazychoir_fw.onboard_trajectories import Poly4D
+from crazychoir_fw.onboard.trajectories import Poly4D
 from crazychoir_fw.simulation import DroneConfig, RadioFault, World
 
 BARE = {"retries": 0, "reliable": False, "link_tries": 1000000, "link_timeout": 1000.0}

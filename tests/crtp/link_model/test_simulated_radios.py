@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.console import Console
 
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
 from crazychoir_fw.crtp.link_model import Direction, PerfectLink, RadioConfig, SimulatedRadios
 from crazychoir_fw.crtp.link_model.airtime import failed_try, good_try, transmission
 from crazychoir_fw.crtp.link_model.tables import link_tables
-from crazychoir_fw.errors import RangeError, UnknownNameError
 
 UP, DOWN = Direction.UP, Direction.DOWN
 

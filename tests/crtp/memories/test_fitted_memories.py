@@ -10,8 +10,8 @@ from cflib.crazyflie.mem import (
 )
 from memory_client import MemoryClient
 
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.crtp.memories.eeprom import Configuration
-from crazychoir_fw.errors import RangeError
 from crazychoir_fw.simulation import DroneConfig, World
 
 

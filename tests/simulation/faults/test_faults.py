@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.errors import RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
 from crazychoir_fw.simulation import (
     BatteryFault,
     DroneConfig,

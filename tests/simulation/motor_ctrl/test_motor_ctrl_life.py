@@ -5,7 +5,7 @@ import inspect
 import numpy as np
 import pytest
 
-from crazychoir_fw.errors import RangeError, StateError
+from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.simulation import (
     DroneConfig,
     MotorCtrl,

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crazychoir_fw.errors import CrazychoirError, RangeError, UnknownNameError
+from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.simulation import DroneConfig, MotorCtrlFPQR, MotorCtrlXYZ, World
 from crazychoir_fw.simulation.motor_ctrl.naming import class_name, find_class, parse_properties, properties_text
 

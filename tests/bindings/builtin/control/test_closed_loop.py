@@ -1,6 +1,6 @@
 """Four controllers around an ideal rigid body: control-geometric dossier section 16, and quirk 17 of section 14.
 
-What the sensors, the Kalman filter, the battery and drag add is flown in tests/flights.
+What the sensors, the Kalman filter, the battery and drag add is flown in tests/whole_flights.
 """
 
 from pathlib import Path

@@ -1,0 +1,86 @@
+"""Piecewise polynomials for the onboard planner: degree 7, axes x, y, z and yaw.
+
+A file has one line per piece: its duration, then the coefficients in ascending powers of time, axis after axis,
+`duration, x^0 … x^7, y^0 … y^7, z^0 … z^7, yaw^0 … yaw^7` (33 columns, after a heading). A piece in the trajectory
+memory of a Crazyflie holds the same numbers with the duration last (planner-commander dossier 4.1).
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.common.errors import MissionError
+
+MEMORY_PIECES = 31
+"""Pieces that the trajectory memory of a Crazyflie holds: 4096 bytes, 132 per piece."""
+
+COLUMNS = ["duration", *(f"{axis}^{power}" for axis in ("x", "y", "z", "yaw") for power in range(8))]
+LARGEST_FILE = 1_000_000  # bytes
+
+
+def read_pieces(path: Path) -> NDArray[np.float32]:
+    """Read a trajectory file.
+
+    Returns:
+        Pieces in the layout of the trajectory memory, shape (n, 33): coefficients, then duration (s).
+
+    Raises:
+        MissionError: If the file is no trajectory; the text names file, line and what is wrong.
+    """
+    try:
+        text = path.read_bytes()[:LARGEST_FILE].decode()
+    except OSError as error:
+        raise MissionError(f"{path} cannot be read: {error.strerror}") from None
+    except ValueError:
+        # no text, or a name that no file can have
+        raise MissionError(f"{str(path)!r} is not a text file") from None
+
+    pieces = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.strip() and not line.lower().startswith(("#", "duration")):
+            pieces.append(_piece(line, f"{path}, line {number}"))
+    if not 1 <= len(pieces) <= MEMORY_PIECES:
+        raise MissionError(f"{path} has {len(pieces)} pieces, but a Crazyflie remembers 1 to {MEMORY_PIECES}")
+    return np.array(pieces, dtype=np.float32)
+
+
+def write_pieces(path: Path, pieces: NDArray[np.float32]) -> None:
+    """Write *pieces*, shape (n, 33) in the layout of the trajectory memory, as a trajectory file."""
+    rows = np.roll(pieces, 1, axis=1)
+    lines = [",".join(COLUMNS), *(",".join(f"{value:.7g}" for value in row) for row in rows)]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def total_duration(pieces: NDArray[np.float32]) -> float:
+    """Return the duration (s) of *pieces*, shape (n, 33)."""
+    return float(pieces[:, 32].sum(dtype=np.float64))
+
+
+def end_points(pieces: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return [x, y, z, yaw] (m, rad) at the beginning and at the end of *pieces*, shape (n, 33)."""
+    exact = pieces.astype(np.float64)
+    first, last = exact[0, :32].reshape(4, 8), exact[-1, :32].reshape(4, 8)
+    return first[:, 0], last @ exact[-1, 32] ** np.arange(8)
+
+
+def _piece(line: str, where: str) -> list[float]:
+    """Return one line in the layout of the trajectory memory."""
+    cells = line.rstrip().rstrip(",").split(",")
+    if len(cells) != len(COLUMNS):
+        raise MissionError(
+            f"{where} has {len(cells)} columns, but must have {len(COLUMNS)}: duration, x^0 to x^7, y, z, yaw"
+        )
+    values = []
+    for name, cell in zip(COLUMNS, cells, strict=True):
+        try:
+            value = float(cell)
+        except ValueError:
+            value = math.nan
+        low = 0.01 if name == "duration" else -1e6
+        high = 1000.0 if name == "duration" else 1e6
+        if not low <= value <= high:
+            raise MissionError(f"{where}: {name} is {cell.strip()[:40]!r}, but must be a number in [{low:g}, {high:g}]")
+        values.append(value)
+    return values[1:] + values[:1]

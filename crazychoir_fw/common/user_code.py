@@ -1,0 +1,80 @@
+"""Python of the user's, named in a file: found, executed, and its errors told in one line."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import sys
+from pathlib import Path
+from types import ModuleType
+
+from crazychoir_fw.common.errors import CrazychoirError, UnknownNameError
+
+
+def anchored(name: str, folder: Path) -> str:
+    """Return a name whose relative path of a file starts at a folder, so that it means the same from anywhere."""
+    file, colon, class_name = name.rpartition(":")
+    return f"{(folder / file).resolve()}:{class_name}" if colon and file.endswith(".py") else name
+
+
+def load_module(name: str, what: str) -> ModuleType:
+    """Return the module of a name, ``package.module`` or ``path/to/file.py``. It is executed.
+
+    Args:
+        name: The module; a file is executed again each time, so that what was saved runs.
+        what: Who asks, for messages.
+
+    Raises:
+        UnknownNameError: If there is no such module or file.
+        CrazychoirError: If the module raises while it is imported; the message has the exception and the line.
+    """
+    return _load_file(Path(name), what) if name.endswith(".py") else _import(name, what)
+
+
+def _import(module_name: str, what: str) -> ModuleType:
+    try:
+        return importlib.import_module(module_name)
+    except ModuleNotFoundError as error:
+        if error.name is not None and (module_name == error.name or module_name.startswith(f"{error.name}.")):
+            raise UnknownNameError(
+                f"{what}: there is no module {error.name}; install its package, or name the file as path/to/file.py"
+            ) from None
+        raise CrazychoirError(f"{what}: cannot be imported: {describe(error)}") from error
+    except Exception as error:  # whatever a module may do while it is imported
+        raise CrazychoirError(f"{what}: cannot be imported: {describe(error)}") from error
+
+
+def _load_file(path: Path, what: str) -> ModuleType:
+    """Execute a file as a module of its own, again for every world, so that what was saved flies."""
+    path = path.resolve()
+    if not path.is_file():
+        raise UnknownNameError(f"{what}: there is no file {path}")
+    name = f"{path.stem}_{hashlib.sha256(str(path).encode()).hexdigest()[:8]}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise UnknownNameError(f"{what}: {path} is no Python file")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses and pickles look their module up
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:  # whatever a module may do while it is imported
+        sys.modules.pop(name, None)
+        raise CrazychoirError(f"{what}: cannot be imported: {describe(error)}") from error
+    return module
+
+
+def describe(error: BaseException) -> str:
+    """Return an exception in one line, with the file and line of the user's code that it comes from."""
+    own = Path(__file__).parents[1]
+    place = ""
+    trace = error.__traceback__
+    while trace is not None:
+        file = Path(trace.tb_frame.f_code.co_filename)
+        if own not in file.parents and "importlib" not in file.name:
+            place = f" ({file.name}:{trace.tb_lineno})"
+        trace = trace.tb_next
+    if isinstance(error, SyntaxError) and error.filename:
+        place = f" ({Path(error.filename).name}:{error.lineno})"
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text[:110]}{place}" if text else f"{type(error).__name__}{place}"

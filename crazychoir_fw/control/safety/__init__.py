@@ -1,0 +1,27 @@
+"""Safety filters: they change what drones are told as little as possible, so that none comes too near another.
+
+They work in the horizontal plane, whatever the heights are; z passes through (features dossier section 9).
+"""
+
+from crazychoir_fw.control.safety.barrier_filter import BarrierFilter
+from crazychoir_fw.control.safety.closest import ClosestRobotGetter, stacked
+from crazychoir_fw.control.safety.collision_avoidance import (
+    CollisionAvoidance,
+    DoubleIntegratorCollisionAvoidance,
+    SingleIntegratorCollisionAvoidance,
+    UnicycleCollisionAvoidance,
+)
+from crazychoir_fw.control.safety.double_integrator import DoubleIntegratorCBF
+from crazychoir_fw.control.safety.single_integrator import SingleIntegratorCBF
+
+__all__ = [
+    "BarrierFilter",
+    "ClosestRobotGetter",
+    "CollisionAvoidance",
+    "DoubleIntegratorCBF",
+    "DoubleIntegratorCollisionAvoidance",
+    "SingleIntegratorCBF",
+    "SingleIntegratorCollisionAvoidance",
+    "UnicycleCollisionAvoidance",
+    "stacked",
+]

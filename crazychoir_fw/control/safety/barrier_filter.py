@@ -1,0 +1,165 @@
+"""What the safety filters have in common: the nearest input that keeps every barrier function from falling too fast."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.control.safety.closest import ClosestRobotGetter, stacked
+
+Array = NDArray[np.float64]
+
+_LEAST_LOSS = 1e-6  # of the limit: less is rounding
+
+
+class BarrierFilter(ABC):
+    """Changes a desired input as little as possible so that nobody comes nearer than `distance`, horizontally.
+
+    Who meets another one head-on may be kept waiting for ever: both want to go where the other is. With `keep_right`,
+    what the filter takes away of an input goes to the right of it instead, as far as that is safe, so that those who
+    block each other turn about each other, all the same way around.
+
+    Attributes:
+        distance: Least distance of two agents (m), center to center.
+        keep_right: Which part of what is taken away of an input goes to its right; 0 waits.
+        braking: Which agents braked in the last call, shape (...).
+        least_barrier: Least value of their barriers in the last call, shape (...); infinite where nobody is near.
+    """
+
+    distance: float
+    keep_right: float
+
+    def __init__(self, distance: float, keep_right: float = 0.0) -> None:
+        self.distance = positive("distance", distance, "m")
+        if not 0.0 <= keep_right < np.inf:
+            raise RangeError(f"keep_right is {keep_right}, allowed: 0 or more")
+        self.keep_right = float(keep_right)
+        self.braking: NDArray[np.bool_] = np.zeros((), dtype=bool)
+        self.least_barrier: Array = np.full((), np.inf)
+
+    def filter(self, desired: ArrayLike, pose: Pose, others: Pose | Mapping[int, Pose]) -> Array:
+        """Return the input that is safe.
+
+        Args:
+            desired: Desired input, shape (..., 2), or (..., 3) of which z passes through.
+            pose: Own position (m) and velocity (m/s), shape (..., 3).
+            others: Who is near: arrays of shape (..., K, 3), nan where nobody is, or poses by agent for a single one.
+
+        Returns:
+            The input, of the shape of the desired one.
+
+        Raises:
+            RangeError: If shapes do not fit, or a position or velocity that is needed is missing.
+        """
+        if isinstance(others, Mapping):
+            others = stacked(dict(others))
+        wish = np.array(desired, dtype=np.float64)
+        if wish.ndim == 0 or wish.shape[-1] not in (2, 3):
+            raise RangeError(f"desired input has shape {wish.shape}, allowed: (..., 2) or (..., 3)")
+        lead = wish.shape[:-1]
+        own_position, own_velocity = self._planar("own pose", pose, lead)
+        position, velocity = self._planar("other poses", others, None)
+        near = position.shape[-2]
+        flat = (int(np.prod(lead)), near, 2)
+        try:
+            offset = (own_position[..., None, :] - position).reshape(flat)
+            closing = (own_velocity[..., None, :] - velocity).reshape(flat)
+        except ValueError as error:
+            raise RangeError(
+                f"other poses have shape {position.shape[:-1]}, allowed: {(*lead, 'K')} as the desired input"
+            ) from error
+        offset, closing = _only_known(offset, closing)
+        desired_plane = wish.reshape(-1, wish.shape[-1])[:, :2].copy()
+        own = own_velocity.reshape(-1, 2)
+        plane, braking, barrier = self._safe(desired_plane, own, offset, closing)
+        if self.keep_right:
+            self._pass_on_the_right(plane, braking, desired_plane, own, offset, closing)
+        self.braking = braking.reshape(lead)
+        self.least_barrier = barrier.min(axis=1, initial=np.inf).reshape(lead)
+        wish[..., :2] = plane.reshape(*lead, 2)
+        return wish
+
+    def filter_swarm(self, desired: ArrayLike, poses: Pose, getter: ClosestRobotGetter) -> Array:
+        """Return safe inputs of all agents, who look out for each other.
+
+        Args:
+            desired: Desired inputs, shape (N, 2) or (N, 3).
+            poses: Positions (m) and velocities (m/s), shape (N, 3).
+            getter: Says who is near whom.
+        """
+        return self.filter(desired, poses, getter.gathered(poses))
+
+    def _pass_on_the_right(
+        self, plane: Array, braking: NDArray[np.bool_], desired: Array, velocity: Array, offset: Array, closing: Array
+    ) -> None:
+        """Give to the right what others take away, in place; who brakes has no choice."""
+        lost = np.clip(desired, -self.limit, self.limit) - plane
+        held = np.flatnonzero(~braking & (np.hypot(lost[:, 0], lost[:, 1]) > _LEAST_LOSS * self.limit))
+        if held.size:
+            aside = self.keep_right * np.stack([lost[held, 1], -lost[held, 0]], axis=1)
+            plane[held] = self._safe(plane[held] + aside, velocity[held], offset[held], closing[held])[0]
+
+    @property
+    @abstractmethod
+    def limit(self) -> float:
+        """Largest input along x and along y."""
+
+    @property
+    @abstractmethod
+    def _needs_velocity(self) -> bool: ...
+
+    @abstractmethod
+    def _safe(
+        self, desired: Array, velocity: Array, offset: Array, closing: Array
+    ) -> tuple[Array, NDArray[np.bool_], Array]:
+        """Return inputs (N, 2), who brakes (N,) and barriers (N, K).
+
+        Args:
+            desired: Desired inputs, shape (N, 2).
+            velocity: Own velocities (m/s), shape (N, 2).
+            offset: Own position minus the other's (m), shape (N, K, 2); infinite where nobody is.
+            closing: Own velocity minus the other's (m/s), shape (N, K, 2).
+        """
+
+    def _planar(self, what: str, pose: Pose, lead: tuple[int, ...] | None) -> tuple[Array, Array]:
+        if pose.position is None:
+            raise RangeError(f"safety filter: {what}: there is no position")
+        position = np.asarray(pose.position, dtype=np.float64)[..., :2]
+        if lead is not None and position.shape[:-1] != lead:
+            raise RangeError(f"safety filter: {what}: shape is {position.shape[:-1]}, allowed: {lead} as desired")
+        if pose.velocity is None:
+            if self._needs_velocity:
+                raise RangeError(f"safety filter: {what}: there is no velocity")
+            return position, np.zeros_like(position)
+        return position, np.asarray(pose.velocity, dtype=np.float64)[..., :2]
+
+
+def _only_known(offset: Array, closing: Array) -> tuple[Array, Array]:
+    """Put who is unknown at infinity, at rest; without a known velocity they count as at rest, too."""
+    nobody = np.isnan(offset).any(axis=-1, keepdims=True)
+    offset = np.where(nobody, np.array([np.inf, 0.0]), offset)
+    closing = np.where(nobody | np.isnan(closing).any(axis=-1, keepdims=True), 0.0, closing)
+    return offset, closing
+
+
+def positive(what: str, value: float, unit: str) -> float:
+    """Return the value.
+
+    Raises:
+        RangeError: If it is not a number above zero.
+    """
+    if not 0.0 < value < np.inf:
+        raise RangeError(f"{what} is {value}, allowed: above 0 {unit}".rstrip())
+    return float(value)
+
+
+def unit(vectors: Array) -> Array:
+    """Return vectors of length 1; of zero and infinite ones, zero."""
+    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        return np.where((length > 0.0) & np.isfinite(length), vectors / length, 0.0)

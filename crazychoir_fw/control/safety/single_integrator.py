@@ -1,0 +1,86 @@
+r"""Safety filter of velocities (features dossier section 9).
+
+Barrier of two agents, with :math:`\Delta p` from the other to oneself: :math:`h = |\Delta p|^2 - d^2` (m^2). Each of
+the two keeps its half of :math:`\dot h \ge -2 \gamma h^3`, that is :math:`-2 \Delta p^T u \le \gamma h^3`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.control.safety.barrier_filter import BarrierFilter, positive, unit
+from crazychoir_fw.control.safety.planar_program import nearest
+
+Array = NDArray[np.float64]
+
+_TOO_NEAR = 1.2  # times the distance, within which an agent backs off rather than asks for its input
+_SEEN = 1.5  # times the distance, within which others count for the direction
+
+
+class SingleIntegratorCBF(BarrierFilter):
+    """Keeps agents apart that follow velocities. An input at its limit is a solution like any other.
+
+    Who is nearer than 1.2 times the distance backs off from its nearest neighbor, and comes nearer to nobody else
+    meanwhile.
+    """
+
+    _needs_velocity = False
+
+    def __init__(
+        self,
+        distance: float = 0.4,
+        gamma: float = 5.0,
+        max_velocity: float = 0.2,
+        max_braking_velocity: float = 0.4,
+        *,
+        keep_right: float = 0.0,
+    ) -> None:
+        """Choose it.
+
+        Args:
+            distance: Least distance of two agents (m).
+            gamma: How fast a barrier may fall (1/(m^4 s)): higher brakes later.
+            max_velocity: Largest velocity along x and along y (m/s).
+            max_braking_velocity: Speed at which an agent backs off (m/s).
+            keep_right: Which part of what is taken away of a velocity goes to its right, see `BarrierFilter`.
+
+        Raises:
+            RangeError: If one is not above zero.
+        """
+        super().__init__(distance, keep_right)
+        self.gamma = positive("gamma", gamma, "1/(m^4 s)")
+        self.max_velocity = positive("max_velocity", max_velocity, "m/s")
+        self.max_braking_velocity = positive("max_braking_velocity", max_braking_velocity, "m/s")
+
+    @property
+    def limit(self) -> float:
+        """See `BarrierFilter`."""
+        return self.max_velocity
+
+    def barriers(self, offset: Array) -> Array:
+        """Return the barriers (m^2), shape (...), of offsets from others to oneself (m), shape (..., 2)."""
+        return np.sum(offset**2, axis=-1) - self.distance**2
+
+    def rows(self, offset: Array) -> tuple[Array, Array]:
+        """Return normals (..., 2) and right sides (...) of the half-planes of velocities that are safe (m/s)."""
+        known = np.isfinite(offset).all(axis=-1)
+        h = np.where(known, self.barriers(offset), np.inf)
+        # who is too near already may not come nearer, but need not be left at once: u = 0 is always a solution
+        return np.where(known[..., None], -2.0 * offset, 0.0), self.gamma * np.maximum(h, 0.0) ** 3
+
+    def _safe(
+        self, desired: Array, velocity: Array, offset: Array, closing: Array
+    ) -> tuple[Array, NDArray[np.bool_], Array]:
+        del velocity, closing
+        A, b = self.rows(offset)
+        length = np.linalg.norm(offset, axis=-1)
+        braking = np.any(length <= _TOO_NEAR * self.distance, axis=1)
+        away = np.zeros_like(desired)
+        if offset.shape[1]:
+            closest = np.argmin(length, axis=1)[:, None, None]
+            away = unit(np.take_along_axis(offset, closest, axis=1)[:, 0])
+        wish = np.where(braking[:, None], self.max_braking_velocity * away, desired)
+        limit = np.where(braking, self.max_braking_velocity, self.max_velocity)
+        safe, found = nearest(wish, A, b, limit)
+        return np.where(found[:, None], safe, 0.0), braking, self.barriers(offset)

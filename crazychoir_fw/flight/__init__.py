@@ -1,0 +1,32 @@
+"""Layers fly a swarm in one process, on drones that are simulated, integrated or real."""
+
+from crazychoir_fw.flight.agent import Agent, Phase
+from crazychoir_fw.flight.backend import Backend
+from crazychoir_fw.flight.control_group import ControlGroup
+from crazychoir_fw.flight.experiment import Experiment
+
+__all__ = [
+    "Agent",
+    "Backend",
+    "ControlGroup",
+    "Experiment",
+    "HardwareBackend",
+    "IntegratorBackend",
+    "Phase",
+    "SimBackend",
+]
+
+_LATER = {
+    "HardwareBackend": "hardware_backend",
+    "IntegratorBackend": "integrator_backend",
+    "SimBackend": "sim_backend",
+}
+
+
+def __getattr__(name: str) -> object:
+    """Import a backend when somebody asks for it: each brings much that the others do not need."""
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f"{__name__}.{_LATER[name]}"), name)

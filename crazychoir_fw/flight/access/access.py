@@ -1,0 +1,182 @@
+"""`Access`: what can be asked of drones of any backend; what a backend does not know is NaN, empty, or refused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.common.errors import StateError, UnknownNameError
+from crazychoir_fw.common.messages import Pose
+
+if TYPE_CHECKING:
+    from crazychoir_fw.planning import Polynomial
+
+_PLAIN_LOGS = (
+    *("position.x", "position.y", "position.z", "velocity.x", "velocity.y", "velocity.z"),
+    *("rates.x", "rates.y", "rates.z"),
+)
+
+
+@dataclass(frozen=True)
+class DroneState:
+    """How a drone is, for its card."""
+
+    supervisor: str = ""
+    """State of the supervisor in words."""
+    battery_v: float = float("nan")
+    """Voltage (V)."""
+    estimate_error_m: float = float("nan")
+    """How far the estimator is from the truth (m), where somebody knows the truth."""
+    link: str = ""
+    """How the link is, in words."""
+    failure: str = ""
+    """Why it flies no more, a sentence."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A parameter of a drone."""
+
+    name: str
+    type: str
+    value: float | int
+    read_only: bool
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as plain data."""
+        value = self.value if np.isfinite(self.value) else None
+        return {"name": self.name, "type": self.type, "value": value, "read_only": self.read_only}
+
+
+class Access:
+    """Drones that have no onboard software, as those of the integrator, or none that is reached."""
+
+    no_rewind: str | None = None
+    """Why time cannot be turned back, a sentence."""
+
+    no_speed: str | None = None
+    """Why time goes on as it does, whatever is asked for, a sentence."""
+
+    where = ""
+    """By which way the page knows the drones, if not by itself, in words."""
+
+    knows_truth = True
+    """Where drones are is where they are, and not what they believe."""
+
+    has_software = False
+    """There is onboard software, which is armed and rebooted."""
+
+    def __init__(self, backend: Any) -> None:
+        self.backend = backend
+        self.names: list[str] = list(backend.names)
+
+    def is_slow(self, index: int) -> bool:
+        """Return whether parameters take their time on the way to a drone: nobody may ask for them between rounds."""
+        del index
+        return False
+
+    def true_pose(self) -> Pose:
+        """Return where the drones are, as well as anybody knows, arrays of shape (N, ...)."""
+        return self.backend.poses()
+
+    def references(self) -> NDArray[np.float64] | None:
+        """Return where the planners on board want the drones (m, world), shape (N, 3)."""
+        return None
+
+    def state(self, index: int) -> DroneState:
+        """Return how a drone is."""
+        del index
+        is_seen = getattr(self.backend, "is_real_time", False)
+        return DroneState("only seen" if is_seen else "integrator: a point mass without onboard software")
+
+    def batteries(self) -> NDArray[np.float64]:
+        """Return the voltages (V), shape (N,)."""
+        return np.full(len(self.names), np.nan)
+
+    def refusal(self, index: int) -> str | None:
+        """Return why a drone cannot take off, a sentence, or None."""
+        del index
+        return None
+
+    def missing(self) -> dict[str, str]:
+        """Return why the page lacks ``arm``, ``parameters`` or ``plots``, a sentence each."""
+        return {}
+
+    def cannot_follow(self, index: int) -> str | None:
+        """Return why a drone without trajectory handler cannot fly a curve, a sentence, or None."""
+        return f"{self.names[index]}: a drone of this backend has no trajectory memory"
+
+    def arm(self, index: int, is_armed: bool) -> None:
+        """Arm or disarm."""
+        raise StateError(f"{self.names[index]}: a drone of this backend has nothing to arm")
+
+    def reboot(self, index: int) -> str:
+        """Start the onboard software again; returns what to expect, in a few words."""
+        raise StateError(f"{self.names[index]}: a drone of this backend has no software that could start again")
+
+    def stop_now(self, indices: list[int]) -> None:
+        """Stop motors at once from any thread, where a round may take long. The flight does it once more."""
+
+    def parameters(self, index: int) -> list[Variable]:
+        """Return all parameters with their values."""
+        del index
+        return []
+
+    def set_parameter(self, index: int, name: str, value: float) -> float:
+        """Write a parameter, and return what the drone has then."""
+        raise UnknownNameError(f"{self.names[index]}: a drone of this backend has no parameters, and no '{name}'")
+
+    def log_names(self) -> list[str]:
+        """Return the names of all log variables."""
+        return list(_PLAIN_LOGS)
+
+    def log_value(self, index: int, name: str) -> float:
+        """Return the value of a log variable.
+
+        Raises:
+            UnknownNameError: If there is none of that name.
+        """
+        if name not in _PLAIN_LOGS:
+            raise UnknownNameError(f"{self.names[index]}: there is no log variable '{name}'")
+        group, axis = name.split(".")
+        pose = self.backend.poses()
+        values = {"position": pose.position, "velocity": pose.velocity, "rates": pose.angular}[group]
+        return float("nan") if values is None else float(values[index]["xyz".index(axis)])
+
+    def console(self, index: int) -> str:
+        """Return what the onboard software printed of late."""
+        del index
+        return ""
+
+    def begin_upload(self, index: int, curve: Polynomial) -> None:
+        """Begin to write a trajectory into the memory on board."""
+        del curve
+        raise StateError(f"{self.names[index]}: a drone of this backend has no trajectory memory")
+
+    def is_uploaded(self, index: int) -> bool:
+        """Return whether the trajectory is there.
+
+        Raises:
+            CrazychoirError: If it could not be written; the text says why.
+        """
+        del index
+        return True
+
+    def fly_uploaded(self, index: int) -> None:
+        """Fly the uploaded trajectory from now on."""
+        raise StateError(f"{self.names[index]}: a drone of this backend has no trajectory memory")
+
+    def remember(self) -> Any:
+        """Return what the backend is at this instant, beside Python objects that `memory_roots` lead to."""
+        return None
+
+    def recall(self, state: Any) -> None:
+        """Make the backend what it was."""
+
+    def memory_roots(self) -> tuple[list[Any], list[Any]]:
+        """Return the Python objects of the backend that change in flight, and those that are not to be looked into."""
+        recorder = getattr(self.backend, "_recorder", None)
+        return [self.backend], [] if recorder is None else [recorder]

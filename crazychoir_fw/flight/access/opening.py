@@ -1,0 +1,28 @@
+"""Which access fits a backend."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from crazychoir_fw.flight.access.access import Access
+
+
+def open_access(backend: Any) -> Access:
+    """Return the access to the drones of a backend."""
+    if getattr(backend, "is_over_ros", False):
+        from crazychoir_fw.flight.access.ros import RosAccess
+
+        return RosAccess(backend)
+    if hasattr(backend, "mirror"):
+        from crazychoir_fw.flight.access.mixed import MixedAccess
+
+        return MixedAccess(backend, open_access)
+    if hasattr(backend, "world"):
+        from crazychoir_fw.flight.access.sim import SimAccess
+
+        return SimAccess(backend)
+    if hasattr(backend, "handler"):
+        from crazychoir_fw.flight.access.hardware import HardwareAccess
+
+        return HardwareAccess(backend)
+    return Access(backend)

@@ -1,0 +1,91 @@
+"""One drone as the layers see it: what decides and plans for it, and in which part of its flight it is."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
+
+_FLOOR_M = 0.1  # what starts higher does not start on a floor
+
+
+class Phase(enum.Enum):
+    """Where in its flight a drone is."""
+
+    GROUND = "ground"
+    """Motors off, before its first button."""
+    FLYING = "flying"
+    LANDING = "landing"
+    LANDED = "landed"
+    """Motors off again."""
+    FAILED = "failed"
+    """Motors off for good."""
+
+    def __init__(self, word: str) -> None:
+        """Count the phases; thirty drones ask a hundred times per second, and hashing a member is slow."""
+        del word
+        self.number = len(type(self).__members__)
+        """Number in logs, from 0."""
+        self.has_motors_on = self.number in (1, 2)
+
+
+class Planner(Protocol):
+    """What turns points into references: a trajectory handler of the planning layer."""
+
+    kind: str
+
+    def set_trajectory(self, points: list[TrajectoryPoint], pose: Pose, now: float) -> None:
+        """Plan from a pose through points."""
+
+    def evaluate(self, now: float) -> Reference | None:
+        """Return the present reference."""
+
+    def is_active(self, now: float) -> bool:
+        """Tell whether the trajectory has not ended."""
+
+
+@dataclass
+class Agent:
+    """The layers of one drone but for its controller, which may be shared with others."""
+
+    index: int
+    """Number of the drone."""
+    name: str
+    guidance: Any
+    """What decides; see `crazychoir_fw.guidance`."""
+    planner: Planner | None = None
+    """What plans, for drones that follow trajectories."""
+    is_watched: bool = False
+    """Whether it is known only: it decides and speaks, but nobody commands it."""
+    phase: Phase = Phase.GROUND
+    reference: Reference | None = None
+    """What it follows at present."""
+    home: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    """Where it stood when its motors began to turn (m, world), shape (3,)."""
+    floor: float = 0.0
+    """Height of what it lands on (m)."""
+    has_flown: bool = False
+    """Whether it was clearly off the floor since its motors began to turn."""
+    low_since: float | None = None
+    """Since when it lies on the floor though nobody told it to (s)."""
+    in_round: bool = False
+    """Whether its guidance waits for neighbors."""
+    lost: frozenset[int] = frozenset()
+    """Neighbors that its guidance does not hear."""
+    failure: str | None = None
+    """Why it flies no more, a sentence."""
+
+    @property
+    def is_up(self) -> bool:
+        """Whether its motors turn."""
+        return self.phase.has_motors_on
+
+    def begin_at(self, position: NDArray[np.float64]) -> None:
+        """Note where it stands while its motors begin to turn (m, world)."""
+        self.home = position.copy()
+        self.floor = float(position[2]) if position[2] < _FLOOR_M else 0.0

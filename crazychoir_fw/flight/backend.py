@@ -1,0 +1,87 @@
+"""What layers fly: N drones with poses, commands and a clock, wherever they are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.common.messages import Pose, TrajectoryPoint, Twist
+
+if TYPE_CHECKING:
+    from crazychoir_fw.recording.flight_log import FlightLog
+
+Indices = Sequence[int] | NDArray[np.intp]
+"""Numbers of drones, from 0, in the order of `Backend.names`."""
+
+KINDS = ("fpqr", "frpy", "vel")
+"""Commands by Twist: thrust and body rates; thrust and roll, pitch, yaw; velocity and yaw rate."""
+
+
+class Backend(Protocol):
+    """Where drones live. Simulated ones have no clock but their own."""
+
+    names: list[str]
+    """Names of the drones."""
+    masses: NDArray[np.float64]
+    """What they weigh, as far as is known (kg), shape (N,)."""
+    is_real_time: bool
+    """Whether time goes on by itself."""
+
+    @property
+    def time(self) -> float:
+        """Time (s), by the clock that poses have as well."""
+
+    def poses(self) -> Pose:
+        """Return where all drones are, arrays of shape (N, ...); NaN for one that nobody has seen of late."""
+
+    def pose_of(self, index: int) -> Pose:
+        """Return where one drone is, arrays of shape (3,)."""
+
+    def true_positions(self) -> NDArray[np.float64]:
+        """Return where all drones are, as well as anybody knows (m, world), shape (N, 3)."""
+
+    def unlock(self, indices: Indices) -> list[int]:
+        """Let motors run; returns who may not."""
+
+    def send(self, indices: Indices, twist: Twist, kind: str) -> None:
+        """Give commands of a kind ``fpqr``, ``frpy`` or ``vel``: a Twist with arrays of shape (len(indices), 3)."""
+
+    def go_to(self, index: int, point: TrajectoryPoint) -> None:
+        """Let the planner on board fly to a point within its time."""
+
+    def advance(self, seconds: float) -> None:
+        """Let time go on."""
+
+    def stop(self, indices: Indices) -> None:
+        """Motors off."""
+
+    def failures(self) -> dict[int, str]:
+        """Return who cannot fly any more, and why, a sentence each."""
+
+    def record(self, extra: dict[str, NDArray[np.float64]]) -> None:
+        """Take a sample of everything for the log; `extra` are signals of the layers, shape (N,) each."""
+
+    def log(self, metadata: dict[str, Any]) -> FlightLog:
+        """Return what was recorded."""
+
+    def close(self) -> None:
+        """Let go of the drones."""
+
+
+def one_of(poses: Pose, index: int) -> Pose:
+    """Return the pose of one drone out of those of many."""
+    return Pose(
+        position=None if poses.position is None else poses.position[index],
+        orientation=None if poses.orientation is None else poses.orientation[index],
+        velocity=None if poses.velocity is None else poses.velocity[index],
+        angular=None if poses.angular is None else poses.angular[index],
+        time=poses.time,
+    )
+
+
+def some_of(poses: Pose, indices: Indices) -> Pose:
+    """Return the poses of some drones out of those of many."""
+    return one_of(poses, indices)  # type: ignore[arg-type]

@@ -1,0 +1,584 @@
+"""`Experiment`: guidance, planning and control of a swarm in one process, round by round, on any backend."""
+
+from __future__ import annotations
+
+import time as wall
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
+from crazychoir_fw.common.finite import are_finite
+from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
+from crazychoir_fw.common.user_code import describe
+from crazychoir_fw.flight.agent import Agent, Phase
+from crazychoir_fw.flight.backend import Backend, one_of
+from crazychoir_fw.flight.control_group import ControlGroup
+from crazychoir_fw.flight.services import Service
+from crazychoir_fw.flight.swarm_phases import SwarmPhases
+from crazychoir_fw.guidance import BearingFormation, GuidanceGroup
+from crazychoir_fw.mission.communicators import statistics_of
+
+Array = NDArray[np.float64]
+Names = str | Iterable[str] | None
+
+TOUCHDOWN_M = 0.05
+"""Height above its start at which the motors of a landing drone stop (m)."""
+
+_FLOWN_M = 0.2  # above its start, a drone has flown
+_FALLEN_S = 1.0  # on the floor, after which it is not about to go on
+_LANDING_SPEED = 0.5  # [m/s], at which a drone that passes the floor has not come to land
+_DESCENDS = 0.02  # [m/s], above what velocities of a drone at rest are taken for
+_ROUNDS_PER_LOOK = 4  # rounds between two looks at who failed
+PARTS = ("simulation", "guidance", "planning", "control", "sending", "record")
+
+
+@dataclass(frozen=True)
+class Happening:
+    """Something that happened in an experiment."""
+
+    time: float
+    kind: str
+    """``takeoff``, ``start``, ``land``, ``landed``, ``stop``, ``failure``, ``lost``, ``rejoined``."""
+    drone: str | None
+    """Whose; None: nobody's."""
+    details: str | Mapping[str, Any] = ""
+    """A sentence, or what belongs to it, by name."""
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as an event of a flight log."""
+        details = {"reason": self.details} if isinstance(self.details, str) and self.details else self.details
+        return {
+            "time": round(self.time, 4),
+            "kind": self.kind,
+            "drone": self.drone,
+            "details": dict(details) if details else {},
+        }
+
+
+class Experiment:
+    """Flies the layers of a swarm.
+
+    A round is: poses, guidance, trajectory handlers, controllers, commands; then the backend goes on for a period. With
+    a simulated backend the result depends on nothing else. A layer of the user's that raises stops its own drone only.
+
+    Buttons (`takeoff`, `start`, `land`, `stop`) may be pressed between rounds, for all drones or some::
+
+        experiment.takeoff()
+        experiment.run(5.0)
+        experiment.start()
+        experiment.run(60.0)
+        experiment.land()
+        experiment.run(7.0)
+    """
+
+    def __init__(
+        self,
+        backend: Backend,
+        agents: Sequence[Agent],
+        groups: Sequence[ControlGroup],
+        rate: int = 100,
+        log_rate: int = 100,
+        observe: Callable[[Experiment], None] | None = None,
+        services: Sequence[Service] = (),
+    ) -> None:
+        """Bind layers to a backend.
+
+        Args:
+            backend: Where the drones are.
+            agents: The layers of each drone, in its order.
+            groups: Controllers; a drone in none of them is flown by the planner on board.
+            rate: Rounds per second (Hz).
+            log_rate: Samples of the log per second (Hz), a divisor of it.
+            observe: Called after every round.
+            services: What belongs to no drone and takes its turn before guidance.
+
+        Raises:
+            RangeError: If the numbers do not fit together.
+        """
+        if len(agents) != len(backend.names):
+            raise RangeError(f"there are {len(agents)} agents, allowed: {len(backend.names)}, one for each drone")
+        if rate < 1 or log_rate < 1 or rate % log_rate:
+            raise RangeError(f"log_rate is {log_rate}, allowed: a divisor of the rate, {rate} Hz")
+        self.backend = backend
+        self.agents = list(agents)
+        self.groups = list(groups)
+        self.services = list(services)
+        self.service_failures: list[str] = []
+        """Why services stopped, one sentence each."""
+        for service in self.services:
+            service.note = self._note_of_service
+        self.period = 1.0 / rate
+        self.happenings: list[Happening] = []
+        """What happened, in order."""
+        self.shares = dict.fromkeys(PARTS, 0.0)
+        """Time that each part took on this machine (s); for people, nothing depends on it."""
+        self._rounds = 0
+        self._rounds_per_sample = rate // log_rate
+        self._observe = observe
+        self._controlled = {int(i) for group in groups for i in group.indices}
+        self._commands = np.zeros((len(agents), 4))
+        self._seen: Pose | None = None  # of each drone, without gaps
+        self._everybody = np.ones(len(agents), bool)
+        self._known = ~self._everybody
+        self._is_everybody_known = False
+        self._phases = SwarmPhases(agents)
+        self.accelerations = np.zeros((len(agents), 3))
+        """What guidance asks for (m/s^2, world), of drones that follow no trajectory, shape (N, 3)."""
+        self._planned = [agent for agent in agents if agent.planner is not None]
+        # who follows places: those of a trajectory handler, or of guidance itself
+        self._placed = [
+            agent
+            for agent in agents
+            if agent.planner is not None or getattr(agent.guidance, "kind", "acceleration") != "acceleration"
+        ]
+        self._watching = [(agent, agent.guidance.watched) for agent in agents if getattr(agent.guidance, "watched", ())]
+        self._together: GuidanceGroup | None = None
+        """Guidance of ours decides for all drones at once; what a user brings speaks for itself alone."""
+        if agents and all(type(agent.guidance) is BearingFormation for agent in agents):
+            self._together = GuidanceGroup(
+                [agent.guidance for agent in agents],
+                sends=not all(agent.guidance.communicator.is_lossless for agent in agents),
+            )
+            self._followers = np.array([self._together.followers], int).ravel()
+
+    # ---------------------------------------------------------------- buttons
+
+    @property
+    def time(self) -> float:
+        """Time of the backend (s)."""
+        return self.backend.time
+
+    def takeoff(self, drones: Names = None) -> None:
+        """Take off: motors on.
+
+        Raises:
+            UnknownNameError: If there is no such drone.
+        """
+        self._press("takeoff", drones, motors=True)
+
+    def start(self, drones: Names = None) -> None:
+        """Let the guidance do what it is for; drones whose motors do not turn yet begin from where they are."""
+        self._press("start", drones, motors=True)
+        for service in list(self.services):
+            self._serve(service, service.start, self.time)
+
+    def land(self, drones: Names = None) -> None:
+        """Land; the motors of each drone stop when it is down."""
+        for agent in self._press("land", drones, motors=False):
+            agent.phase = Phase.LANDING
+
+    def stop(self, drones: Names = None) -> None:
+        """Stop the motors at once."""
+        chosen = self._chosen(drones)
+        self.backend.stop([agent.index for agent in chosen])
+        for agent in chosen:
+            self._guarded(agent, _button(agent.guidance, "stop"), self.time)
+            agent.phase = Phase.LANDED if agent.phase is not Phase.FAILED else agent.phase
+            self._note("stop", agent)
+
+    def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
+        """Hand points to the trajectory handlers, as a drawn curve is; the first one in flight.
+
+        Raises:
+            UnknownNameError: If there is no such drone.
+        """
+        poses, now = self._poses(), self.time
+        for agent in self._chosen(drones):
+            self._guarded(agent, self._plan, agent, list(points), one_of(poses, agent.index), now)
+
+    def _press(self, name: str, drones: Names, motors: bool) -> list[Agent]:
+        """Press a button of some drones; returns those that it is for."""
+        now = self.time
+        wanted = [agent for agent in self._chosen(drones) if agent.phase is not Phase.FAILED]
+        wanted = [agent for agent in wanted if motors or agent.is_up]
+        resting = [agent for agent in wanted if not agent.is_up]
+        if resting and motors:
+            self._turn_on(resting)
+            now = self.time  # real drones take their time
+        poses = self._poses()
+        for agent in wanted:
+            if agent.phase is not Phase.FAILED and self._known[agent.index]:
+                self._guarded(agent, agent.guidance.set_pose, one_of(poses, agent.index))
+            if agent.phase is not Phase.FAILED:
+                self._guarded(agent, _button(agent.guidance, name), now)
+                self._note(name, agent)
+        return [agent for agent in wanted if agent.phase is not Phase.FAILED]
+
+    def _turn_on(self, agents: Sequence[Agent]) -> None:
+        refused = set(self.backend.unlock([agent.index for agent in agents]))
+        reasons = self.backend.failures()
+        poses = self._poses()
+        for agent in agents:
+            if agent.is_watched:
+                continue
+            if agent.index in refused:
+                self._fail(agent, reasons.get(agent.index, f"{agent.name}: the motors may not run"))
+                continue
+            if not self._known[agent.index]:
+                self._fail(agent, f"{agent.name}: nobody knows where it is")
+                continue
+            agent.phase = Phase.FLYING
+            agent.has_flown, agent.low_since = False, None
+            agent.begin_at(poses.position[agent.index])
+            # until somebody says otherwise
+            agent.reference = Reference(position=agent.home.copy(), velocity=np.zeros(3), acceleration=np.zeros(3))
+            self.accelerations[agent.index] = 0.0
+
+    def _chosen(self, drones: Names) -> list[Agent]:
+        if drones is None:
+            return list(self.agents)
+        wanted: Collection[str] = [drones] if isinstance(drones, str) else list(drones)
+        known = {agent.name: agent for agent in self.agents}
+        for name in wanted:
+            if name not in known:
+                raise UnknownNameError(f"there is no drone '{name}', allowed: {', '.join(known)}")
+        return [known[name] for name in wanted]
+
+    # ---------------------------------------------------------------- rounds
+
+    def run(self, seconds: float) -> None:
+        """Fly so many seconds, rounded to whole rounds."""
+        if not (np.isfinite(seconds) and seconds >= 0.0):
+            raise RangeError(f"run({seconds}): allowed: 0 s or more")
+        for _ in range(round(seconds / self.period)):
+            self.step()
+
+    def run_until_landed(self, timeout_s: float) -> bool:
+        """Fly until no motor turns; returns whether that came about in time."""
+        end = self.time + timeout_s
+        while any(agent.is_up for agent in self.agents):
+            if self.time >= end:
+                return False
+            self.step()
+        return True
+
+    def step(self) -> None:
+        """Fly one round."""
+        clock = wall.perf_counter
+        begin = clock()
+        poses, now = self._poses(), self.time
+        for service in list(self.services):
+            self._serve(service, service.step, now, poses, self._turning())
+        # also those on the ground: neighbors hear them
+        self._decide([agent for agent in self._seen_ones(self.agents) if agent.failure is None], poses, now)
+        turning = self._turning()
+        up = self._seen_ones(self._phases.up)
+        decided = clock()
+        self._follow(now)
+        planned = clock()
+        orders = []
+        if up:
+            orders = [
+                (group, group.step(self.agents, self.accelerations, turning, poses, now)) for group in self.groups
+            ]
+        controlled = clock()
+        for group, order in orders:
+            if order is not None:
+                self._send(group, *order)
+        self._look(up, poses)
+        sent = clock()
+        if self._rounds % self._rounds_per_sample == 0:
+            self.backend.record(self._signals())
+        recorded = clock()
+        self.backend.advance(self.period)
+        self._rounds += 1
+        parts = (decided - begin, planned - decided, controlled - planned, sent - controlled, recorded - sent)
+        for name, seconds in zip(PARTS[1:], parts, strict=True):
+            self.shares[name] += seconds
+        self.shares["simulation"] += clock() - recorded
+        if self._observe is not None:
+            self._observe(self)
+
+    def _poses(self) -> Pose:
+        """Return where all drones are; those that are not seen stay where they were."""
+        poses = self.backend.poses()
+        self._is_everybody_known = are_finite(poses.position)
+        known = np.isfinite(poses.position).all(axis=1) if not self._is_everybody_known else self._everybody
+        self._known = known
+        if self._seen is None:
+            self._seen = Pose(*(np.nan_to_num(part) for part in _parts(poses)), time=poses.time)
+        elif not self._is_everybody_known:
+            kept = (
+                np.where(known[:, None], part, old) for part, old in zip(_parts(poses), _parts(self._seen), strict=True)
+            )
+            self._seen = Pose(*kept, time=poses.time)
+        else:
+            self._seen = poses
+        return self._seen
+
+    def _seen_ones(self, agents: Sequence[Agent]) -> Sequence[Agent]:
+        """Return those of some agents whose drones are known."""
+        return agents if self._is_everybody_known else [agent for agent in agents if self._known[agent.index]]
+
+    def _decide(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
+        """Let guidance speak, then hear, then decide."""
+        if self._together is not None and len(agents) == len(self.agents):
+            wanted = self._together.decide(now, poses.position, poses.velocity)
+            if wanted is not None:
+                self.accelerations[self._followers] = wanted
+                return
+            try:
+                for agent in agents:
+                    agent.guidance.set_pose(one_of(poses, agent.index))
+                decisions = self._together.step(now)
+                for agent, outputs in zip(agents, decisions, strict=True):
+                    self._take(agent, outputs, poses, now)
+            except Exception:
+                self._together = None  # who it was turns out when each decides for itself
+            return
+        if self._together is not None:
+            self._together.let_go()
+        self._let_watch(poses)
+        for agent in agents:
+            guidance = agent.guidance
+            if agent.phase is Phase.FAILED:
+                continue
+            try:
+                guidance.set_pose(one_of(poses, agent.index))
+                if hasattr(guidance, "begin_round"):
+                    guidance.begin_round(now)
+                    agent.in_round = guidance.round_open
+            except Exception as error:  # a user's code may raise anything, and stops its own drone only
+                self._fail_by(agent, guidance, error)
+        for agent in agents:
+            guidance = agent.guidance
+            if agent.phase is Phase.FAILED:
+                continue
+            try:
+                # all have sent: rounds that are complete end at once, the others wait for their deadline
+                is_over = agent.in_round and guidance.is_complete(now)
+                outputs = guidance.finish_round(now) if is_over else guidance.step(now)
+                _check_reference(outputs.reference)
+                self._take(agent, outputs, poses, now)
+            except Exception as error:
+                self._fail_by(agent, guidance, error)
+
+    def _let_watch(self, poses: Pose) -> None:
+        """Tell those who watch other drones where these are."""
+        for agent, watched in self._watching:
+            if agent.failure is None:
+                for j in watched:
+                    if self._known[j]:
+                        self._guarded(agent, agent.guidance.see, j, one_of(poses, j))
+
+    def _take(self, agent: Agent, outputs: Any, poses: Pose, now: float) -> None:
+        """Take what the guidance of a drone asks for."""
+        if not agent.is_up:
+            return
+        if outputs.idle and agent.phase is Phase.LANDING:
+            # guidance goes by time alone: who lags behind and still comes down shall not fall the rest of the way
+            if not poses.velocity[agent.index, 2] < -_DESCENDS:
+                self._touch_down([agent])
+            return
+        if outputs.trajectory is not None:
+            self._plan(agent, list(outputs.trajectory), one_of(poses, agent.index), now)
+        if agent.planner is None and outputs.reference is not None:
+            agent.reference = outputs.reference
+            if outputs.reference.acceleration is not None:
+                self.accelerations[agent.index] = outputs.reference.acceleration
+        lost = getattr(agent.guidance, "lost", None)
+        if lost is not None and lost != agent.lost:
+            self._note_neighbors(agent, frozenset(lost))
+
+    def _plan(self, agent: Agent, points: list[TrajectoryPoint], pose: Pose, now: float) -> None:
+        if agent.planner is not None:
+            agent.planner.set_trajectory(points, pose, now)
+        elif agent.index not in self._controlled and agent.is_up:
+            self.backend.go_to(agent.index, points[-1])
+            agent.reference = Reference(position=np.array(points[-1].position, float))
+
+    def _follow(self, now: float) -> None:
+        """Ask trajectory handlers for references."""
+        for agent in self._planned:
+            if not agent.is_up or not self._known[agent.index]:
+                continue
+            try:
+                reference = agent.planner.evaluate(now)
+            except Exception as error:
+                self._fail_by(agent, agent.planner, error)
+                continue
+            if reference is not None:
+                agent.reference = reference
+
+    def _send(self, group: ControlGroup, indices: Any, twist: Any) -> None:
+        linear, angular = twist.linear, twist.angular
+        if not are_finite(linear, angular):
+            good = np.isfinite(linear).all(axis=1) & np.isfinite(angular).all(axis=1)
+            for i in indices[~good]:
+                self._fail(
+                    self.agents[i], f"{self.agents[i].name}: its controller asks for numbers that are not finite"
+                )
+            indices, twist = indices[good], type(twist)(linear[good], angular[good])
+        if not self._is_everybody_known:
+            seen = self._known[indices]
+            indices, twist = indices[seen], type(twist)(twist.linear[seen], twist.angular[seen])
+        is_vel = group.kind == "vel"
+        self._commands[indices, 0] = 0.0 if is_vel else twist.linear[:, 2]
+        self._commands[indices, 1:] = twist.linear if is_vel else twist.angular
+        if len(indices):
+            self.backend.send(indices, twist, group.kind)
+
+    def _look(self, up: Sequence[Agent], poses: Pose) -> None:
+        """See who has landed, and who cannot go on."""
+        if self._phases.is_anybody_landing:
+            landed = [
+                agent
+                for agent in up
+                if agent.phase is Phase.LANDING
+                and poses.position[agent.index, 2] < agent.floor + TOUCHDOWN_M
+                and abs(poses.velocity[agent.index, 2]) < _LANDING_SPEED
+            ]
+            if landed:
+                self._touch_down(landed)
+        if self._rounds % _ROUNDS_PER_LOOK == 0:
+            self._look_for_fallen(up, poses)
+            for i, sentence in self.backend.failures().items():
+                if self.agents[i].is_up:
+                    self._fail(self.agents[i], sentence)
+
+    def _look_for_fallen(self, up: Sequence[Agent], poses: Pose) -> None:
+        """Stop who came down though nobody told it to: it may lie on its feet, and no supervisor minds."""
+        now = self.time
+        heights = poses.position[:, 2].tolist()
+        for agent in up:
+            height = heights[agent.index] - agent.floor
+            if height > _FLOWN_M:
+                agent.has_flown = True
+            if height > TOUCHDOWN_M or not agent.has_flown or agent.phase is not Phase.FLYING:
+                agent.low_since = None
+            elif agent.low_since is None:
+                agent.low_since = now
+            elif now - agent.low_since > _FALLEN_S:
+                self._fail(agent, f"{agent.name}: came down at {agent.low_since:.2f} s")
+
+    def _touch_down(self, agents: Sequence[Agent]) -> None:
+        """Turn motors off after a landing."""
+        self.backend.stop([agent.index for agent in agents])
+        for agent in agents:
+            agent.phase = Phase.LANDED
+            agent.reference = None
+            self._commands[agent.index] = 0.0
+            self._note("landed", agent)
+
+    # ---------------------------------------------------------------- what goes wrong
+
+    def _guarded(self, agent: Agent, call: Callable[..., Any], *arguments: Any) -> None:
+        try:
+            call(*arguments)
+        except Exception as error:
+            self._fail_by(agent, agent.guidance, error)
+
+    def _serve(self, service: Service, call: Callable[..., None], *arguments: Any) -> None:
+        """Give a service its turn; one that raises gets no more."""
+        try:
+            call(*arguments)
+        except Exception as error:
+            sentence = f"{type(service).__name__}: {describe(error)} (at {self.time:.2f} s)"
+            self.services.remove(service)
+            self.service_failures.append(sentence)
+            self._note_of_service("failure", None, sentence)
+
+    def _note_of_service(self, kind: str, drone: int | None, details: str | Mapping[str, Any] = "") -> None:
+        name = None if drone is None else self.agents[drone].name
+        self.happenings.append(Happening(self.time, kind, name, details))
+
+    def _fail_by(self, agent: Agent, layer: object, error: Exception) -> None:
+        self._fail(agent, f"{agent.name}: {type(layer).__name__}: {describe(error)} (at {self.time:.2f} s)")
+
+    def _fail(self, agent: Agent, sentence: str) -> None:
+        if agent.phase is Phase.FAILED:
+            return
+        was_up = agent.is_up
+        agent.phase, agent.failure, agent.reference = Phase.FAILED, sentence, None
+        self._commands[agent.index] = 0.0
+        if was_up:
+            try:
+                self.backend.stop([agent.index])
+            except CrazychoirError as error:
+                agent.failure += f"; it could not be stopped: {error}"
+        self._note("failure", agent, sentence)
+
+    def _note_neighbors(self, agent: Agent, lost: frozenset[int]) -> None:
+        for kind, numbers in (("lost", lost - agent.lost), ("rejoined", agent.lost - lost)):
+            for number in sorted(numbers):
+                self._note(kind, agent, f"{kind} {self.agents[number].name}")
+        agent.lost = lost
+
+    def _note(self, kind: str, agent: Agent, details: str = "") -> None:
+        self.happenings.append(Happening(self.time, kind, agent.name, details))
+
+    @property
+    def failures(self) -> list[str]:
+        """Why drones fly no more, and services serve no more, one sentence each."""
+        return [agent.failure for agent in self.agents if agent.failure is not None] + self.service_failures
+
+    # ---------------------------------------------------------------- log
+
+    def _signals(self) -> dict[str, Array]:
+        """Return what the layers say at present, for the log."""
+        turning = self._turning()
+        said = np.full((len(_SIGNALS), len(self.agents)), np.nan)
+        places, accelerations, commands = said[:3], said[3:6], said[6:10]
+        np.copyto(accelerations, self.accelerations.T, where=turning)
+        for agent in self._placed or self.agents:
+            reference = agent.reference
+            if reference is None or not turning[agent.index]:
+                continue
+            if reference.position is not None:
+                places[:, agent.index] = reference.position
+            if reference.acceleration is not None:
+                accelerations[:, agent.index] = reference.acceleration
+        commands[:] = self._commands.T
+        said[10] = self._phases.numbers
+        return dict(zip(_SIGNALS, said, strict=True))
+
+    def _turning(self) -> NDArray[np.bool_]:
+        """Return whose motors turn at present, shape (N,)."""
+        self._phases.look()
+        return self._phases.turning
+
+    def log(self, metadata: dict[str, Any] | None = None) -> Any:
+        """Return the log so far, with what happened among its events."""
+        self.backend.record(self._signals())
+        log = self.backend.log(dict(metadata or {}))
+        log.events = sorted(
+            [*log.events, *(happening.as_dict() for happening in self.happenings)], key=lambda event: event["time"]
+        )
+        return log
+
+    def communication(self) -> dict[str, Any] | None:
+        """Return what the communicators have seen, by drone and in total; None if there are none."""
+        return statistics_of(self.agents)
+
+
+_SIGNALS = tuple(
+    f"layers.{name}"
+    for name in ("x", "y", "z", "ax", "ay", "az", "command1", "command2", "command3", "command4", "phase")
+)
+
+
+def _parts(poses: Pose) -> tuple[Array, Array, Array, Array]:
+    return poses.position, poses.orientation, poses.velocity, poses.angular  # type: ignore[return-value]
+
+
+def _check_reference(reference: Reference | None) -> None:
+    """Refuse numbers that are none before they reach a controller that others share.
+
+    Raises:
+        RangeError: If there are some.
+    """
+    if reference is None:
+        return
+    for name in ("position", "velocity", "acceleration", "jerk"):
+        value = getattr(reference, name)
+        if value is not None and not (np.shape(value) == (3,) and np.isfinite(value).all()):
+            raise RangeError(f"asks for the {name} {np.asarray(value)}, allowed: three finite numbers")
+
+
+def _button(guidance: Any, name: str) -> Callable[[float], None]:
+    """Return what a guidance does at a button; a class that does not know it does nothing."""
+    return getattr(guidance, name, lambda now: None)

@@ -1,0 +1,93 @@
+"""The shortest routes of one drone: for each set of requests that it could serve, in which order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from crazychoir_fw.guidance.schemes.delivery.delivery_request import DeliveryRequest
+
+Point = tuple[float, float]
+
+_SLACK = 1e-9  # of capacities
+
+
+@dataclass(frozen=True)
+class Stop:
+    """A point of a route."""
+
+    number: int
+    """Of the request."""
+    is_delivery: bool
+    """Otherwise something is picked up."""
+    position: Point
+    """Where (m, world)."""
+
+
+@dataclass(frozen=True)
+class Route:
+    """The shortest way to serve some requests."""
+
+    cost: float
+    """Its length (m)."""
+    stops: tuple[Stop, ...]
+    """In order."""
+
+
+def best_routes(
+    start: Point,
+    requests: Sequence[DeliveryRequest],
+    aboard: Sequence[DeliveryRequest] = (),
+    *,
+    capacity: float = math.inf,
+    most: int = 3,
+    home: Point | None = None,
+) -> dict[frozenset[int], Route]:
+    """Return the shortest route of each set of requests, by their numbers; what is on board is delivered in any.
+
+    Exact, by dynamic programming over who is untouched, on board or delivered, and where the drone is. The work grows
+    as the number of requests to the power of `most`.
+
+    Args:
+        start: Where the drone is (m), shape (2,).
+        requests: What it could pick up.
+        aboard: What it has already.
+        capacity: Sum of the loads that it can have on board at a time.
+        most: Largest number of requests to pick up on a route.
+        home: Where the route ends (m), shape (2,); None is the last stop.
+    """
+    carried = frozenset(request.number for request in aboard)
+    by_number = {request.number: request for request in (*requests, *aboard)}
+    free = sorted(request.number for request in requests if request.load <= capacity + _SLACK)
+    # a state is who is on board, who was picked up on the way, and the last stop
+    state = tuple[frozenset[int], frozenset[int], Stop | None]
+    layer: dict[state, tuple[float, tuple[Stop, ...]]] = {(carried, frozenset(), None): (0.0, ())}
+    best: dict[frozenset[int], Route] = {}
+    while layer:
+        following: dict[state, tuple[float, tuple[Stop, ...]]] = {}
+        for (loaded, taken, last), (cost, stops) in layer.items():
+            here = start if last is None else last.position
+            if not loaded:
+                whole = cost + (0.0 if home is None else math.dist(here, home))
+                if taken not in best or whole < best[taken].cost - _SLACK:
+                    best[taken] = Route(whole, stops)
+            load = sum(by_number[number].load for number in loaded)
+            for number in sorted(loaded):
+                stop = Stop(number, True, by_number[number].delivery)
+                _better(following, (loaded - {number}, taken, stop), cost + math.dist(here, stop.position), stops)
+            if len(taken) < most:
+                for number in free:
+                    request = by_number[number]
+                    if number in taken or load + request.load > capacity + _SLACK:
+                        continue
+                    stop = Stop(number, False, request.pickup)
+                    reached = (loaded | {number}, taken | {number}, stop)
+                    _better(following, reached, cost + math.dist(here, stop.position), stops)
+        layer = following
+    return best
+
+
+def _better(layer: dict, state: tuple, cost: float, stops: tuple[Stop, ...]) -> None:
+    if state not in layer or cost < layer[state][0]:
+        layer[state] = (cost, (*stops, state[2]))

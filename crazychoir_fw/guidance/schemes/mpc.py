@@ -1,0 +1,256 @@
+"""`MPCGuidance`: sequential distributed model predictive control (features dossier section 17.4).
+
+Time goes in periods. During each, agents plan the next one after another, by number: each takes the plans that those
+before it have just made and those that the others made a period ago, and keeps what couples it to them. Whoever plans
+finds its own old plan feasible still, because those before it respected that plan.
+
+In the original a set of plans is handed from agent to agent and everybody waits. Here each tells its plan to its
+neighbors in every round, and plans when it is its turn, so that nobody waits in vain: who is late or silent is expected
+to do what it last planned, and is left out of the coupling once it counts as lost.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Reference
+from crazychoir_fw.guidance.cf_guidance import Phase
+from crazychoir_fw.guidance.communicator import TopicCommunicator
+from crazychoir_fw.guidance.schemes.mpc_problem import MPCProblem, Plan
+from crazychoir_fw.guidance.schemes.ranges import above_zero
+from crazychoir_fw.guidance.velocity_feedback import VelocityFeedback
+
+Array = NDArray[np.float64]
+
+_TURN = 0.6  # of a period, after which nobody waits for those before it
+
+
+class MPCGuidance(VelocityFeedback):
+    """Drones fly to a goal along some axes, with bounded speeds, and never farther apart than allowed.
+
+    What is planned are single integrators, x(t + 1) = x(t) + period u(t), per axis: the reference of each drone, whose
+    position at the next period is known, so that plans need no luck. Its controller holds the drone to it; `margin`
+    is kept for what it does not hold.
+    """
+
+    def __init__(
+        self,
+        agent_id: int,
+        communicator: TopicCommunicator,
+        *,
+        goal: ArrayLike = 0.0,
+        axes: Sequence[str] | str = "x",
+        sampling_period: float = 1.0,
+        horizon: int = 10,
+        state_cost: float = 1.0,
+        input_cost: ArrayLike = 1.0,
+        largest_state: float = 10.0,
+        largest_input: ArrayLike = 0.5,
+        coupling: float = 2.0,
+        margin: float = 0.1,
+        update_frequency: float = 100.0,
+        **options: Any,
+    ) -> None:
+        """Prepare.
+
+        Args:
+            agent_id: Number of this drone, that of the communicator.
+            communicator: Carries plans to and from neighbors: those whom it is coupled to.
+            goal: Where to fly along the axes (m), one number for all axes or one for each.
+            axes: Some of x, y, z: along the others drones stay where they were.
+            sampling_period: Length of a period (s).
+            horizon: Periods that are looked ahead.
+            state_cost: Per squared distance from the goal.
+            input_cost: Per squared speed; one number for all drones, or one for each.
+            largest_state: Largest coordinate (m).
+            largest_input: Largest speed along each axis (m/s); one number for all drones, or one for each.
+            coupling: Largest difference of coordinates between neighbors (m).
+            margin: By which plans stay below it (m).
+            update_frequency: Rounds per second (Hz).
+            options: Further arguments of `VelocityFeedback`.
+
+        Raises:
+            RangeError: If a value is outside its range.
+        """
+        who = f"agent {agent_id}"
+        self.axes = ["xyz".find(axis) for axis in axes]
+        if not self.axes or -1 in self.axes or len(set(self.axes)) != len(self.axes):
+            raise RangeError(f"{who}: axes are {axes!r}, allowed: some of x, y, z, each once")
+        m = len(self.axes)
+        cost, speed = (
+            _own(who, name, value, communicator)
+            for name, value in (("input_cost", input_cost), ("largest_input", largest_input))
+        )
+        above_zero(
+            who, sampling_period=sampling_period, state_cost=state_cost, largest_state=largest_state, coupling=coupling
+        )
+        if not 0.0 <= margin < coupling:
+            raise RangeError(f"{who}: margin is {margin}, allowed: at least 0, below the coupling, {coupling} m")
+        goal = np.asarray(goal, np.float64)
+        if goal.size not in (1, m) or not np.isfinite(goal).all():
+            raise RangeError(f"{who}: goal is {goal}, allowed: one finite number, or {m}")
+        options["max_speed"] = max(options.get("max_speed", 0.0), 1.001 * math.sqrt(m) * speed)
+        super().__init__(agent_id, communicator, update_frequency=update_frequency, **options)
+        self.goal = np.broadcast_to(goal.reshape(-1), m)
+        self.sampling_period = float(sampling_period)
+        self.coupling, self.margin = float(coupling), float(margin)
+        both = np.vstack([np.eye(m), -np.eye(m)])
+        within = np.concatenate([largest_state - self.goal, largest_state + self.goal])
+        self.problem = MPCProblem(
+            np.eye(m),
+            sampling_period * np.eye(m),
+            state_cost * np.eye(m),
+            cost * np.eye(m),
+            horizon,
+            E=both,
+            f=within,
+            G=both,
+            h=np.full(2 * m, speed),
+        )
+        self._both = both
+        self.plan: Plan | None = None
+        """What it does in this period and later; states are relative to the goal."""
+        self._next: Plan | None = None
+        self._told: dict[str, Any] = {}
+        self._count = 0  # of the period
+        self._others: dict[int, tuple[int, Array]] = {}  # first period and states of their newest plans
+        self.violations = 0
+        """How many plans could not keep the coupling."""
+
+    # ---------------------------------------------------------------- what neighbors tell each other
+
+    def message(self) -> object:
+        """Return what neighbors are told: the newest plan and the period that it begins with."""
+        return self._told or {"period": -1, "states": np.zeros((0, len(self.axes)))}
+
+    def receive_round(self, now: float) -> dict[int, Any] | None:
+        """End the round and remember the plans that came; None if no round is open."""
+        if not self.round_open:
+            return None
+        data = self.end_round(now)
+        for neighbor in self._neighbors:
+            told = data[neighbor] if neighbor in data else self.communicator.latest(neighbor)
+            plan = self._read(told)
+            if neighbor in self._lost:
+                self._others.pop(neighbor, None)
+            elif plan is not None:
+                self._others[neighbor] = plan
+        return {}
+
+    def _read(self, told: object) -> tuple[int, Array] | None:
+        """Return first period and states of what a neighbor told, if it is a plan."""
+        if not isinstance(told, dict):
+            return None
+        first, states = told.get("period"), told.get("states")
+        shape = (self.problem.horizon + 1, len(self.axes))
+        if not isinstance(first, int) or not isinstance(states, np.ndarray) or states.shape != shape:
+            return None
+        return (first, states) if first >= 0 and np.isfinite(states).all() else None
+
+    # ---------------------------------------------------------------- plans
+
+    def begin_flight(self, now: float) -> None:
+        """Stay for one period, in which all plan."""
+        super().begin_flight(now)
+        self.plan = self._next = None
+        self._count = 0
+        self._others.clear()
+        state = self._state()
+        rest = np.tile(state, (self.problem.horizon + 1, 1))
+        self.plan = Plan(rest, np.zeros((self.problem.horizon, len(self.axes))))
+        self._tell(0, rest)
+
+    def _state(self) -> Array:
+        return self.moving.position[self.axes] - self.goal  # type: ignore[index]
+
+    def _tell(self, first: int, states: Array) -> None:
+        self._told = {"period": first, "states": states + self.goal}
+
+    def respond(self, neigh_data: dict[int, Any], now: float) -> Reference | None:
+        """Return what a drone asks for."""
+        if self._phase is not Phase.FLIGHT or self.is_leader or self.moving.position is None:
+            return super().respond(neigh_data, now)
+        self.previous_round = now
+        self._go_on(now)
+        plan = self.plan
+        assert plan is not None
+        # a part of the way of this period, and no sum of steps: references meet plans exactly
+        part = min(1.0, (now - self._begin) / self.sampling_period - self._count)
+        position = self.moving.position.copy()
+        position[self.axes] = self.goal + plan.states[0] + part * (plan.states[1] - plan.states[0])
+        self.moving.begin(position)
+        return Reference(position=position, velocity=self.evaluate_input(neigh_data), acceleration=np.zeros(3))
+
+    def _go_on(self, now: float) -> None:
+        elapsed = now - self._begin + 1e-9
+        count = int(elapsed / self.sampling_period)
+        if count > self._count:
+            # a plan is begun once its period comes, made or not
+            self.plan = self._next if self._next is not None else self._rest_of(self.plan)
+            for _ in range(count - self._count - 1):
+                self.plan = self._rest_of(self.plan)
+            self._count, self._next = count, None
+        if self._next is None:
+            spent = elapsed - count * self.sampling_period
+            if spent >= _TURN * self.sampling_period or self._is_its_turn():
+                self._make_plan()
+
+    def _rest_of(self, plan: Plan | None) -> Plan:
+        """Return a plan a period later."""
+        assert plan is not None
+        states = self.problem.shifted(plan.states)
+        inputs = np.vstack([plan.inputs[1:], (states[-1] - states[-2]) / self.sampling_period])
+        return Plan(states, inputs, plan.violation)
+
+    def _is_its_turn(self) -> bool:
+        """Return whether those before it have planned the next period, and all have told where they begin."""
+        for neighbor in self._neighbors:
+            if neighbor in self._lost:
+                continue
+            first = self._others.get(neighbor, (-1, None))[0]
+            if first < (self._count + 1 if neighbor < self.agent_id else self._count):
+                return False
+        return True
+
+    def _make_plan(self) -> None:
+        """Plan the next period from where it begins."""
+        assert self.plan is not None
+        begin, horizon, m = self.plan.states[1], self.problem.horizon, len(self.axes)
+        limit = self.coupling - self.margin
+        upper, lower = np.full((horizon, m), np.inf), np.full((horizon, m), np.inf)
+        for first, states in self._others.values():
+            ahead = self._ahead(first, states)
+            upper = np.minimum(upper, ahead + limit)
+            lower = np.minimum(lower, limit - ahead)
+        plan = self.problem.solve(begin, self._both, np.hstack([upper, lower]))
+        self.violations += plan.violation > 1e-6
+        self._next = plan
+        self._tell(self._count + 1, plan.states)
+
+    def _ahead(self, first: int, states: Array) -> Array:
+        """Return where another one will be, relative to the goal, one to T periods after the next begins: (T, m)."""
+        states = states - self.goal
+        for _ in range(min(self._count + 1 - first, self.problem.horizon)):
+            states = self.problem.shifted(states)
+        return states[1:]
+
+    def evaluate_input(self, neigh_data: dict[int, Any]) -> Array:
+        """Return the velocity (m/s, world), shape (3,): to where the period ends."""
+        velocity = np.zeros(3)
+        if self.plan is not None:
+            velocity[self.axes] = self.plan.inputs[0]
+        return velocity
+
+
+def _own(who: str, name: str, value: ArrayLike, communicator: TopicCommunicator) -> float:
+    """Return the number of one agent, out of one for all or one for each."""
+    numbers = np.asarray(value, np.float64).reshape(-1)
+    if numbers.size not in (1, communicator.size) or not (np.isfinite(numbers).all() and (numbers > 0.0).all()):
+        raise RangeError(f"{who}: {name} is {value}, allowed: above 0, one number or {communicator.size}")
+    return float(numbers[communicator.rank if numbers.size > 1 else 0])

@@ -1,0 +1,122 @@
+"""The record of a flight: named signals of every drone over one time axis.
+
+Names are those of the onboard log (`stateEstimate.x`, `ctrltarget.x`, `motor.m1`, `pm.vbat`), with the onboard units.
+The truth of the simulator stands beside them as `sim.x`, `sim.y`, `sim.z` (m), `sim.vx`, ... (m/s, world frame),
+`sim.roll`, `sim.pitch`, `sim.yaw` (deg) and `sim.wx`, ... (rad/s, body frame).
+"""
+
+import json
+import zipfile
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.common.replacing import replacing
+from crazychoir_fw.recording.journal import Journal
+
+_SIGNAL = "signal/"  # prefix of the signals among the members of the file
+_JOURNAL = "journal/"
+
+
+@dataclass(repr=False)
+class FlightLog:
+    """Signals of N drones at T instants."""
+
+    time: NDArray[np.float64]  # (T,)
+    """Simulated time (s), never decreasing."""
+
+    drone_ids: list[str]  # N
+    """Names of the drones, in the order of the columns of the signals."""
+
+    signals: dict[str, NDArray[Any]] = field(default_factory=dict)  # each (T, N)
+    """Samples by `group.name`."""
+
+    metadata: dict[str, Any] = field(default_factory=dict)
+    """What flew: mission, provider, version, seed and so on; anything that JSON can hold."""
+
+    events: list[dict[str, Any]] = field(default_factory=list)
+    """What happened at instants: `time` (s), `kind`, `drone` (or None) and `details` each."""
+
+    journal: Journal | None = None
+    """Every request that reached a drone, and how to build the world: what `crazychoir replay` flies from."""
+
+    def __post_init__(self) -> None:
+        """Refuse shapes that do not fit together.
+
+        Raises:
+            ValueError: If a signal is not (T, N), is not numeric, or time runs backwards.
+        """
+        self.time = np.asarray(self.time, dtype=np.float64)
+        self.drone_ids = [str(drone) for drone in self.drone_ids]
+        if self.time.ndim != 1:
+            raise ValueError(f"time has shape {self.time.shape}, expected (T,)")
+        # negated, so that NaN is refused as well
+        if not np.all(np.diff(self.time) >= 0.0):
+            raise ValueError("time must not decrease")
+        shape = (len(self.time), len(self.drone_ids))
+        for name, samples in self.signals.items():
+            samples = np.asarray(samples)
+            if samples.shape != shape:
+                raise ValueError(f"signal {name} has shape {samples.shape}, expected (T, N) = {shape}")
+            if samples.dtype.kind not in "biuf":
+                raise ValueError(f"signal {name} has type {samples.dtype}, expected numbers")
+            self.signals[name] = samples
+
+    def __repr__(self) -> str:
+        return f"FlightLog({len(self.drone_ids)} drones, {self.duration_s:g} s, {len(self.signals)} signals)"
+
+    @property
+    def duration_s(self) -> float:
+        """Time between the first and the last sample (s)."""
+        return float(self.time[-1] - self.time[0]) if len(self.time) else 0.0
+
+    def stack(self, *names: str) -> NDArray[np.float64] | None:
+        """Return the named signals side by side, shape (T, N, K), or None if one of them was not recorded."""
+        if not all(name in self.signals for name in names):
+            return None
+        return np.stack([self.signals[name].astype(np.float64) for name in names], axis=-1)
+
+    def save(self, path: Path) -> None:
+        """Write a compressed NPZ file; *path* is replaced in one step, or left alone if writing fails.
+
+        Raises:
+            TypeError: If metadata or events cannot be written as JSON.
+        """
+        members = {_SIGNAL + name: samples for name, samples in self.signals.items()}
+        if self.journal is not None:
+            members |= {_JOURNAL + name: values for name, values in self.journal.to_arrays().items()}
+        metadata = np.array(json.dumps(self.metadata))
+        events = np.array(json.dumps(self.events))
+        drone_ids = np.array(self.drone_ids, dtype=np.str_)
+        with replacing(path) as temporary, temporary.open("wb") as file:
+            np.savez_compressed(file, time=self.time, drone_ids=drone_ids, metadata=metadata, events=events, **members)
+
+    @classmethod
+    def load(cls, path: Path) -> "FlightLog":
+        """Read a file written by `save`; nothing in it is ever executed.
+
+        Raises:
+            FileNotFoundError: If there is no such file.
+            ValueError: If the file is not a flight log.
+        """
+        try:
+            if Path(path).is_file() and not zipfile.is_zipfile(path):
+                raise ValueError("it is no NumPy archive (.npz)")  # where np.load would guess, and speak of pickles
+            with np.load(path, allow_pickle=False) as file:
+                journal = {name[len(_JOURNAL) :]: file[name] for name in file.files if name.startswith(_JOURNAL)}
+                return cls(
+                    time=file["time"],
+                    drone_ids=file["drone_ids"].tolist(),
+                    signals={name[len(_SIGNAL) :]: file[name] for name in file.files if name.startswith(_SIGNAL)},
+                    metadata=json.loads(str(file["metadata"])),
+                    # files of version 0.1.0 have neither
+                    events=json.loads(str(file["events"])) if "events" in file.files else [],
+                    journal=Journal.from_arrays(journal) if journal else None,
+                )
+        except FileNotFoundError:
+            raise
+        except (ValueError, KeyError, TypeError, AttributeError, EOFError, OSError, zipfile.BadZipFile) as error:
+            raise ValueError(f"{path} is not a flight log: {error}") from error

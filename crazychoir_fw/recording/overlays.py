@@ -1,0 +1,168 @@
+"""What is drawn over a scene for people: names, ghosts where drones are told to be, links and marks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.recording.marks import COLORS, Mark
+
+_GHOST_RADIUS_M = 0.025
+_GHOST_ALPHA = 0.35
+_BALL_RADIUS_M = 0.05
+_BALL_ALPHA = 0.6
+_NAME_PLACE = np.array([0.0, 0.0, 0.07])  # [m], over the drone
+_LINK_RADIUS_M = 0.004
+_LINK_COLOR = np.array([0.15, 0.2, 0.3, 0.35], dtype=np.float32)
+_DISK_RADIUS_M = 0.1
+_NOBODY = np.array([0.55, 0.58, 0.62])
+_NO_ROTATION = np.eye(3).ravel()
+_ZERO = np.zeros(3)
+
+
+def add_ghosts(scene: mujoco.MjvScene, targets: NDArray[np.float64], colors: NDArray[np.float64]) -> None:
+    """Add a translucent ball where each drone is told to be, as far as there is room.
+
+    Args:
+        scene: Scene to add to.
+        targets: Where (m, world frame), shape (N, 3); NaN draws none.
+        colors: Color of each drone, shape (N, 3).
+    """
+    for target, color in zip(targets, colors, strict=True):
+        geom = _next(scene)
+        if geom is None:
+            return
+        place_ghost(geom, target, color)
+
+
+def place_ghost(geom: mujoco.MjvGeom, target: NDArray[np.float64], color: NDArray[np.float64]) -> None:
+    """Make a geom the ghost of a drone; a target of NaN makes it invisible."""
+    known = bool(np.isfinite(target).all())
+    rgba = np.array([*color, _GHOST_ALPHA if known else 0.0], dtype=np.float32)
+    size = np.full(3, _GHOST_RADIUS_M if known else 1e-6)
+    mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_SPHERE, size, target if known else _ZERO, _NO_ROTATION, rgba)
+    geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+
+
+def add_links(scene: mujoco.MjvScene, positions: NDArray[np.float64], pairs: Sequence[tuple[int, int]]) -> None:
+    """Add a thin rod between drones that talk to each other, as far as there is room.
+
+    Args:
+        scene: Scene to add to.
+        positions: Where the drones are (m, world frame), shape (N, 3).
+        pairs: Their numbers.
+    """
+    for first, second in pairs:
+        geom = _next(scene)
+        if geom is None:
+            return
+        rod = mujoco.mjtGeom.mjGEOM_CAPSULE
+        mujoco.mjv_initGeom(geom, rod, np.zeros(3), np.zeros(3), _NO_ROTATION, _LINK_COLOR)
+        mujoco.mjv_connector(geom, rod, _LINK_RADIUS_M, positions[first], positions[second])
+        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+
+
+def add_marks(scene: mujoco.MjvScene, marks: Iterable[Mark], colors: NDArray[np.float64]) -> None:
+    """Add a ball, or a disk with a label, for each mark, and a thin rod to the point that belongs to it.
+
+    What there is no room for is left out.
+
+    Args:
+        scene: Scene to add to.
+        marks: Those that are there at present.
+        colors: Color of each drone, shape (N, 3).
+    """
+    for mark in marks:
+        add = _add_ball if mark.kind in COLORS else _add_disk
+        if not add(scene, mark, colors):
+            return
+
+
+def _add_ball(scene: mujoco.MjvScene, mark: Mark, _: NDArray[np.float64]) -> bool:
+    """Add a translucent ball in the color of its kind; tell whether there was room."""
+    geom = _next(scene)
+    if geom is None:
+        return False
+    text = COLORS[mark.kind]
+    color = [int(text[k : k + 2], 16) / 255.0 for k in (1, 3, 5)]
+    rgba = np.array([*color, _BALL_ALPHA], dtype=np.float32)
+    size = np.full(3, _BALL_RADIUS_M)
+    mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_SPHERE, size, mark.position, _NO_ROTATION, rgba)
+    geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+    return True
+
+
+def _add_disk(scene: mujoco.MjvScene, mark: Mark, colors: NDArray[np.float64]) -> bool:
+    """Add a disk in the color of its drone, with label and rod; tell whether there was room."""
+    disk = _next(scene)
+    label = _next(scene)
+    if disk is None or label is None:
+        return False
+    rgb = _NOBODY if mark.drone is None else colors[mark.drone]
+    rgba = np.array([*rgb, 0.85], dtype=np.float32)
+    size = np.array([_DISK_RADIUS_M, 0.004, 0.0])
+    place = mark.position + np.array([0.0, 0.0, 0.006])
+    mujoco.mjv_initGeom(disk, mujoco.mjtGeom.mjGEOM_CYLINDER, size, place, _NO_ROTATION, rgba)
+    disk.category = mujoco.mjtCatBit.mjCAT_DECOR
+    # the font has no arrow
+    place_name(label, mark.position + np.array([0.0, 0.0, 0.02]), mark.label.replace("→", ">"))
+    if mark.link is None:
+        return True
+    rod = _next(scene)
+    if rod is None:
+        return False
+    kind = mujoco.mjtGeom.mjGEOM_CAPSULE
+    mujoco.mjv_initGeom(rod, kind, np.zeros(3), np.zeros(3), _NO_ROTATION, np.float32([*rgb, 0.4]))
+    up = np.array([0.0, 0.0, 0.01])
+    mujoco.mjv_connector(rod, kind, _LINK_RADIUS_M, mark.position + up, mark.link + up)
+    rod.category = mujoco.mjtCatBit.mjCAT_DECOR
+    return True
+
+
+def add_names(scene: mujoco.MjvScene, positions: NDArray[np.float64], names: Sequence[str]) -> None:
+    """Add a name above each drone, as far as there is room.
+
+    Args:
+        scene: Scene to add to.
+        positions: Where the drones are (m, world frame), shape (N, 3).
+        names: Their names.
+    """
+    for position, name in zip(positions, names, strict=True):
+        geom = _next(scene)
+        if geom is None:
+            return
+        place_name(geom, position, name)
+
+
+def place_name(geom: mujoco.MjvGeom, position: NDArray[np.float64], name: str) -> None:
+    """Make a geom the name of a drone that is at a position."""
+    above = np.where(np.isfinite(position), position, 0.0) + _NAME_PLACE
+    color = np.array([0.1, 0.1, 0.1, 1.0], dtype=np.float32)
+    mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_LABEL, np.full(3, 0.01), above, _NO_ROTATION, color)
+    geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+    # a longer one would not fit into the geom
+    geom.label = name[:99] if np.isfinite(position).all() else ""
+
+
+def _next(scene: mujoco.MjvScene) -> mujoco.MjvGeom | None:
+    if scene.ngeom >= scene.maxgeom:
+        return None
+    scene.ngeom += 1
+    return scene.geoms[scene.ngeom - 1]
+
+
+def drone_colors(model: mujoco.MjModel, bodies: Sequence[int] | NDArray[np.int32]) -> NDArray[np.float64]:
+    """Return the color of each drone, that of its geom `accent`, shape (N, 3)."""
+    colors = np.tile([0.95, 0.45, 0.10], (len(bodies), 1))
+    row = {int(body): k for k, body in enumerate(bodies)}
+    for geom, body in enumerate(model.geom_bodyid):
+        name = model.geom(geom).name if int(body) in row else ""
+        if name == "accent" or name.endswith("/accent"):
+            material = model.geom_matid[geom]
+            # the color of a geom wins over that of its material once it has been changed
+            own = material < 0 or not np.array_equal(model.geom_rgba[geom], np.float32([0.5, 0.5, 0.5, 1.0]))
+            colors[row[int(body)]] = (model.geom_rgba[geom] if own else model.mat_rgba[material])[:3]
+    return colors
