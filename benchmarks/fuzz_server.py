@@ -33,7 +33,7 @@ BURST = 100
 """Datagrams between two steps."""
 ROUND = 2000
 """Datagrams until the world goes back to where it began, with its drone on the floor or in the air."""
-MOST_GROWTH_MB = 40.0
+MAX_GROWTH_MB = 40.0
 """Of memory, after the first tenth."""
 LOG_PERIOD_MS = 10
 
@@ -209,7 +209,7 @@ def fuzz_services(recorded: list[bytes], datagrams: int, seed: int) -> dict[str,
     world.wait_until_ready()
     drone = world["cf1"]
     station = Station(world, drone)
-    line = station.line
+    line = station.context
     on_floor = world.snapshot()
     drone.high_level_commander.takeoff(0.5, 1.0)
     world.run(2.0)
@@ -253,7 +253,7 @@ def fuzz_services(recorded: list[bytes], datagrams: int, seed: int) -> dict[str,
             raise FailureError(f"datagram {number} of seed {seed}: {type(error).__name__}: {error}") from error
     early = memory[min(len(memory) - 1, max(1, len(memory) // 10))]
     growth = memory_mb() - early
-    if growth > MOST_GROWTH_MB:
+    if growth > MAX_GROWTH_MB:
         raise FailureError(f"{growth:.0f} MB more than after a tenth of the datagrams")
     if not np.isfinite(world["cf2"].true_position).all() or world["cf2"].failure is not None:
         raise FailureError("the drone beside it did not stay what it was")

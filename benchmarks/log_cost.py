@@ -60,7 +60,7 @@ def start_blocks(stations: list[Station], names: tuple[str, ...]) -> None:
         for number in (1, 2):
             station.receive(bytes((0x5D, 6, number)) + values)
             station.receive(bytes((0x5D, 3, number, 1)))
-        station.line.carry_out()
+        station.context.carry_out()
 
 
 def fly(world: World, seconds: float) -> float:
@@ -86,11 +86,11 @@ def measure(world: World, seconds: float, repeats: int) -> list[dict[str, object
                 start_blocks(stations, names)
                 world.step(20)
                 for station in stations:
-                    station.line.take_out()
+                    station.context.take_out()
                 watch.spent = 0.0
                 spent["blocks"].append(fly(world, seconds))
                 spent["sampling"].append(watch.spent)
-                packets = sum(len(station.line.take_out()) for station in stations)
+                packets = sum(len(station.context.take_out()) for station in stations)
                 for station in stations:
                     station.end_session()
                 world.step(20)

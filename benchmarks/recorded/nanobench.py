@@ -34,7 +34,7 @@ _SUFFIXES = (".csv", ".csv.gz")
 _SHORTEST = 2.0  # [s], less is no flight
 _HOLE = 0.3  # [s], longer holes are not bridged
 _MARGIN = 0.1  # [s], cut off before an impossible row
-_MOST_BYTES = 400_000_000
+_MAX_BYTES = 400_000_000
 
 _POSITION = ("px", "py", "pz")
 _QUATERNION = ("qx", "qy", "qz", "qw")
@@ -183,8 +183,8 @@ def _limited(lines: Iterable[str]) -> Iterable[str]:
     total = 0
     for line in lines:
         total += len(line)
-        if total > _MOST_BYTES:
-            raise csv.Error(f"longer than {_MOST_BYTES} bytes")
+        if total > _MAX_BYTES:
+            raise csv.Error(f"longer than {_MAX_BYTES} bytes")
         yield line
 
 

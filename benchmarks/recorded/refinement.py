@@ -29,7 +29,7 @@ REFINED = ("flight_moment.x", "flight_moment.y", "drag.rotor_xy")
 
 _FIRST_STEP = 0.12  # of the logarithm of each
 _ENOUGH = 0.005  # of the same
-_MOST_TRIES = 45
+_MAX_TRIES = 45
 
 
 def check_refinable() -> None:
@@ -79,7 +79,7 @@ def refine(
         lambda point: float(np.mean(errors(point) / unit)),
         start,
         method="Nelder-Mead",
-        options={"initial_simplex": simplex, "xatol": _ENOUGH, "fatol": 1e-4, "maxfev": _MOST_TRIES},
+        options={"initial_simplex": simplex, "xatol": _ENOUGH, "fatol": 1e-4, "maxfev": _MAX_TRIES},
     )
     report(f"squares of errors of predictions are {100 * found.fun:.1f} % with {_words(_named(found.x))}")
     return _named(found.x)

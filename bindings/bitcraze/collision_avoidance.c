@@ -11,7 +11,7 @@
 #define FLOATS_PER_ROW 7
 
 // A client may ask for any number of sweeps; more than this would not fit into a millisecond.
-#define MOST_SWEEPS 1000
+#define MAX_SWEEPS 1000
 
 cf_avoidance_t cf_avoidance = {
     .params =
@@ -58,8 +58,8 @@ void cf_avoidance_run(void *state CF_UNUSED, api_setpoint_t *setpoint, const cf_
     return;
   }
   collision_avoidance_params_t params = cf_avoidance.params;
-  if (params.voronoiProjectionMaxIters > MOST_SWEEPS) {
-    params.voronoiProjectionMaxIters = MOST_SWEEPS;
+  if (params.voronoiProjectionMaxIters > MAX_SWEEPS) {
+    params.voronoiProjectionMaxIters = MAX_SWEEPS;
   }
 
   // the positions are used up row by row while the cell is written over them

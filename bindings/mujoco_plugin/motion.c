@@ -5,7 +5,7 @@
 
 #include "mujoco_plugin/rotation.h"
 
-#define LEAST_CHANGE 0.02   // [rad/s] in a step
+#define MIN_CHANGE 0.02     // [rad/s] in a step
 #define LARGEST_CHANGE 5.0  // [rad/s] in a step, beyond it something has hit the drone
 #define SHORT_STEP 0.0009   // [s], with shorter ones there are several in a tick
 #define WAKE_VELOCITY 1e-9  // [m/s], enough for MuJoCo to wake a sleeping tree
@@ -58,7 +58,7 @@ static void turn_by_mean_rates(const drone_t *drone, const mjModel *model, mjDat
   const double *before = cf->last_rates;
   const double  d[3]   = {w[0] - before[0], w[1] - before[1], w[2] - before[2]};
   const double  change = fabs(d[0]) + fabs(d[1]) + fabs(d[2]);
-  if (!cf->has_last_velocity || !(change > LEAST_CHANGE && change < LARGEST_CHANGE)) {
+  if (!cf->has_last_velocity || !(change > MIN_CHANGE && change < LARGEST_CHANGE)) {
     return;
   }
   double      *q    = data->qpos + drone->qpos_address + 3;

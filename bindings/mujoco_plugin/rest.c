@@ -21,17 +21,17 @@
 
 // Rotors and wind that push with more than this share of the weight let a drone go. Friction keeps
 // a landed drone in place up to 60 %.
-#define LEAST_PUSH 0.02
+#define MIN_PUSH 0.02
 
 // What moves an untouched drone by more than rounding is a push. Drones that lie on another push it
 // all the time, there only a blow counts: the weight of six, or a hit by one at 0.15 m/s.
-#define ROUNDING 1e-9       // [m/s], [rad/s], [m]
-#define LEAST_BLOW 60.0     // [m/s^2]
-#define LEAST_TWIST 3000.0  // [rad/s^2], three of them at a corner
+#define ROUNDING 1e-9     // [m/s], [rad/s], [m]
+#define MIN_BLOW 60.0     // [m/s^2]
+#define MIN_TWIST 3000.0  // [rad/s^2], three of them at a corner
 
 // A drone that was let go leaves its place when it is this far away and not slow. A heap creeps at
 // a few mm/s: if that were enough, its drones would set each other free for ever.
-#define LEAST_DISPLACEMENT 1e-3  // [m]
+#define MIN_DISPLACEMENT 1e-3  // [m]
 
 // Every number within the limit; false for NaN.
 static bool are_within(const double *numbers, int count, double limit) {
@@ -53,7 +53,7 @@ static bool is_at(const double pose[7], const double now[7], double limit, doubl
 bool cf_rest_is_lively(const drone_t *drone, mjData *data) {
   const cf_t *cf = cf_state_of(drone, data);
   return !drone->can_rest ||
-         (double)cf_rotors_total_thrust(&cf->vehicle.rotors) > LEAST_PUSH * drone->weight;
+         (double)cf_rotors_total_thrust(&cf->vehicle.rotors) > MIN_PUSH * drone->weight;
 }
 
 // By rotors, wind, and whatever else acts through the air.
@@ -64,7 +64,7 @@ static bool is_pushed(const drone_t *drone, mjData *data) {
   cf_motion_of(drone, data, &motion);
   cf_wrench(cf_state_of(drone, data), &motion, force, torque);
   const float square = force[0] * force[0] + force[1] * force[1] + force[2] * force[2];
-  return (double)sqrtf(square) > LEAST_PUSH * drone->weight;
+  return (double)sqrtf(square) > MIN_PUSH * drone->weight;
 }
 
 static bool is_slow(const drone_t *drone, const mjData *data, double factor) {
@@ -139,7 +139,7 @@ bool cf_rest_has_left(const drone_t *drone, mjData *data, double elapsed) {
   if (rest->is_held || rest->placed_time == 0.0f) {
     return is_displaced(drone, data, elapsed);
   }
-  const double  limit = rest->is_loose ? LEAST_DISPLACEMENT : PLACE;
+  const double  limit = rest->is_loose ? MIN_DISPLACEMENT : PLACE;
   const double *now   = data->qpos + drone->qpos_address;
   return !is_at(rest->pose, now, limit, PLACE_TURN) && !is_slow(drone, data, STILL_FACTOR_HEAP);
 }
@@ -164,8 +164,8 @@ static bool is_hit(const drone_t *drone, const mjModel *model, const mjData *dat
   for (int i = 0; i < 6; i++) {
     blow[i] = load[i] - rest->load[i];
   }
-  return rest->is_weighed && (!are_within(blow, 3, LEAST_BLOW * mass) ||
-                              !are_within(blow + 3, 3, LEAST_TWIST * fmin(inertia[0], inertia[1])));
+  return rest->is_weighed && (!are_within(blow, 3, MIN_BLOW * mass) ||
+                              !are_within(blow + 3, 3, MIN_TWIST * fmin(inertia[0], inertia[1])));
 }
 
 void cf_rest_step(const swarm_t *swarm, int i, const mjModel *model, mjData *data, double elapsed) {

@@ -1,7 +1,7 @@
 /* Physical numbers of a vehicle: what the plant needs and the onboard software does not know.
  *
- * Those of the platforms are in crazychoir_fw/onboard/vehicles, with unit and source; parameters.h gives
- * them names. */
+ * Those of the platforms are in crazychoir_fw/onboard/vehicles, with unit and source; parameters.h
+ * gives them names. */
 #ifndef CF_VEHICLE_AIRFRAME_H
 #define CF_VEHICLE_AIRFRAME_H
 

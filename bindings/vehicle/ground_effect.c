@@ -4,9 +4,9 @@
 
 #include "vehicle/valid.h"
 
-static const float REACH       = 1.0f;  // [m], there the gain is 1.0004
-static const float LEAST_TILT  = 0.5f;  // cosine of 60 degrees
-static const float MOST_FACTOR = 0.9f;  // keeps the denominator positive whatever the geometry
+static const float REACH      = 1.0f;  // [m], there the gain is 1.0004
+static const float MIN_TILT   = 0.5f;  // cosine of 60 degrees
+static const float MAX_FACTOR = 0.9f;  // keeps the denominator positive whatever the geometry
 
 cf_status_t cf_ground_effect_init(cf_ground_effect_t              *effect,
                                   const cf_ground_effect_config_t *config,
@@ -45,14 +45,14 @@ static float gain_at(const cf_ground_effect_t *effect, float height) {
   const float opposite = 0.5f * z * pow_minus_1_5(2.0f * d2 + q);
   const float body     = 2.0f * config->body * z * pow_minus_1_5(b2 + q);
   const float sum      = single + r2 * (adjacent + opposite + body);
-  const float gain     = 1.0f / (1.0f - (sum < MOST_FACTOR ? sum : MOST_FACTOR));
+  const float gain     = 1.0f / (1.0f - (sum < MAX_FACTOR ? sum : MAX_FACTOR));
   return gain < config->cap ? gain : config->cap;
 }
 
 void cf_ground_effect_update(cf_ground_effect_t *effect, const cf_rotors_config_t *rotors,
                              float height, const float rotation[9]) {
   // false for NaN
-  if (!(height < REACH && rotation[8] > LEAST_TILT)) {
+  if (!(height < REACH && rotation[8] > MIN_TILT)) {
     for (int i = 0; i < CF_ROTOR_COUNT; i++) {
       effect->gain[i] = 1.0f;
     }

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 DIFFERENT = 1
 _STYLES = {"identical": "green", "equal within tolerance": "blue", "different": "red", "missing": "yellow"}
-_MOST_ROWS = 24
+_MAX_ROWS = 24
 
 
 def parity(
@@ -163,9 +163,9 @@ def _print(result: "Parity", page: Path) -> None:
         console.print(Text(f"functions are those of {result.functions_of}, flights those of the candidate"))
     if rows:
         rows.sort(key=lambda comparison: comparison.worst.severity if comparison.worst else (9, 0.0, 0), reverse=True)
-        console.print(_worst(rows[:_MOST_ROWS]))
-        if len(rows) > _MOST_ROWS:
-            console.print(f"and {len(rows) - _MOST_ROWS} more", style="dim")
+        console.print(_worst(rows[:_MAX_ROWS]))
+        if len(rows) > _MAX_ROWS:
+            console.print(f"and {len(rows) - _MAX_ROWS} more", style="dim")
     word = result.verdict.value
     console.print(Text.assemble((word, f"bold {_STYLES[word]}"), f": {headline(result)}"))
     console.print(Text(f"see {page}"), soft_wrap=True)

@@ -75,10 +75,10 @@ def _care(name: str, is_armed: bool, drones: str | None, domain: int | None) -> 
     from crazychoir_fw.common.errors import CrazychoirError
 
     try:
-        from crazychoir_fw.ros.care import care_once
+        from crazychoir_fw.ros.arming_services import request_once
 
         chosen = [word.strip() for word in drones.split(",")] if drones else []
-        answers = care_once(name, is_armed, chosen, domain)
+        answers = request_once(name, is_armed, chosen, domain)
     except (CrazychoirError, ImportError) as error:
         complain(str(error))
         raise typer.Exit(BAD_INPUT) from None

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 _FRAME_S = 1.0 / 60.0
 _TRAIL_S = 4.0
-_MOST_LINES = 1500  # of all drones together: what a frame has time for
-_MOST_PER_DRONE = 40
+_MAX_LINES = 1500  # of all drones together: what a frame has time for
+_MAX_PER_DRONE = 40
 _LINE, _LINE_PX = mujoco.mjtGeom.mjGEOM_LINE, 2.5
 KEYS = "T trails, G ghosts, N names"
 
@@ -121,7 +121,7 @@ class Overlay:
         self._names = [drone.id for drone in world.drones]
         count = len(self._names)
         self._colors = drone_colors(world.model, [world.model.body(name).id for name in self._names])
-        self._lines = max(1, min(_MOST_PER_DRONE, _MOST_LINES // count, (scene.maxgeom - 2 * count) // count))
+        self._lines = max(1, min(_MAX_PER_DRONE, _MAX_LINES // count, (scene.maxgeom - 2 * count) // count))
         self._corner_s = _TRAIL_S / self._lines
         self._next_corner = -np.inf
         self._corners = world.positions()

@@ -34,8 +34,8 @@ PATIENCE_S = 60.0
 """How long a flight waits for somebody who opens the page (s)."""
 _FRAME_S = 1.0 / 30.0
 _TRAIL_S, _CORNER_S = 4.0, 0.1
-_MOST_LINES = 4000  # of all drones together
-_MOST_NAMES = 200
+_MAX_LINES = 4000  # of all drones together
+_MAX_NAMES = 200
 _NAME_PLACE = np.array([0.0, 0.0, 0.07])  # [m], over the drone
 _GHOST_RADIUS_M = 0.025
 
@@ -198,7 +198,7 @@ class Page:
             "/trails", np.zeros((1, 2, 3)), np.zeros((1, 2, 3), np.uint8), thickness=2.0, thickness_units="screen"
         )
         self._labels = [
-            scene.add_label(f"/names/{name}", name, anchor="bottom-center") for name in self._names[:_MOST_NAMES]
+            scene.add_label(f"/names/{name}", name, anchor="bottom-center") for name in self._names[:_MAX_NAMES]
         ]
 
     def _place_camera(self) -> None:
@@ -265,4 +265,4 @@ class Page:
 
 def _corners(drones: int) -> int:
     """Return how many corners a trail has, so that all of them together stay few."""
-    return max(2, min(round(_TRAIL_S / _CORNER_S), _MOST_LINES // drones))
+    return max(2, min(round(_TRAIL_S / _CORNER_S), _MAX_LINES // drones))

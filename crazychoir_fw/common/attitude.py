@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-_LEAST_COSINE = 1e-6  # of the pitch: Euler angles have no rates when the nose points straight up
+_MIN_COSINE = 1e-6  # of the pitch: Euler angles have no rates when the nose points straight up
 _TINY = 1e-300  # keeps a quaternion of zeros from dividing by zero
 
 Array = NDArray[np.float64]
@@ -100,7 +100,7 @@ def rpy_of_rotation(R: Array) -> Array:
 def angle_rates(rpy: Array, rates: Array) -> Array:
     """Return the rates of roll, pitch and yaw (rad/s) that body rates (rad/s) make."""
     (sr, sp, _), (cr, cp, _) = np.sin(rpy).T, np.cos(rpy).T
-    cp = np.where(np.abs(cp) < _LEAST_COSINE, np.copysign(_LEAST_COSINE, cp), cp)
+    cp = np.where(np.abs(cp) < _MIN_COSINE, np.copysign(_MIN_COSINE, cp), cp)
     p, q, r = rates.T
     turn = (sr * q + cr * r) / cp
     return np.array([p + turn * sp, cr * q - sr * r, turn]).T

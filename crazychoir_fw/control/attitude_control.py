@@ -11,7 +11,7 @@ from crazychoir_fw.control.strategies import AttitudeCtrlStrategy
 
 Array = NDArray[np.float64]
 
-_LEAST_COSINE = 1e-6  # of the pitch: Euler angles have no rates when the nose points straight up
+_MIN_COSINE = 1e-6  # of the pitch: Euler angles have no rates when the nose points straight up
 
 
 class GeometryAttitudeCtrl(AttitudeCtrlStrategy):
@@ -74,7 +74,7 @@ class GeometryAttitudeCtrl(AttitudeCtrlStrategy):
 def _legacy(R: Array, rates: Array) -> Array:
     """Return what the original made of body rates: entry (2, 3) is the sine of the pitch in place of the roll."""
     minus_sin_pitch, r21, r22 = np.moveaxis(R[..., 2, :], -1, 0)
-    cos_pitch = np.maximum(np.hypot(r21, r22), _LEAST_COSINE)
+    cos_pitch = np.maximum(np.hypot(r21, r22), _MIN_COSINE)
     sin_roll, cos_roll = r21 / cos_pitch, r22 / cos_pitch
     p, q, r = np.moveaxis(rates, -1, 0)
     turn = (sin_roll * q + cos_roll * r) / cos_pitch

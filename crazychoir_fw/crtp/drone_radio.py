@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 from collections import deque
 
-from crazychoir_fw.crtp.owner import Address, Owner
+from crazychoir_fw.crtp.client_session import Address, ClientSession
 from crazychoir_fw.crtp.server_statistics import PacketCounts
 from crazychoir_fw.crtp.station import Station
 from crazychoir_fw.crtp.token_bucket import TokenBucket
@@ -28,9 +28,9 @@ NOTE_RATE, NOTE_BURST = 1.0, 20.0
 class DroneRadio:
     """What the radio thread keeps for one drone; only it writes here, except where it says so."""
 
-    def __init__(self, station: Station, opened: socket.socket, owner: Owner) -> None:
+    def __init__(self, station: Station, opened: socket.socket, owner: ClientSession) -> None:
         self.station = station
-        self.name: str = station.line.drone.id
+        self.name: str = station.context.drone.id
         self.socket = opened
         self.private: socket.socket | None = None
         """Hears and talks to the owner alone, where the operating system can do that."""

@@ -6,7 +6,7 @@ journal: a replay, which has no client, shows the same ones.
 
 from __future__ import annotations
 
-from crazychoir_fw.crtp.line import Line
+from crazychoir_fw.crtp.service_context import ServiceContext
 
 PERIOD = 500
 """Ticks."""
@@ -15,19 +15,19 @@ PERIOD = 500
 class LinkStatistics:
     """Counts the packets of one drone."""
 
-    def __init__(self, line: Line) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         """Begin to count."""
-        self._line = line
-        self._received = line.received
-        self._sent = line.sent
+        self._context = context
+        self._received = context.received
+        self._sent = context.sent
         self._was_heard = False
         self._told: tuple[int | bool, ...] = (0, False, 0, 0, 0)
         self.rssi = 0
         """Attenuation of the radio (dB), as a Crazyflie shows it: 40 is close; 0 while nobody simulates it."""
-        line.every(PERIOD, self._tell)
+        context.every(PERIOD, self._tell)
 
     def _tell(self) -> None:
-        received, sent = self._line.received - self._received, self._line.sent - self._sent
+        received, sent = self._context.received - self._received, self._context.sent - self._sent
         self._received += received
         self._sent += sent
         # a client pings ten times a second, and a second of silence means that it is gone
@@ -43,4 +43,4 @@ class LinkStatistics:
         )
         if numbers != self._told:
             self._told = numbers
-            self._line.drone.uplink.deliver("link_statistics", *numbers)
+            self._context.drone.uplink.dispatch("link_statistics", *numbers)

@@ -13,21 +13,21 @@ from contextlib import suppress
 from functools import partial
 from typing import Any
 
+from crazychoir_fw.crtp.client_session import Address, Ruling, is_link_source
 from crazychoir_fw.crtp.clock import Clock
 from crazychoir_fw.crtp.drone_radio import DroneRadio
 from crazychoir_fw.crtp.link_model import Direction, Link
-from crazychoir_fw.crtp.owner import Address, Ruling, is_link_source
 from crazychoir_fw.crtp.packet import NULL
+from crazychoir_fw.crtp.read_scheduler import ReadScheduler
 from crazychoir_fw.crtp.sockets import LONGEST, is_for_one_address, open_private, read_refusals, receive, turn_to
 from crazychoir_fw.crtp.toc import parameter_toc
-from crazychoir_fw.crtp.turns import Turns
 
-_MOST_DATAGRAMS = 64
+_MAX_DATAGRAMS = 64
 """Read of one socket in a row, so that one drone's flood does not keep others waiting."""
-_MOST_LOOKS = 4096
+_MAX_LOOKS = 4096
 """At all sockets in one turn, so that a flood does not stop a simulation in lockstep."""
-_MOST_UNSENT = 500
-_MOST_REPORTS = 50
+_MAX_UNSENT = 500
+_MAX_REPORTS = 50
 STALL_SHARE = 0.5
 """A client that has been silent for half the time that ends a session, without a ping even, does not read either: it
 gets replies, but no log data."""
@@ -85,7 +85,7 @@ class Radio:
         self._selector = selectors.DefaultSelector()
         for radio in radios:
             self._selector.register(radio.socket, selectors.EVENT_READ, radio)
-            radio.station.line.wake_radio = partial(self._wake_for, radio)
+            radio.station.context.wake_radio = partial(self._wake_for, radio)
         self._wake_in, self._wake_out = socket.socketpair()
         self._wake_in.setblocking(False)
         self._wake_out.setblocking(False)
@@ -96,8 +96,8 @@ class Radio:
         self._next_look = self._latest_turn = 0.0
         self._was_deaf = False
         self._rest_s = _IDLE_S  # between two looks, so that no packet has to wait for a look at every drone
-        values = max((len(parameter_toc(radio.station.line.drone.provider_number)) for radio in radios), default=0)
-        self._turns: Turns[DroneRadio] = Turns(values)
+        values = max((len(parameter_toc(radio.station.context.drone.provider_number)) for radio in radios), default=0)
+        self._turns: ReadScheduler[DroneRadio] = ReadScheduler(values)
         self._reported: set[tuple[str, str]] = set()
         self._thread = threading.Thread(target=self._run, name="crazychoir radio", daemon=True)
 
@@ -115,7 +115,7 @@ class Radio:
         for radio in self._radios:
             self._end(radio, now, "closed")
             radio.owner.leave()
-            radio.station.line.wake_radio = lambda: None
+            radio.station.context.wake_radio = lambda: None
             if radio.private is not None:
                 radio.private.close()
                 radio.private = radio.private_for = None
@@ -138,7 +138,7 @@ class Radio:
         Whether the radio thread or this one takes a packet, it has come before the clocks advanced.
         """
         with self._lock:
-            for _ in range(_MOST_LOOKS):
+            for _ in range(_MAX_LOOKS):
                 events = self._selector.select(0)
                 if not events:
                     break
@@ -210,7 +210,7 @@ class Radio:
             radio.heard_by_drone_at = now
         for radio in self._radios:
             self._look_who_is_gone(radio, now)
-            for look in tuple(radio.station.line.looks):
+            for look in tuple(radio.station.context.looks):
                 look()
             if radio.private_for != radio.owner.address:
                 self._make_private(radio, now)
@@ -230,7 +230,7 @@ class Radio:
                 # of somebody else, what came before the socket was connected
                 self._rule(radio, datagram, address, now)
             return
-        for number in range(_MOST_DATAGRAMS):
+        for number in range(_MAX_DATAGRAMS):
             try:
                 got = receive(opened)
             except OSError:
@@ -300,7 +300,7 @@ class Radio:
         if not radio.is_open:
             self._begin(radio, now)
         # in lockstep there is no wall clock to wait by
-        in_turns = self.link_rate > 0.0 and radio.station.line.reads_ahead
+        in_turns = self.link_rate > 0.0 and radio.station.context.reads_ahead
         if not (in_turns and self._turns.hold(radio, datagram, now)):
             self._answer(radio, datagram, now)
 
@@ -327,7 +327,7 @@ class Radio:
         assert link is not None
         link_now = self._link_clock()
         # what is delivered may be answered, and the answer arrive at once
-        for _ in range(_MOST_DATAGRAMS):
+        for _ in range(_MAX_DATAGRAMS):
             arrivals = link.arrivals(link_now)
             if not arrivals:
                 return
@@ -350,7 +350,7 @@ class Radio:
         counts, owner = radio.counts, radio.owner
         is_silent = not self._was_deaf and now - owner.heard_at > STALL_SHARE * self._silence_s
         is_behind = not radio.is_open or owner.address is None or is_silent
-        for datagram, droppable in radio.station.line.take_out():
+        for datagram, droppable in radio.station.context.take_out():
             if not radio.is_open or (droppable and (is_behind or not radio.of_logs.take(now))):
                 counts.dropped += 1
             else:
@@ -374,7 +374,7 @@ class Radio:
                     radio.socket.sendto(datagram, address)
                 return
             except BlockingIOError:
-                if not droppable and len(radio.unsent) < _MOST_UNSENT:
+                if not droppable and len(radio.unsent) < _MAX_UNSENT:
                     radio.unsent.append(datagram)
                     self._wake_for(radio)
                     self._rest_s = _RETRY_S
@@ -410,7 +410,7 @@ class Radio:
         except Exception as error:
             radio.counts.errors += 1
             self._report(radio, "the session was not ended properly", error)
-        radio.counts.dropped += len(radio.station.line.take_out())
+        radio.counts.dropped += len(radio.station.context.take_out())
         radio.unsent.clear()
         self._note(
             radio, now, "radio_session", phase="end", reason=reason, client=_named(client or radio.owner.address)
@@ -477,7 +477,7 @@ class Radio:
     def _note(self, radio: DroneRadio, now: float, kind: str, **details: str) -> None:
         """Have the world remember something; too much of it is forgotten."""
         if radio.of_notes.take(now):
-            line = radio.station.line
+            line = radio.station.context
             line.later(partial(line.world.note, kind, radio.name, **details))
 
     def _report(self, radio: DroneRadio | None, sentence: str, error: Exception) -> None:
@@ -487,7 +487,7 @@ class Radio:
 def report(reported: set[tuple[str, str]], name: str, sentence: str, error: Exception) -> None:
     """Log an error with its traceback, but each kind at each drone once."""
     kind = (name, type(error).__name__)
-    if kind not in reported and len(reported) < _MOST_REPORTS:
+    if kind not in reported and len(reported) < _MAX_REPORTS:
         reported.add(kind)
         logger.error("%s: %s: %s: %s", name, sentence, type(error).__name__, error, exc_info=error)
 
@@ -509,6 +509,6 @@ def _waiting_at(opened: socket.socket) -> list[tuple[bytes, Address]]:
     """Read what has come; refusals among it are heard of later."""
     waiting: list[tuple[bytes, Address]] = []
     with suppress(OSError):
-        while len(waiting) < _MOST_DATAGRAMS and (got := receive(opened)) is not None:
+        while len(waiting) < _MAX_DATAGRAMS and (got := receive(opened)) is not None:
             waiting.append(got)
     return waiting

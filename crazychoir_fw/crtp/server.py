@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 
 from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
+from crazychoir_fw.crtp.client_session import SILENCE_S, ClientSession
 from crazychoir_fw.crtp.clock import Clock
 from crazychoir_fw.crtp.drone_radio import DroneRadio
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.link_model import Link, PerfectLink
-from crazychoir_fw.crtp.owner import SILENCE_S, Owner
 from crazychoir_fw.crtp.pacing import SLICE_S, Pace
 from crazychoir_fw.crtp.radio_thread import Radio, report
 from crazychoir_fw.crtp.server_statistics import Statistics
+from crazychoir_fw.crtp.service_context import ServiceContext
 from crazychoir_fw.crtp.services import Service
 from crazychoir_fw.crtp.sockets import open_sockets
 from crazychoir_fw.crtp.station import SERVICES, Station
@@ -63,7 +63,7 @@ class Server:
         silence: float = SILENCE_S,
         storage: str | Path | None = None,
         reads_ahead: bool = True,
-        services: Sequence[Callable[[Line], Service]] = SERVICES,
+        services: Sequence[Callable[[ServiceContext], Service]] = SERVICES,
     ) -> None:
         """Get ready; see `World.serve`."""
         if world.is_replay:
@@ -120,10 +120,10 @@ class Server:
         self._radios = []
         for drone, opened in zip(drones, sockets, strict=True):
             station = Station(self.world, drone, services=self._services, storage=self._storage)
-            station.line.wake_simulation = self._wake_if_it_sleeps
-            station.line.reads_ahead = self._reads_ahead
+            station.context.wake_simulation = self._wake_if_it_sleeps
+            station.context.reads_ahead = self._reads_ahead
             self._radios.append(
-                DroneRadio(station, opened, Owner(self._silence_s, newest_wins=self._newest_client_wins))
+                DroneRadio(station, opened, ClientSession(self._silence_s, newest_wins=self._newest_client_wins))
             )
         self._radio = Radio(self._radios, self._link, self._clock, self._link_clock, self._silence_s)
         self._radio.when_a_session_ended = self._wake
@@ -144,7 +144,7 @@ class Server:
         # what clients asked for last, and that they are gone
         self.carry_out()
         for radio in self._radios:
-            radio.station.line.wake_simulation = lambda: None
+            radio.station.context.wake_simulation = lambda: None
             radio.station.close()
         self._radio = None
 
@@ -274,7 +274,7 @@ class Server:
         self._is_asleep = seconds > SLICE_S
         try:
             # what came just before it fell asleep woke nobody
-            if not (self._is_asleep and any(radio.station.line.has_changes for radio in self._radios)):
+            if not (self._is_asleep and any(radio.station.context.has_changes for radio in self._radios)):
                 self._errands.get(timeout=max(0.0, seconds))
         except queue.Empty:
             return
@@ -318,9 +318,9 @@ class Server:
         """Do what clients have asked for, without a step; only the thread that steps the world calls this."""
         for radio in self._radios:
             owes_relax = radio.owes_relax
-            while radio.station.line.has_changes:
+            while radio.station.context.has_changes:
                 try:
-                    radio.station.line.carry_out()
+                    radio.station.context.carry_out()
                     break
                 except Exception as error:  # a defect of a service, and not the end of the flight
                     radio.counts.errors += 1
@@ -334,12 +334,12 @@ class Server:
         Every cflib session ends with a set-point of zeros, after which the firmware takes no high-level command until
         it is told that set-points have ended (planner-commander dossier section 18).
         """
-        drone = radio.station.line.drone
+        drone = radio.station.context.drone
         if not self._relax_after_session:
             radio.owes_relax = False
         elif not drone.is_flying or _has_rested(drone):
             radio.owes_relax = False
-            drone.uplink.deliver("cf_notify_setpoint_stop")
+            drone.uplink.dispatch("cf_notify_setpoint_stop")
 
     # ---------------------------------------------------------------- figures
 

@@ -8,7 +8,7 @@ import struct
 from contextlib import suppress
 
 from crazychoir_fw.common.errors import RangeError, StateError
-from crazychoir_fw.crtp.owner import Address
+from crazychoir_fw.crtp.client_session import Address
 
 RECEIVE_BUFFER_BYTES = 1 << 20
 """A burst of all clients at once; the usual buffer holds 256 packets (crtp-cflib dossier section 3.4)."""
@@ -18,7 +18,7 @@ LONGEST = 64
 """Bytes: more than a packet has; what is longer is no packet, and the rest of it is not wanted."""
 
 _IP_RECVERR = 11  # Linux; the module socket names it in newer versions only
-_MOST_REFUSALS = 16  # read at once
+_MAX_REFUSALS = 16  # read at once
 
 
 def open_sockets(host: str, port: int, count: int) -> list[socket.socket]:
@@ -123,7 +123,7 @@ def read_refusals(opened: socket.socket) -> list[Address]:
     flag = getattr(socket, "MSG_ERRQUEUE", None)
     if flag is None:
         return gone
-    for _ in range(_MOST_REFUSALS):
+    for _ in range(_MAX_REFUSALS):
         try:
             _, about, _, address = opened.recvmsg(LONGEST, 256, flag)
         except OSError:

@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.link_statistics import LinkStatistics
 from crazychoir_fw.crtp.packet import HEADERS, MAX_PAYLOAD, Port
+from crazychoir_fw.crtp.service_context import ServiceContext
 from crazychoir_fw.crtp.services import Service
 from crazychoir_fw.crtp.services.app_channel import AppChannel
 from crazychoir_fw.crtp.services.commander import CommanderService
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _S = TypeVar("_S")
 
-SERVICES: Sequence[Callable[[Line], Service]] = (
+SERVICES: Sequence[Callable[[ServiceContext], Service]] = (
     CommanderService,
     ConsoleService,
     HighLevelService,
@@ -51,7 +51,7 @@ class Station:
         world: World,
         drone: Drone,
         *,
-        services: Sequence[Callable[[Line], Service]] | None = None,
+        services: Sequence[Callable[[ServiceContext], Service]] | None = None,
         storage: str | Path | None = None,
     ) -> None:
         """Let a drone listen.
@@ -65,9 +65,9 @@ class Station:
         Raises:
             RangeError: If what is stored there cannot be read.
         """
-        self.line = Line(world, drone, storage)
-        self.statistics = LinkStatistics(self.line)
-        self.services = [make(self.line) for make in (SERVICES if services is None else services)]
+        self.context = ServiceContext(world, drone, storage)
+        self.statistics = LinkStatistics(self.context)
+        self.services = [make(self.context) for make in (SERVICES if services is None else services)]
         self._by_port = {port: service for service in self.services for port in service.ports}
         self._console = self._of_class(ConsoleService)
         self._has_session = False
@@ -82,7 +82,7 @@ class Station:
 
     def receive(self, datagram: bytes) -> list[bytes]:
         """Take what came by radio, whatever it is, and return the datagrams that answer it at once."""
-        self.line.received += 1
+        self.context.received += 1
         if not 1 <= len(datagram) <= 1 + MAX_PAYLOAD:
             return []
         port, channel = datagram[0] >> 4, datagram[0] & 0x03
@@ -96,7 +96,7 @@ class Station:
             return []
         headers = HEADERS[port]
         datagrams = [headers[of] + payload for of, payload in service.receive(port, channel, datagram[1:])]
-        self.line.sent += len(datagrams)
+        self.context.sent += len(datagrams)
         return datagrams
 
     def end_session(self) -> None:
@@ -108,4 +108,4 @@ class Station:
     def close(self) -> None:
         """Leave the world as if there had been no station; only the thread that steps the world calls this."""
         self.end_session()
-        self.line.closing.close()
+        self.context.closing.close()

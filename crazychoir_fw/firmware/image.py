@@ -21,7 +21,7 @@ Range = tuple[int, int]  # offset from the begin of the library, size [bytes]
 
 WORD = 8  # [bytes]
 
-MOST_BYTES = 262144
+MAX_BYTES = 262144
 """What the variables of a drone may take, as CF_LIBRARY_MAX_STATE_BYTES of the loader [bytes]."""
 
 _NAMED = 3  # variables that a refusal names
@@ -67,7 +67,7 @@ def image_map(path: Path | str) -> tuple[list[Range], list[int]]:
     Raises:
         CrazychoirError: If the file is no such library, has no debug information, or has variables that each thread has
             for itself.
-        BuildError: If the variables take more than MOST_BYTES.
+        BuildError: If the variables take more than MAX_BYTES.
     """
     with Path(path).open("rb") as file:
         try:
@@ -103,12 +103,12 @@ def _check(elf: ELFFile, path: Path | str) -> None:
 def _check_size(elf: ELFFile, path: Path | str, ranges: list[Range], begin: int) -> None:
     """Refuse what no drone could carry, before looking for pointers in it takes minutes."""
     total = sum(size for _, size in ranges)
-    if total <= MOST_BYTES:
+    if total <= MAX_BYTES:
         return
     largest = sorted(_variables(elf, ranges, begin), key=lambda one: (-one[1], one[0]))[:_NAMED]
     names = ", ".join(f"{name} {size}" for name, size in largest)
     raise BuildError(
-        f"the file-scope variables of {Path(path).stem} take {total} bytes per drone, allowed: {MOST_BYTES}; "
+        f"the file-scope variables of {Path(path).stem} take {total} bytes per drone, allowed: {MAX_BYTES}; "
         f"the largest: {names}"
     )
 

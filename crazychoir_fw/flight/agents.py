@@ -17,7 +17,7 @@ from crazychoir_fw.flight.safety_filters import make_collision_avoidance, make_s
 from crazychoir_fw.guidance.gains import FORMATION_GAINS, FormationGains
 from crazychoir_fw.guidance.graph import Schedule
 from crazychoir_fw.mission.communicators import graph_of, make_communicators, schedule_of
-from crazychoir_fw.mission.making import changed_gains, class_of, made
+from crazychoir_fw.mission.factory import build, changed_gains, class_of
 from crazychoir_fw.mission.roles import (
     follows_trajectory,
     formation_of,
@@ -107,7 +107,7 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any, schedule: 
     # those of a formation are distances
     if "weights" in asked and "formation" not in asked and graph_of(mission).is_undirected:
         arguments["weights"] = graph_of(mission).metropolis_hastings()[i].tolist()
-    return made(cls, key, arguments, {**layer.options, **layer.options_by_drone.get(name, {})})
+    return build(cls, key, arguments, {**layer.options, **layer.options_by_drone.get(name, {})})
 
 
 def _formation_gains(key: str, given: Mapping[str, Any]) -> Any:
@@ -126,7 +126,7 @@ def make_trajectory_handler(mission: LayeredMission, i: int) -> Any:
     if layer is None or not follows_trajectory(mission, i):
         return None
     cls = class_of(mission, f"{key}.class", layer.kind, planning, planning.TrajectoryHandler)
-    return made(cls, key, {"update_frequency": float(mission.layers.rate)}, layer.options)
+    return build(cls, key, {"update_frequency": float(mission.layers.rate)}, layer.options)
 
 
 def make_agents(

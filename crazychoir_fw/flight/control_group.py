@@ -35,7 +35,7 @@ class ControlGroup:
             indices: Numbers of the drones.
             kind: What it commands, ``fpqr``, ``frpy`` or ``vel``.
             follows: What references consist of, ``acceleration``, ``position`` or ``fullstate``.
-            accelerated: Of those that follow full states, who follows accelerations, see `BothFlatnessLaws`; the
+            accelerated: Of those that follow full states, who follows accelerations, see `MixedReferenceCtrl`; the
                 positions that they are given are where they are.
         """
         self.controller = controller

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crazychoir_fw import control
-from crazychoir_fw.flight.both_laws import BothFlatnessLaws
+from crazychoir_fw.flight.mixed_reference_ctrl import MixedReferenceCtrl
 from crazychoir_fw.flight.safe_group import SafeBothFlatnessLaws
 from crazychoir_fw.flight.safety_filters import make_safety_filter
-from crazychoir_fw.mission.making import changed_gains, class_of, made
+from crazychoir_fw.mission.factory import build, changed_gains, class_of
 
 if TYPE_CHECKING:
     from crazychoir_fw.mission.layers import ControlLayer
@@ -78,7 +78,7 @@ class LawMaker:
         arguments = {name: value for name, value in self._known.items() if name != "safety_filter"}
         arguments |= {"gains": position.gains, "mass": position.mass}
         if self.safe is None:
-            return BothFlatnessLaws(who, **arguments)
+            return MixedReferenceCtrl(who, **arguments)
         return SafeBothFlatnessLaws(who, self.safe, **arguments)
 
     def attitude(self) -> Any:
@@ -95,4 +95,4 @@ class LawMaker:
         chosen = given if isinstance(given, str) else given.get(gains, "webots")
         if isinstance(chosen, Mapping):
             chosen = changed_gains(f"{self._where}.gains.{gains}", chosen, sets, kind, "webots")
-        return made(cls, key, {**self._known, "gains": chosen}, {})
+        return build(cls, key, {**self._known, "gains": chosen}, {})

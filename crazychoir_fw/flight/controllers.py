@@ -13,7 +13,7 @@ from crazychoir_fw.flight.control_laws import LawMaker
 from crazychoir_fw.flight.safe_group import FilteredController, SafeControlGroup
 from crazychoir_fw.flight.safety_filters import make_collision_avoidance, make_sensing
 from crazychoir_fw.flight.sensing import Sensing
-from crazychoir_fw.mission.making import class_of, made
+from crazychoir_fw.mission.factory import build, class_of
 from crazychoir_fw.mission.roles import masses_of, names_of, what_it_follows
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def make_controller(
         cls: type = control.HierarchicalController if laws.safe is None else control.SafeHierarchicalController
     else:
         cls = class_of(mission, f"{where}.class", layer.kind, control, control.CrazyflieController)
-    return made(cls, where, parts, {})
+    return build(cls, where, parts, {})
 
 
 def _mass_of(mission: LayeredMission, i: int | Sequence[int], masses: Sequence[float] | None) -> Any:

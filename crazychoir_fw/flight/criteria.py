@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.flight.agent import Phase
-from crazychoir_fw.flight.shapes import (
+from crazychoir_fw.flight.formation_metrics import (
     Formation,
     coupling_errors,
     errors_over_time,

@@ -37,7 +37,7 @@ PARTS = ("simulation", "guidance", "planning", "control", "sending", "record")
 
 
 @dataclass(frozen=True)
-class Happening:
+class Event:
     """Something that happened in an experiment."""
 
     time: float
@@ -112,7 +112,7 @@ class Experiment:
         for service in self.services:
             service.note = self._note_of_service
         self.period = 1.0 / rate
-        self.happenings: list[Happening] = []
+        self.events: list[Event] = []
         """What happened, in order."""
         self.shares = dict.fromkeys(PARTS, 0.0)
         """Time that each part took on this machine (s); for people, nothing depends on it."""
@@ -484,7 +484,7 @@ class Experiment:
 
     def _note_of_service(self, kind: str, drone: int | None, details: str | Mapping[str, Any] = "") -> None:
         name = None if drone is None else self.agents[drone].name
-        self.happenings.append(Happening(self.time, kind, name, details))
+        self.events.append(Event(self.time, kind, name, details))
 
     def _fail_by(self, agent: Agent, layer: object, error: Exception) -> None:
         self._fail(agent, f"{agent.name}: {type(layer).__name__}: {describe(error)} (at {self.time:.2f} s)")
@@ -509,7 +509,7 @@ class Experiment:
         agent.lost = lost
 
     def _note(self, kind: str, agent: Agent, details: str = "") -> None:
-        self.happenings.append(Happening(self.time, kind, agent.name, details))
+        self.events.append(Event(self.time, kind, agent.name, details))
 
     @property
     def failures(self) -> list[str]:
@@ -546,7 +546,7 @@ class Experiment:
         self.backend.record(self._signals())
         log = self.backend.log(dict(metadata or {}))
         log.events = sorted(
-            [*log.events, *(happening.as_dict() for happening in self.happenings)], key=lambda event: event["time"]
+            [*log.events, *(happening.as_dict() for happening in self.events)], key=lambda event: event["time"]
         )
         return log
 

@@ -21,10 +21,10 @@ from crazychoir_fw.flight.backend import Backend
 from crazychoir_fw.flight.backends import make_backend
 from crazychoir_fw.flight.criteria import Judge, Window
 from crazychoir_fw.flight.experiment import Experiment
+from crazychoir_fw.flight.formation_metrics import shape_of
 from crazychoir_fw.flight.layered_result import LayeredResult
 from crazychoir_fw.flight.runner import Film, Observer, Progress
 from crazychoir_fw.flight.services import make_services
-from crazychoir_fw.flight.shapes import shape_of
 from crazychoir_fw.flight.summary import collision_failures
 from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.mission.surveillance import surveillance_of
@@ -252,7 +252,7 @@ class _Flight:
             if bearings is None
             else _rounded(np.max(bearings) if len(bearings) else np.nan),
             "drones": drones,
-            "events": [happening.as_dict() for happening in experiment.happenings],
+            "events": [happening.as_dict() for happening in experiment.events],
             "collisions": [
                 {"time": _rounded(event.time), "drone": event.drone, **event.details}
                 for event in (world.events if world is not None else ())

@@ -12,7 +12,7 @@ import numpy as np
 from crazychoir_fw.flight.criteria import Judge
 from crazychoir_fw.flight.distance_curve import distance_curve
 from crazychoir_fw.flight.runner import FlightResult
-from crazychoir_fw.flight.story import story_of
+from crazychoir_fw.flight.task_timeline import timeline_of
 from crazychoir_fw.mission.fleet import drone_settings
 from crazychoir_fw.recording.error_curve import ErrorCurve
 from crazychoir_fw.recording.marks import Story
@@ -72,7 +72,7 @@ class LayeredResult(FlightResult):
     @property
     def story(self) -> Story | None:
         """Tasks or deliveries, for the picture and the film."""
-        return story_of(self.log.events, self.log.drone_ids, float(self.log.time[-1]))
+        return timeline_of(self.log.events, self.log.drone_ids, float(self.log.time[-1]))
 
     @property
     def film_model(self) -> Any:

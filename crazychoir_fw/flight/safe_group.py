@@ -13,8 +13,8 @@ from crazychoir_fw.control import SafeFlatnessPositionCtrl
 from crazychoir_fw.control.safety import SingleIntegratorCollisionAvoidance
 from crazychoir_fw.control.schedule import Schedule
 from crazychoir_fw.flight.agent import Agent
-from crazychoir_fw.flight.both_laws import BothFlatnessLaws
 from crazychoir_fw.flight.control_group import ControlGroup
+from crazychoir_fw.flight.mixed_reference_ctrl import MixedReferenceCtrl
 from crazychoir_fw.flight.sensing import Sensing
 
 Array = NDArray[np.float64]
@@ -82,10 +82,10 @@ class FilteredController:
         return self.avoidance.step() if self._schedule.is_due(now) else None
 
 
-class SafeBothFlatnessLaws(SafeFlatnessPositionCtrl, BothFlatnessLaws):
-    """`BothFlatnessLaws` behind a filter of accelerations."""
+class SafeBothFlatnessLaws(SafeFlatnessPositionCtrl, MixedReferenceCtrl):
+    """`MixedReferenceCtrl` behind a filter of accelerations."""
 
     def __init__(self, is_accelerated: NDArray[np.bool_], safety_filter: Any, **arguments: Any) -> None:
-        """See `BothFlatnessLaws` and `SafeFlatnessPositionCtrl`."""
-        BothFlatnessLaws.__init__(self, is_accelerated, **arguments)
+        """See `MixedReferenceCtrl` and `SafeFlatnessPositionCtrl`."""
+        MixedReferenceCtrl.__init__(self, is_accelerated, **arguments)
         self.make_safe(safety_filter, None)

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import StateError
 
-MOST_MOMENTS = 400
+MAX_MOMENTS = 400
 """Of a branch: when there are more, every second one is forgotten."""
-MOST_BRANCHES = 8
-_MOST_SAMPLES = 36_000  # an hour at 10 Hz
+MAX_BRANCHES = 8
+_MAX_SAMPLES = 36_000  # an hour at 10 Hz
 
 
 class Sample(NamedTuple):
@@ -64,7 +64,7 @@ class Branch:
 
     def sample(self, time: float, sample: Sample) -> None:
         """Remember what the drones do."""
-        if len(self.times) >= _MOST_SAMPLES:
+        if len(self.times) >= _MAX_SAMPLES:
             del self.times[::2], self.samples[::2]
         self.times.append(time)
         self.samples.append(sample)
@@ -72,9 +72,9 @@ class Branch:
     def add(self, moment: Moment) -> None:
         """Remember an instant."""
         self.moments.append(moment)
-        if len(self.moments) > MOST_MOMENTS:
+        if len(self.moments) > MAX_MOMENTS:
             # the first one stays, and the latest are the most wanted
-            half = MOST_MOMENTS // 2
+            half = MAX_MOMENTS // 2
             self.moments[1:half] = self.moments[1:half:2]
 
     @property
@@ -127,7 +127,7 @@ class Branches:
         self._next += 1
         self.all[branch.number] = branch
         self.present = branch
-        for number in [n for n in self.all if n != branch.number][: max(0, len(self.all) - MOST_BRANCHES)]:
+        for number in [n for n in self.all if n != branch.number][: max(0, len(self.all) - MAX_BRANCHES)]:
             del self.all[number]
         return branch
 

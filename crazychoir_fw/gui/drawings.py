@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
 from crazychoir_fw.common.replacing import replacing
-from crazychoir_fw.gui.requests import FARTHEST_M, MOST_DRAWINGS, MOST_POINTS
+from crazychoir_fw.gui.requests import FARTHEST_M, MAX_DRAWINGS, MAX_POINTS
 from crazychoir_fw.planning import read_drawn
 
 EXAMPLES = Path(__file__).parent / "drawings"
@@ -180,18 +180,18 @@ class Drawings:
         if (
             path.ndim != 2
             or path.shape[1:] != (3,)
-            or not 2 <= len(path) <= MOST_POINTS
+            or not 2 <= len(path) <= MAX_POINTS
             or clock.shape != path.shape[:1]
         ):
-            raise RangeError(f"a drawing has shape {path.shape}, allowed: 2 to {MOST_POINTS} points x, y, z")
+            raise RangeError(f"a drawing has shape {path.shape}, allowed: 2 to {MAX_POINTS} points x, y, z")
         if not (np.isfinite(path).all() and np.isfinite(clock).all()) or np.abs(path).max() > FARTHEST_M:
             raise RangeError(f"a drawing leaves the area: allowed: finite numbers within {FARTHEST_M:g} m")
         if (np.diff(clock) < 0.0).any():
             raise RangeError("the times of a drawing must not decrease")
         if np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < 0.05:
             raise RangeError("a drawing must be at least 5 cm long")
-        if len(others) >= MOST_DRAWINGS:
-            raise RangeError(f"there are {MOST_DRAWINGS} drawings already; delete some")
+        if len(others) >= MAX_DRAWINGS:
+            raise RangeError(f"there are {MAX_DRAWINGS} drawings already; delete some")
         if drone is None:
             taken = {drawing.drone for drawing in others}
             drone = next((name for name in self._drones if name not in taken), self._drones[0])
@@ -231,7 +231,7 @@ class Drawings:
             RangeError: If a file is no drawing; the text names it, and line and reason.
         """
         place = (self.folder if folder is None else folder) / _file_name(name)
-        files = sorted(place.glob("*.csv"))[:MOST_DRAWINGS] if place.is_dir() else []
+        files = sorted(place.glob("*.csv"))[:MAX_DRAWINGS] if place.is_dir() else []
         if not files:
             raise UnknownNameError(f"nothing is saved as '{name}', but: {', '.join(self.saved()) or 'nothing'}")
         with self._lock:

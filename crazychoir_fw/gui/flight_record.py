@@ -92,7 +92,7 @@ def record_of(session: Session, number: int | None = None) -> FlightLog:
         for mark in branches.marks_of(number)
     ]
     if number == branches.present.number:
-        events += [happening.as_dict() for happening in list(session.experiment.happenings)]
+        events += [happening.as_dict() for happening in list(session.experiment.events)]
     events.sort(key=lambda event: event["time"])
     return FlightLog(np.array(times), session.names, signals, about, events)
 

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 WORDS_S = 0.5
 NUMBERS = 11
 """Of each drone in a frame: position, attitude (xyzw), reference, phase."""
-_MOST_WATCHED = 64  # variables of one browser
-_MOST_WORDS = 50_000  # bytes of a message of a browser
+_MAX_WATCHED = 64  # variables of one browser
+_MAX_WORDS = 50_000  # bytes of a message of a browser
 
 
 def packed(frame: Frame) -> bytes:
@@ -212,7 +212,7 @@ class _Browser:
             if message["type"] == "websocket.disconnect":
                 return
             text = message.get("text")
-            if not isinstance(text, str) or len(text) > _MOST_WORDS:
+            if not isinstance(text, str) or len(text) > _MAX_WORDS:
                 continue
             with contextlib.suppress(ValueError, RecursionError):
                 self._take(json.loads(text))
@@ -221,7 +221,7 @@ class _Browser:
         if not isinstance(wish, dict) or not isinstance(wish.get("watch"), list):
             return
         count, chosen = len(self._session.names), []
-        for entry in wish["watch"][:_MOST_WATCHED]:
+        for entry in wish["watch"][:_MAX_WATCHED]:
             is_pair = isinstance(entry, list) and len(entry) == 2 and isinstance(entry[1], str)
             if is_pair and type(entry[0]) is int and 0 <= entry[0] < count and len(entry[1]) <= 64:
                 chosen.append((entry[0], entry[1]))

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crazychoir_fw.flight.story import story_of
+from crazychoir_fw.flight.task_timeline import timeline_of
 from crazychoir_fw.mission.surveillance import surveillance_of
 from crazychoir_fw.recording.marks import COLORS
 
@@ -31,7 +31,7 @@ class Marks:
 
     def now(self) -> list[dict[str, Any]]:
         """Return place (m, world), label, color or drone, and another place that belongs to it, of each."""
-        happened = self._session.experiment.happenings
+        happened = self._session.experiment.events
         newest = happened[-1].time if happened else 0.0
         if (len(happened), newest) != self._looked_at:
             self._looked_at = (len(happened), newest)
@@ -39,10 +39,10 @@ class Marks:
         return [*self._fixed, *self._found]
 
     def _works(self, newest: float) -> list[dict[str, Any]]:
-        events = [event.as_dict() for event in self._session.experiment.happenings if event.kind in _KINDS]
+        events = [event.as_dict() for event in self._session.experiment.events if event.kind in _KINDS]
         # whatever is not over by then is there now
         end = newest + 1.0
-        story = story_of(events, self._session.names, end) if events else None
+        story = timeline_of(events, self._session.names, end) if events else None
         return [
             {
                 "position": np.round(mark.position, 3).tolist(),

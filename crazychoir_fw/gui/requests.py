@@ -9,9 +9,9 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationEr
 from crazychoir_fw.common.errors import RangeError
 
 FARTHEST_M = 100.0
-MOST_POINTS = 20_000
+MAX_POINTS = 20_000
 """Samples of a drawing."""
-MOST_DRAWINGS = 100
+MAX_DRAWINGS = 100
 
 
 def _number(value: object) -> object:
@@ -121,7 +121,7 @@ class NewDrawing(Request):
     """A stroke, as it was drawn."""
 
     action: Literal["add"]
-    points: Annotated[list[Sample], Field(min_length=2, max_length=MOST_POINTS)]
+    points: Annotated[list[Sample], Field(min_length=2, max_length=MAX_POINTS)]
     """Rows x, y (m), time (s)."""
     height: Height = 1.0
     name: Word | None = None
@@ -178,7 +178,7 @@ class PreviewRequest(Request):
     time_scale: _ranged(0.1, 20.0) = 5.0
     stretch: bool = True
     """Fly more slowly where limits of the platform would be broken."""
-    drawings: Annotated[list[Id], Field(max_length=MOST_DRAWINGS)] | None = None
+    drawings: Annotated[list[Id], Field(max_length=MAX_DRAWINGS)] | None = None
 
 
 def sentence_of(error: ValidationError) -> str:

@@ -40,7 +40,7 @@ MOMENT_S = 0.5
 """Least time between two moments to go back to (s, of the flight)."""
 MOMENT_SHARE = 0.02
 """Part of the time that moments may take."""
-_MOST_COMMANDS = 10_000  # whose answers are kept
+_MAX_COMMANDS = 10_000  # whose answers are kept
 _BEHIND_S = 0.2  # a flight that is later than this does not try to catch up
 _WAIT_S = 0.05
 _STILL_S = 0.5  # between two frames of a pause, unless something is asked for
@@ -188,7 +188,7 @@ class Session:
             if command_id in self._answers:
                 return self._answers[command_id]
             future = self._answers[command_id] = action()
-            while len(self._answers) > _MOST_COMMANDS:
+            while len(self._answers) > _MAX_COMMANDS:
                 self._answers.popitem(last=False)
             return future
 
@@ -369,7 +369,7 @@ class Session:
         self._remembered = now = self.experiment.time
         self._next_sample = self._next_plot = -np.inf
         self._next_moment = now + MOMENT_S
-        self._seen_happenings = len(self.experiment.happenings)
+        self._seen_happenings = len(self.experiment.events)
         self.plotted.clear()
         self._pace.clear()
         return now
@@ -390,7 +390,7 @@ class Session:
 
     def _hear(self) -> None:
         """Take what happened to the console."""
-        happened = self.experiment.happenings
+        happened = self.experiment.events
         for happening in happened[self._seen_happenings :]:
             if happening.kind in _TOLD:
                 continue

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 _TRAIL_S = 20.0
 _SHAPES = {2: "sphere", 3: "capsule", 5: "cylinder", 6: "box"}  # of mjtGeom
-_MOST_OBSTACLES = 300
+_MAX_OBSTACLES = 300
 
 
 def setting_of(session: Session) -> dict[str, Any]:
@@ -66,6 +66,6 @@ def obstacles(session: Session) -> list[dict[str, Any]]:
                 "color": np.round(color, 3).tolist(),
             }
         )
-        if len(found) >= _MOST_OBSTACLES:
+        if len(found) >= _MAX_OBSTACLES:
             break
     return found

@@ -17,7 +17,7 @@ from crazychoir_fw.guidance.graph import Graph
 
 Array = NDArray[np.float64]
 
-_LEAST_DISTANCE = 1e-3  # [m]: nearer than that, a bearing has no meaning
+_MIN_DISTANCE = 1e-3  # [m]: nearer than that, a bearing has no meaning
 _SINGULAR = 1e-6  # relative to the largest singular value
 
 
@@ -47,8 +47,8 @@ def bearing(own: ArrayLike, other: ArrayLike) -> Array:
     """
     between = np.asarray(other, dtype=np.float64) - np.asarray(own, dtype=np.float64)
     distance = np.linalg.norm(between, axis=-1, keepdims=True)
-    if not np.all(distance >= _LEAST_DISTANCE):
-        raise RangeError(f"positions are {float(np.min(distance)):.2g} m apart, allowed: at least {_LEAST_DISTANCE} m")
+    if not np.all(distance >= _MIN_DISTANCE):
+        raise RangeError(f"positions are {float(np.min(distance)):.2g} m apart, allowed: at least {_MIN_DISTANCE} m")
     return between / distance
 
 

@@ -10,7 +10,7 @@ LARGEST_LABEL = 1 << 53
 NOTHING = object()
 """Stands for a message that is not there; None may be sent."""
 
-_MOST_WAITING = 10_000  # early messages of one neighbor: a limit for memory, not for any use
+_MAX_WAITING = 10_000  # early messages of one neighbor: a limit for memory, not for any use
 
 
 class Mailbox:
@@ -42,7 +42,7 @@ class Mailbox:
         self.latest = data
         if label < current:
             self.late += 1
-        elif len(self.waiting) < _MOST_WAITING or label in self.waiting:
+        elif len(self.waiting) < _MAX_WAITING or label in self.waiting:
             self.waiting[label] = data
         else:
             self.refused += 1

@@ -29,7 +29,7 @@ DTYPES = frozenset(
 """Types of numbers that arrays may have."""
 
 _ARRAY, _POSE, _TUPLE = 1, 2, 3  # msgpack extension types
-_MOST_DIMENSIONS = 8
+_MAX_DIMENSIONS = 8
 _KEYS = (type(None), bool, int, float, str, bytes)
 _PLAIN = frozenset(_KEYS)
 _ALLOWED = "allowed: None, bool, int, float, str, bytes, list, tuple, dict, numeric array, Pose"
@@ -119,8 +119,8 @@ def _key(key: object) -> object:
 def _array_fields(array: NDArray[Any]) -> list[object]:
     if array.dtype.name not in DTYPES:
         raise MessageError(f"message holds an array of {array.dtype}, allowed: {', '.join(sorted(DTYPES))}")
-    if array.ndim > _MOST_DIMENSIONS:
-        raise MessageError(f"message holds an array of {array.ndim} dimensions, allowed: {_MOST_DIMENSIONS}")
+    if array.ndim > _MAX_DIMENSIONS:
+        raise MessageError(f"message holds an array of {array.ndim} dimensions, allowed: {_MAX_DIMENSIONS}")
     if array.dtype.byteorder == ">" or (array.dtype.byteorder == "=" and sys.byteorder == "big"):
         array = array.astype(array.dtype.newbyteorder("<"))
     return [array.dtype.name, list(array.shape), array.tobytes()]
@@ -175,7 +175,7 @@ def _array(fields: Any) -> NDArray[Any]:
         raise MessageError(f"message holds an array of {name!r:.40}, allowed: {', '.join(sorted(DTYPES))}")
     if not (
         type(shape) is list
-        and len(shape) <= _MOST_DIMENSIONS
+        and len(shape) <= _MAX_DIMENSIONS
         and all(type(size) is int and 0 <= size <= LARGEST_BYTES for size in shape)
     ):
         raise MessageError("message holds an array without a proper shape")

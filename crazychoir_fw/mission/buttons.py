@@ -15,7 +15,7 @@ from crazychoir_fw.mission.values import beside, number, point, refusal
 
 Duration = Annotated[float, number(0.0, 36000.0, "s")]
 LARGEST_FILE = 1_000_000  # bytes
-MOST_POINTS = 10_000
+MAX_POINTS = 10_000
 
 
 class Button(Section):
@@ -159,8 +159,8 @@ def check_times(where: str, rows: list[tuple[float, ...]]) -> None:
     Raises:
         MissionError: With the first wrong one.
     """
-    if not 1 <= len(rows) <= MOST_POINTS:
-        raise MissionError(f"{where} has {len(rows)} points, allowed: 1 to {MOST_POINTS}")
+    if not 1 <= len(rows) <= MAX_POINTS:
+        raise MissionError(f"{where} has {len(rows)} points, allowed: 1 to {MAX_POINTS}")
     before = -1.0
     for i, row in enumerate(rows):
         if not (row[0] > before and row[0] >= 0.0):

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw import guidance, planning
-from crazychoir_fw.mission.making import class_of
+from crazychoir_fw.mission.factory import class_of
 
 if TYPE_CHECKING:
     from crazychoir_fw.mission.layers import GuidanceLayer

@@ -14,7 +14,7 @@ from crazychoir_fw.mocap.derivative import LEGACY_STEP, TIME_CONSTANT, FilteredD
 
 Array = NDArray[np.float64]
 
-_LEAST_NORM = 0.8  # of a quaternion, features dossier section 10
+_MIN_NORM = 0.8  # of a quaternion, features dossier section 10
 _LARGEST_NORM = 1.25
 _POSITION_MARGIN = 0.02  # [m], by which noise alone may move a pose
 _ATTITUDE_MARGIN = 0.05  # [rad]
@@ -130,7 +130,7 @@ class Estimator:
 
     def _update(self, position: Array, orientation: Array, time: float) -> None:
         norm = np.sqrt(np.sum(orientation * orientation, axis=-1))
-        good = np.isfinite(position).all(axis=-1) & (norm >= _LEAST_NORM) & (norm <= _LARGEST_NORM)
+        good = np.isfinite(position).all(axis=-1) & (norm >= _MIN_NORM) & (norm <= _LARGEST_NORM)
         dt = time - self._times
         good &= dt > 0.0
         orientation = orientation / np.where(good, norm, 1.0)[:, None]
@@ -155,7 +155,7 @@ class Estimator:
         self._keep(going | fresh, position, orientation, time)
 
     def _update_legacy(self, position: Array, orientation: Array, time: float) -> None:
-        seen = np.sqrt(np.sum(orientation * orientation, axis=-1)) >= _LEAST_NORM
+        seen = np.sqrt(np.sum(orientation * orientation, axis=-1)) >= _MIN_NORM
         position = np.where(seen[:, None], position, self._position)
         orientation = np.where(seen[:, None], orientation, self._orientation)
         angles = rpy_of_rotation(rotation_of_quaternion(orientation))

@@ -22,7 +22,7 @@ GROUP = "crazychoir.pose_sources"
 
 LOOPBACK = "127.0.0.1"
 
-_MOST_DATAGRAMS = 1000  # read at once: a flood must not hold up a round
+_MAX_DATAGRAMS = 1000  # read at once: a flood must not hold up a round
 _LARGEST_DATAGRAM = 65_507
 _FARTHEST = 1e4  # [m], no motion capture is that large
 
@@ -101,7 +101,7 @@ class UdpPoses:
     def latest(self) -> dict[str, Pose]:
         """See `PoseSource`."""
         with self._lock:
-            for _ in range(_MOST_DATAGRAMS):
+            for _ in range(_MAX_DATAGRAMS):
                 try:
                     data = self._socket.recv(_LARGEST_DATAGRAM)
                 except OSError:  # nothing there, or what the network says about packets before

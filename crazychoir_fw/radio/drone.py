@@ -22,13 +22,13 @@ from crazychoir_fw.radio.modes import Mode
 from crazychoir_fw.radio.odometry import Odometry
 from crazychoir_fw.radio.options import Options
 from crazychoir_fw.radio.parameters import ParameterValue, get_parameter, set_parameters
+from crazychoir_fw.radio.pose_cache import PoseCache
 from crazychoir_fw.radio.poses import PoseGate, usable_pose
 from crazychoir_fw.radio.power import BOOT_S, can_switch, power_cycle
 from crazychoir_fw.radio.sender import Send, Sender
 from crazychoir_fw.radio.set_up import set_up
 from crazychoir_fw.radio.supervisor import IS_FLYING, supervisor_bits
 from crazychoir_fw.radio.telemetry import Telemetry
-from crazychoir_fw.radio.whereabouts import Whereabouts
 
 
 class RadioDrone:
@@ -76,7 +76,7 @@ class RadioDrone:
         self._link = DroneLink(self._who, uri, options, self._set_up, self._link_changed)
         self._sender = Sender(agent_id, self._link, options, self._tick)
         self._flight = Flight(self._sender, options, self.first_mode, self._send_level, self._happened)
-        self._whereabouts = Whereabouts(self._who, options, self._sender, self._flight)
+        self._whereabouts = PoseCache(self._who, options, self._sender, self._flight)
         self._telemetry = Telemetry(self._who, options, self._logged, self._moved, self._happened)
 
     def __repr__(self) -> str:

@@ -16,8 +16,8 @@ from crazychoir_fw.radio.handler import RadioHandler
 from crazychoir_fw.radio.limits import positive
 from crazychoir_fw.radio.modes import Mode
 
-_LEAST_RAW = 1000  # the drone reads less as 0
-_MOST_RAW = 60000  # and more as this
+_MIN_RAW = 1000  # the drone reads less as 0
+_MAX_RAW = 60000  # and more as this
 _MANUAL_LEAST, _MANUAL_MOST = 10001, 60000  # 0 and 100 % of cflib's manual set-point
 _SINKING = 0.95  # of the weight, where nothing on board knows the height
 
@@ -33,7 +33,7 @@ class ThrustChoice:
     def raw(self, newtons: float) -> int:
         """Return the thrust of a packet, 0 or within [1000, 60000], for a thrust of all rotors (N)."""
         counts = int(self.calibration.counts(newtons) + 0.5)
-        return min(counts, _MOST_RAW) if counts >= _LEAST_RAW else 0
+        return min(counts, _MAX_RAW) if counts >= _MIN_RAW else 0
 
 
 def thrust_choices(

@@ -22,11 +22,11 @@ from crazychoir_fw.recording.marks import COLORS, SHAPES, Mark, Story
 _FEW = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#6A3D9A", "#444444")
 """Colors that people with any color vision tell apart (Okabe and Ito, yellow replaced for white paper)."""
 
-_MOST_SAMPLES = 2000  # per line: more than the page has pixels
+_MAX_SAMPLES = 2000  # per line: more than the page has pixels
 _INK, _SOFT = "#22262B", "#8A929B"
 _DASHES = (0, (4, 2))
 _FULL_MOTOR = 65535.0  # [PWM counts]
-_LEAST_SPAN_M = 0.1  # of an axis over time: who hovers shall not look restless
+_MIN_SPAN_M = 0.1  # of an axis over time: who hovers shall not look restless
 
 
 def plot_flight(
@@ -90,11 +90,11 @@ def plot_flight(
 
 def _stride(log: FlightLog) -> int:
     """Return how many samples apart those are that are drawn."""
-    return -(-len(log.time) // _MOST_SAMPLES) or 1
+    return -(-len(log.time) // _MAX_SAMPLES) or 1
 
 
 def _thinned(log: FlightLog) -> FlightLog:
-    """Return the log with at most `_MOST_SAMPLES` instants."""
+    """Return the log with at most `_MAX_SAMPLES` instants."""
     stride = _stride(log)
     signals = {name: samples[::stride] for name, samples in log.signals.items()}
     return FlightLog(log.time[::stride], log.drone_ids, signals, log.metadata, log.events)
@@ -220,9 +220,9 @@ def _draw_positions(
             if truth is not None:
                 axes.plot(time, truth[:, drone, k], color=color, linewidth=width)
         low, high = axes.get_ylim()
-        if high - low < _LEAST_SPAN_M:
+        if high - low < _MIN_SPAN_M:
             middle = (low + high) / 2.0
-            axes.set_ylim(middle - _LEAST_SPAN_M / 2.0, middle + _LEAST_SPAN_M / 2.0)
+            axes.set_ylim(middle - _MIN_SPAN_M / 2.0, middle + _MIN_SPAN_M / 2.0)
 
 
 def _draw_motors(axes: Axes, log: FlightLog, colors: Sequence[str]) -> None:

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-_MOST_LINES = 5000  # in one scene, of all drones together
-_MOST_PER_DRONE = 60
+_MAX_LINES = 5000  # in one scene, of all drones together
+_MAX_PER_DRONE = 60
 _WIDTH_PX = 2.5
 
 
@@ -24,7 +24,7 @@ class Trails:
         self._positions = positions
         self._colors = np.column_stack([colors, np.ones(len(colors))]).astype(np.float32)
         drones = max(1, positions.shape[1])
-        self._lines = min(length, _MOST_PER_DRONE, _MOST_LINES // drones)
+        self._lines = min(length, _MAX_PER_DRONE, _MAX_LINES // drones)
         self._length = length
 
     def draw(self, scene: mujoco.MjvScene, frame: int) -> None:

@@ -36,7 +36,7 @@ _NAMES_IN = {
     ),
     "crazychoir_fw.ros.buttons": "Buttons",
     "crazychoir_fw.ros.controller": "CrazyflieController HierarchicalController VelocityController",
-    "crazychoir_fw.ros.closest": "ClosestRobotGetter",
+    "crazychoir_fw.ros.neighbor_sensing": "ClosestRobotGetter",
     "crazychoir_fw.ros.formations": (
         "ContainmentGuidance DistributedControlGuidance FormationControlGuidance MPCGuidance SimpleDIControl "
         "TargetListGuidance TimeVaryingContainmentGuidance"

@@ -21,7 +21,7 @@ from std_msgs.msg import UInt8MultiArray
 from crazychoir_fw.common.errors import MessageError, RangeError
 from crazychoir_fw.guidance.serialization import dumps, loads
 from crazychoir_fw.guidance.transport import Receiver, Transport
-from crazychoir_fw.ros.outlet import Outlet
+from crazychoir_fw.ros.publisher import SharedPublisher
 from crazychoir_fw.ros.wire import label_and_data, labeled_bytes
 
 RELIABLE = QoSProfile(
@@ -58,7 +58,7 @@ class RosTransport(Transport):
         self._hub = getattr(node, "hub", None)
         self.carries_objects = self._hub is not None
         self._qos = RELIABLE if reliable else BEST_EFFORT
-        self._outlets: dict[str, Outlet] = {}
+        self._outlets: dict[str, SharedPublisher] = {}
         self._subscriptions: dict[tuple[str, Receiver], Subscription] = {}
         self._direct: dict[tuple[str, Receiver], Callable[[Any], None]] = {}
         self.when_received: list[Callable[[], None]] = []
@@ -67,7 +67,9 @@ class RosTransport(Transport):
     def advertise(self, topic: str, *, reliable: bool = True) -> None:
         """Make the publisher of a topic."""
         qos = RELIABLE if reliable else BEST_EFFORT
-        self._outlets[topic] = Outlet(self._node.create_publisher(UInt8MultiArray, _absolute(topic), qos), self._hub)
+        self._outlets[topic] = SharedPublisher(
+            self._node.create_publisher(UInt8MultiArray, _absolute(topic), qos), self._hub
+        )
 
     def publish(self, topic: str, label: int, data: Any) -> None:
         """Send bytes of a round, or an object, to all who subscribed to the topic."""

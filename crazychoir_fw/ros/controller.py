@@ -20,10 +20,10 @@ from crazychoir_fw.control import (
     VelocityCtrlStrategy,
 )
 from crazychoir_fw.ros.hub import Hub
-from crazychoir_fw.ros.led_by_poses import CLOSE, LedByPoses
 from crazychoir_fw.ros.names import CMD_VEL, LATEST, REFERENCES
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
+from crazychoir_fw.ros.pose_triggered import CLOSE, PoseTriggered
 from crazychoir_fw.ros.pose_watch import PoseWatch
 from crazychoir_fw.ros.wire import bytes_to_reference, twist_bytes
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 _REST = 1e-3  # [m/s, m/s^2], below which a reference stands still
 
 
-class CrazyflieController(LedByPoses, LayerNode):
+class CrazyflieController(PoseTriggered, LayerNode):
     """Template of controllers: pose and reference in, ``cmd_vel`` out.
 
     Nothing is sent before the pose is known, nor when it is older than the parameter ``pose_timeout`` (s). A reference

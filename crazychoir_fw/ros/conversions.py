@@ -24,7 +24,7 @@ from crazychoir_fw.ros.names import BODY_FRAME, ODOM_FRAME, REFERENCES, WORLD_FR
 
 Array = NDArray[np.float64]
 
-_LEAST_NORM = 0.8  # of a quaternion: less is a lost sample (features dossier section 10)
+_MIN_NORM = 0.8  # of a quaternion: less is a lost sample (features dossier section 10)
 _LARGEST_TIME = 2**31  # [s], of the 32 bits that messages have
 
 
@@ -334,7 +334,7 @@ def _attitude(who: str, message: Quaternion) -> Array:
 
 def _unit(who: str, values: Array) -> Array:
     norm = math.sqrt(float(values @ values))
-    if not (math.isfinite(norm) and norm >= _LEAST_NORM):
+    if not (math.isfinite(norm) and norm >= _MIN_NORM):
         raise RangeError(f"{who}: orientation is {values.tolist()}, allowed: a quaternion of length 1")
     return values / norm
 

@@ -78,7 +78,7 @@ class StateTeller:
         node.create_timer(_TELL_EVERY, self._tell, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _tell(self) -> None:
-        happened = self._experiment.happenings
+        happened = self._experiment.events
         for happening in happened[self._told :]:
             self._events.publish(String(data=json.dumps(happening.as_dict(), default=_plain)))
         self._told = len(happened)

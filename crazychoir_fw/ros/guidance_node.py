@@ -24,12 +24,12 @@ from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.ros.communicating import CommunicatingNode
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory
 from crazychoir_fw.ros.hub import Hub
-from crazychoir_fw.ros.led_by_poses import CLOSE, LedByPoses
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, ODOM, REFERENCES, TRAJ_PARAMS
-from crazychoir_fw.ros.outlet import Outlet
 from crazychoir_fw.ros.pose_sources import pose_subscribe
-from crazychoir_fw.ros.stalling import MissedRound, StallingClock
+from crazychoir_fw.ros.pose_triggered import CLOSE, PoseTriggered
+from crazychoir_fw.ros.publisher import SharedPublisher
 from crazychoir_fw.ros.statistics import StatisticsTeller
+from crazychoir_fw.ros.wall_timeouts import RoundResync, WallTimeoutClock
 from crazychoir_fw.ros.wire import EMPTY, reference_bytes
 
 _SAME_PRESS = 0.05  # [s]
@@ -43,7 +43,7 @@ Build = Callable[["GuidanceNode"], Any]
 """Makes the plain guidance of a node, once its parameters and topics are there."""
 
 
-class GuidanceNode(LedByPoses, CommunicatingNode):
+class GuidanceNode(PoseTriggered, CommunicatingNode):
     """Wires a guidance to topics: pose and buttons in, references and trajectories out.
 
     Those of `crazychoir_fw.ros.guidance` derive from it. Whoever has a plain guidance, hands a function that makes it
@@ -89,7 +89,7 @@ class GuidanceNode(LedByPoses, CommunicatingNode):
         )
         self._answers = None
         if self.declare("lockstep", False, "whether each tick is answered on the topic answered"):
-            self._answers = Outlet(self.create_publisher(Empty, "answered", 10), self.hub)
+            self._answers = SharedPublisher(self.create_publisher(Empty, "answered", 10), self.hub)
         self.guidance: Any = build(self)
         """The plain guidance."""
         # otherwise its rounds last over many steps, and no step waits for one
@@ -102,7 +102,7 @@ class GuidanceNode(LedByPoses, CommunicatingNode):
             "answers_early", False, "whether a step is answered while its round waits for neighbors"
         )
         self._longest_step, self._is_led = CLOSE / update_frequency, False
-        self._time = StallingClock(self._latest_time, self.patience)
+        self._time = WallTimeoutClock(self._latest_time, self.patience)
         self._lost: frozenset[int] = frozenset()
         self._idle: bool | None = None
         self._has_pose = False
@@ -118,9 +118,9 @@ class GuidanceNode(LedByPoses, CommunicatingNode):
         self._hear_buttons()
         if self._has_rounds:
             self._watch_rounds()
-        self._missed: MissedRound | None = None
+        self._missed: RoundResync | None = None
         if self._answers is not None and self._has_rounds and communicator is not None and not self._answers_early:
-            self._missed = MissedRound(communicator, _MISSED * self.patience)
+            self._missed = RoundResync(communicator, _MISSED * self.patience)
         if self.transport is not None:
             self.transport.when_received.append(self._take_message)
         self.every(update_frequency, self._tick)

@@ -25,7 +25,7 @@ from crazychoir_fw.flight.access import open_access
 from crazychoir_fw.flight.agent import Agent, Phase
 from crazychoir_fw.flight.agents import graph_of, is_only_watched, names_of, what_it_follows
 from crazychoir_fw.flight.experiment import Experiment, Names
-from crazychoir_fw.ros.care import serve_care
+from crazychoir_fw.ros.arming_services import serve_arming_services
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory
 from crazychoir_fw.ros.drone_states import StateTeller
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
@@ -278,7 +278,7 @@ class HostedExperiment(Experiment):
         """Say from now on how the drones are, and what happens, to whoever watches; arm and reboot them if asked."""
         access = open_access(self.backend)
         self._teller = StateTeller(self.node, self, mission, access, self._presses.__getitem__)
-        serve_care(self.node, self.agents, access)
+        serve_arming_services(self.node, self.agents, access)
 
     # ---------------------------------------------------------------- rounds
 

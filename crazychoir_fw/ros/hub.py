@@ -1,10 +1,10 @@
 """`Hub`: what the nodes of one process share, so that a hundred of them cost little more than what they compute.
 
 Each node by itself would follow ``/clock``, hear every odometry, and speak to its neighbors in the same process through
-DDS. With a hub they have one clock, what one says the others have at once (`Outlet`), and what the host of the drones
-bundles for the whole process (`bundles`) is handed out in the order of the layers: all guidance, then all planning,
-then all controllers, as in an experiment without ROS. The topics and subscriptions of every node exist nevertheless:
-whoever speaks or listens from outside is heard, and hears.
+DDS. With a hub they have one clock, what one says the others have at once (`SharedPublisher`), and what the host of the
+drones bundles for the whole process (`bundles`) is handed out in the order of the layers: all guidance, then all
+planning, then all controllers, as in an experiment without ROS. The topics and subscriptions of every node exist
+nevertheless: whoever speaks or listens from outside is heard, and hears.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.ros import bundles
 from crazychoir_fw.ros.bundles import FRESH_S, LOOK_EVERY, HostCard, MemberCard
 from crazychoir_fw.ros.names import CLOCK, LATEST
-from crazychoir_fw.ros.wire import LEAST_NORM
+from crazychoir_fw.ros.wire import MIN_NORM
 
 if TYPE_CHECKING:
     from crazychoir_fw.ros.node import LayerNode
@@ -224,7 +224,7 @@ class Hub:
         if rows is not None:
             norms = np.sqrt(np.einsum("ij,ij->i", rows[:, 3:7], rows[:, 3:7]))
             # one look at the sums finds what is not finite in any of the numbers
-            good = (np.isfinite(rows.sum(axis=1)) & (norms >= LEAST_NORM)).tolist()
+            good = (np.isfinite(rows.sum(axis=1)) & (norms >= MIN_NORM)).tolist()
             turned = rows[:, 3:7] / norms[:, None]
             turned.flags.writeable = False
         self.is_working = True

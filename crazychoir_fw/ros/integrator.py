@@ -18,7 +18,7 @@ from crazychoir_fw.ros.wire import Rows, clock_layout, odometry_layout, twist_nu
 from crazychoir_fw.simulation import integrator as plain
 
 KINDS = ("fpqr", "frpy", "vel")
-_MOST_BEHIND = 0.1  # [s], that a paused process makes up for
+_MAX_BEHIND = 0.1  # [s], that a paused process makes up for
 
 
 class CrazyflieIntegrator(LayerNode):
@@ -156,7 +156,7 @@ class CrazyflieIntegrator(LayerNode):
             self._publish(self.integrator.odometry)
             return
         due = round((now - self._begin - self.integrator.time) * frequency)
-        most = max(1, round(_MOST_BEHIND * frequency))
+        most = max(1, round(_MAX_BEHIND * frequency))
         if due > most:
             self._begin += (due - most) / frequency
             due = most

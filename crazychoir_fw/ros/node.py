@@ -24,8 +24,8 @@ from rclpy.timer import Timer
 from crazychoir_fw.common.errors import CrazychoirError, RangeError
 from crazychoir_fw.ros.hub import STAGES, Hub, HubPeriodic
 from crazychoir_fw.ros.names import BUTTONS, NAMESPACE_PATTERN, Topic
-from crazychoir_fw.ros.outlet import Outlet
 from crazychoir_fw.ros.periodic import Periodic, check_frequency
+from crazychoir_fw.ros.publisher import SharedPublisher
 
 _WARN_EVERY = 1.0  # [s]
 
@@ -237,9 +237,9 @@ class LayerNode(Node):
         """Return a publisher for a line of the table, under another name if one is given."""
         return self.create_publisher(topic.type, name or topic.name, topic.publish_qos)
 
-    def outlet(self, topic: Topic, name: str | None = None) -> Outlet:
+    def outlet(self, topic: Topic, name: str | None = None) -> SharedPublisher:
         """Return a publisher for a line of the table that takes a short cut to nodes of the same hub."""
-        return Outlet(self.announce(topic, name), self.hub)
+        return SharedPublisher(self.announce(topic, name), self.hub)
 
     def complain(self, topic: str, error: CrazychoirError) -> None:
         """Tell the log what is wrong with a message, at most once per second."""
@@ -268,7 +268,7 @@ class LayerNode(Node):
             profile: Quality of service, if not that of the table.
             callback_group: Callback group of rclpy.
             raw: The callback takes bytes.
-            direct: Takes what nodes of the same hub say on this topic as values (see `Outlet`); needs `raw`.
+            direct: Takes what nodes of the same hub say on this topic as values (see `SharedPublisher`); needs `raw`.
         """
         name = name or topic.name
         guarded = self._guarded(callback, name)

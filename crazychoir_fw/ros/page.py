@@ -29,7 +29,7 @@ from crazychoir_fw.flight.agents import (
     takeoff_time_of,
     what_it_follows,
 )
-from crazychoir_fw.flight.experiment import TOUCHDOWN_M, Happening, Names
+from crazychoir_fw.flight.experiment import TOUCHDOWN_M, Event, Names
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory
 from crazychoir_fw.ros.drone_states import (
     EVENTS,
@@ -56,7 +56,7 @@ _SETTLE_S = 2.0  # [s], wall, without anybody new, after which all are found
 _SILENT_S = 10.0  # [s], wall
 _HEARD_S = 10.0  # [s], wall, within which a host has heard a button
 _RESUME_S = 1.0  # [s], wall
-_MOST_LOGS = 2000
+_MAX_LOGS = 2000
 _WARNING = 30  # of rcl_interfaces/Log
 _ALSO_EVENTS = ("lost agent", "rejoined agent", "stays where it is")  # what hosts tell as events, too
 _UP_M = 0.15  # above its start, a drone flies
@@ -85,7 +85,7 @@ class JoinedFlight:
         self.agents = [_agent(mission, i) for i in range(len(mission.fleet))]
         self.groups = [] if kind == "xyz" else [_Controlled(len(self.agents), kind)]
         self.period = _ROUND_S
-        self.happenings: list[Happening] = []
+        self.events: list[Event] = []
         self.shares: dict[str, float] = {}
         self.node = LayerNode("page", swarm_wide=True, context=self._context)
         self._executor.add_node(self.node)
@@ -301,7 +301,7 @@ class JoinedFlight:
             self._note("silent" if is_silent else "heard", None, sentence if is_silent else "the flight is heard again")
 
     def _note(self, kind: str, drone: str | None, details: Any) -> None:
-        self.happenings.append(Happening(self.time, kind, drone, details))
+        self.events.append(Event(self.time, kind, drone, details))
 
     def _pressed(self, button: str) -> None:
         """A button of all drones was heard: of this page, or of somebody else."""
@@ -343,19 +343,19 @@ class JoinedFlight:
         self.backend.states[i] = told.state
 
     def _take_event(self, text: str) -> None:
-        self.happenings.append(Happening(*read_event(text)))
+        self.events.append(Event(*read_event(text)))
 
     def _take_log(self, message: Log) -> None:
         """What a node logs goes to the console, but for what the host tells as an event."""
         is_told = self.is_hosted and any(words in message.msg for words in _ALSO_EVENTS)
-        if message.name == self.node.get_name() or is_told or self._logs >= _MOST_LOGS:
+        if message.name == self.node.get_name() or is_told or self._logs >= _MAX_LOGS:
             return
         self._logs += 1
         space = message.name.partition(".")[0]
         names = {self.node.namespace_pattern.format(i=agent.index): agent.name for agent in self.agents}
         kind = "log" if message.level < _WARNING else "warning"
         self._note(kind, names.get(space), f"{message.name}: {message.msg}")
-        if self._logs == _MOST_LOGS:
+        if self._logs == _MAX_LOGS:
             self._note("log", None, "nodes log much: the rest is on /rosout")
 
     # ---------------------------------------------------------------- without a host that tells

@@ -30,11 +30,11 @@ from crazychoir_fw.ros.hosting import ANSWERED, READY
 from crazychoir_fw.ros.hub import Hub
 from crazychoir_fw.ros.names import CLOCK, LATEST
 from crazychoir_fw.ros.parts import SENSING, TABLE, Part, has_table, layers_of_drone
+from crazychoir_fw.ros.pose_cache import PoseCache
 from crazychoir_fw.ros.safety_parts import make_avoidance_node, make_control_node, make_sensing_node
 from crazychoir_fw.ros.tasks import TableDesk, TaskTable
 from crazychoir_fw.ros.teams import make_teams
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
-from crazychoir_fw.ros.whereabouts import Whereabouts
 
 NOT_MADE = os.EX_CONFIG
 """Exit code of a process whose nodes cannot be made as the mission says."""
@@ -105,7 +105,7 @@ def make_nodes(
 def _guidance(mission: Any, i: int, lockstep: bool, patience: float | None, common: dict[str, Any]) -> GuidanceNode:
     graph, settings = agents.graph_of(mission), mission.layers.communication_of(mission.fleet[i].id)
 
-    whereabouts = Whereabouts(graph.size) if goes_by_distance(mission) else None
+    whereabouts = PoseCache(graph.size) if goes_by_distance(mission) else None
     schedule = agents.schedule_of(mission, positions=None if whereabouts is None else whereabouts.positions)
 
     def build(node: GuidanceNode) -> Any:

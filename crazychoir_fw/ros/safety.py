@@ -1,6 +1,6 @@
 """Collision avoidance as ROS 2 nodes, with the class names of the original (features dossier section 9).
 
-Who is near whom is found by one node for all drones, see `crazychoir_fw.ros.closest`.
+Who is near whom is found by one node for all drones, see `crazychoir_fw.ros.neighbor_sensing`.
 
 A drone that does not know who is near does not move on: it stays where it is until it is told again.
 
@@ -23,12 +23,12 @@ from crazychoir_fw.common.messages import Pose, Twist
 from crazychoir_fw.control import SafeHierarchicalController as PlainSafeHierarchicalController
 from crazychoir_fw.control import safety as plain
 from crazychoir_fw.control.schedule import Schedule
-from crazychoir_fw.ros.closest import closest_of_bytes
 from crazychoir_fw.ros.controller import CrazyflieController, HierarchicalController
-from crazychoir_fw.ros.led_by_poses import CLOSE, LedByPoses
 from crazychoir_fw.ros.names import ACCELERATION, CLOSEST_ROBOTS, CMD_VEL, CMD_VEL_DES, Topic
+from crazychoir_fw.ros.neighbor_sensing import closest_of_bytes
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
+from crazychoir_fw.ros.pose_triggered import CLOSE, PoseTriggered
 from crazychoir_fw.ros.pose_watch import PoseWatch
 from crazychoir_fw.ros.wire import (
     twist_bytes,
@@ -194,7 +194,7 @@ class DesiredVelocityController(CrazyflieController):
 # ---------------------------------------------------------------- filters between controller and drone
 
 
-class CollisionAvoidance(LedByPoses, LayerNode):
+class CollisionAvoidance(PoseTriggered, LayerNode):
     """A filter as a node: ``{topic}_des``, ``closest_robots`` and poses in, what is safe on ``{topic}`` out.
 
     The names below derive from it; whoever has a plain filter hands it over.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from crazychoir_fw.flight import agents
-from crazychoir_fw.ros.closest import ClosestRobotGetter
 from crazychoir_fw.ros.controller import CrazyflieController
+from crazychoir_fw.ros.neighbor_sensing import ClosestRobotGetter
 from crazychoir_fw.ros.safety import (
     CollisionAvoidance,
     DesiredVelocityController,

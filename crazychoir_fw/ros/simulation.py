@@ -23,7 +23,6 @@ from crazychoir_fw.common.messages import Pose, TrajectoryPoint, Twist
 from crazychoir_fw.ros.buttons import serve_trigger
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points
 from crazychoir_fw.ros.lockstep import Answers
-from crazychoir_fw.ros.members import Members
 from crazychoir_fw.ros.names import (
     CLOCK,
     CMD_VEL,
@@ -38,6 +37,7 @@ from crazychoir_fw.ros.names import (
     qos,
 )
 from crazychoir_fw.ros.node import LayerNode
+from crazychoir_fw.ros.peer_registry import PeerRegistry
 from crazychoir_fw.ros.wire import (
     Rows,
     clock_layout,
@@ -169,7 +169,7 @@ class SimulationNode(LayerNode):
         self._odom = [self.announce(ODOM, self.topic_of(i, "odom")) for i in range(count)]
         self._odom_topics = [self.topic_of(i, "odom") for i in range(count)]
         self._numbers = np.zeros((count, 13))
-        self.members = Members(self, self._odom_topics)
+        self.members = PeerRegistry(self, self._odom_topics)
         """Processes of layers that need no message per drone."""
         self._imu: list[Any] = []
         if imu and hasattr(self.host, "imu"):

@@ -42,7 +42,7 @@ _THREE = struct.Struct("<3d")
 _COVARIANCE = 36 * 8
 # one transform, one velocity, one acceleration, and a duration, each list with its length and what aligns it
 _FULLSTATE = struct.Struct("<2s2xI4x7dI4x6dI4x6diI")
-LEAST_NORM = 0.8  # of a quaternion: less is a lost sample (features dossier section 10)
+MIN_NORM = 0.8  # of a quaternion: less is a lost sample (features dossier section 10)
 
 
 def odometry_layout(frame_id: str = ODOM_FRAME, child_frame_id: str = BODY_FRAME) -> CdrLayout:
@@ -182,7 +182,7 @@ def odometry_pose(data: bytes) -> Pose:
     quaternion = pose[3:]
     norm = float(quaternion @ quaternion) ** 0.5
     # one look at the sum finds what is not finite in any of the numbers
-    if not (np.isfinite(pose.sum() + motion.sum()) and norm >= LEAST_NORM):
+    if not (np.isfinite(pose.sum() + motion.sum()) and norm >= MIN_NORM):
         return odometry_to_pose(deserialize_message(data, Odometry))  # which says what is wrong
     time = sec + nanosec / 1e9 if sec or nanosec else None
     return Pose(pose[:3], quaternion / norm, motion[:3], motion[3:], time)

@@ -20,7 +20,7 @@ from crazychoir_fw.simulation.mirrored import MirroredConfig, add_mirrored
 from crazychoir_fw.simulation.model_drones import is_crazyflie
 from crazychoir_fw.simulation.provider_words import BUILTIN, load_providers
 
-MOST_FOR_NEWTON = 100
+MAX_FOR_NEWTON = 100
 """Drones up to which Newton's method solves the contacts of a world, see `_choose_solver`."""
 
 _GOLDEN_RATIO = 0.618034
@@ -108,7 +108,7 @@ def _choose_solver(model: mujoco.MjModel, drones: int) -> None:
     the air there is nothing to solve. Scenes in which other things move, or that chose a solver, keep theirs.
     """
     only_drones_move = model.nv == 6 * drones and model.neq == 0
-    if drones > MOST_FOR_NEWTON and only_drones_move and model.opt.solver == mujoco.mjtSolver.mjSOL_NEWTON:
+    if drones > MAX_FOR_NEWTON and only_drones_move and model.opt.solver == mujoco.mjtSolver.mjSOL_NEWTON:
         model.opt.solver = mujoco.mjtSolver.mjSOL_CG
 
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.recording.likeness import Likeness
     from crazychoir_fw.recording.renderer import Renderer
     from crazychoir_fw.recording.viewpoint import Viewpoint
-    from crazychoir_fw.simulation.agenda import Agenda
+    from crazychoir_fw.simulation.event_scheduler import EventScheduler
 
 FPV_SIZE = (324, 244)
 """Width and height of an onboard picture (pixels), as the camera of the AI deck gives them."""
@@ -39,7 +39,7 @@ Look = Callable[[mujoco.MjData], "Viewpoint | mujoco.MjvCamera"]
 class Cameras:
     """What the cameras of one world share."""
 
-    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, agenda: Agenda, visuals: bool) -> None:
+    def __init__(self, model: mujoco.MjModel, data: mujoco.MjData, agenda: EventScheduler, visuals: bool) -> None:
         self.agenda = agenda
         """Where pictures at a rate are appointed."""
         self._model = model

@@ -257,7 +257,7 @@ class Drone:
 
     def reboot(self) -> None:
         """Boot the onboard software again; battery, rotors and motion go on."""
-        self.uplink.deliver("cf_reboot")
+        self.uplink.dispatch("cf_reboot")
 
     def send_extpos(self, x: float, y: float, z: float) -> None:
         """Tell the drone its position (m, world), as cflib's `extpos.send_extpos`."""
@@ -306,7 +306,7 @@ class Drone:
             RangeError: If a component is beyond 50 m/s, or the duration outside 0.001 to 3600 s.
         """
         ticks = round(duration_s * 1000) if 0.0 < duration_s < 1e6 else 0
-        status = self.uplink.deliver("cf_inject_gust", [float(speed) for speed in peak], ticks)
+        status = self.uplink.dispatch("cf_inject_gust", [float(speed) for speed in peak], ticks)
         allowed = "allowed: -50 to 50 m/s, 0.001 to 3600 s"
         check(status, f"{self.id}: blow_gust({peak}, {duration_s}) ({allowed})")
 
@@ -320,7 +320,7 @@ class Drone:
             raise StateError(f"{self.id}: carries nothing detachable; configure payload with detachable: true")
         if not self.payload.is_attached:
             raise StateError(f"{self.id}: has dropped its payload already")
-        self.uplink.deliver("drop_payload")
+        self.uplink.dispatch("drop_payload")
 
     # ---------------------------------------------------------------- snapshots
 
@@ -328,7 +328,7 @@ class Drone:
         """Put the body somewhere else (m, world; deg), at rest and level."""
         if not np.all(np.isfinite([*position, yaw_deg])):
             raise RangeError(f"{self.id}: place({position}, {yaw_deg}): allowed: finite numbers")
-        self.uplink.deliver("place", [float(number) for number in position], float(yaw_deg))
+        self.uplink.dispatch("place", [float(number) for number in position], float(yaw_deg))
 
     def _place(self, position: list[float], yaw_deg: float) -> None:
         half_yaw = np.radians(yaw_deg) / 2
@@ -344,7 +344,7 @@ class Drone:
 
     def restore(self, snapshot: DroneSnapshot) -> None:
         """Make the drone what it was. A flight in which that was done cannot be replayed from its journal."""
-        self.uplink.deliver("restore", snapshot)
+        self.uplink.dispatch("restore", snapshot)
 
     def _restore(self, snapshot: DroneSnapshot) -> None:
         self.memory[:] = snapshot.state

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 _PIECE_BYTES = 1 << 22  # NumPy asks for large pages from here on, in which memory that is new costs far less
-_MOST_ROWS = 1024  # short rows need no piece of that size
+_MAX_ROWS = 1024  # short rows need no piece of that size
 
 
 class GrowingBlock:
@@ -24,7 +24,7 @@ class GrowingBlock:
         self._shape = shape
         self._dtype = np.dtype(dtype)
         row_bytes = max(1, math.prod(shape) * self._dtype.itemsize)
-        self._rows_per_piece = min(-(-_PIECE_BYTES // row_bytes), _MOST_ROWS)
+        self._rows_per_piece = min(-(-_PIECE_BYTES // row_bytes), _MAX_ROWS)
         self._pieces: list[NDArray] = []
         self._count = 0
 

@@ -190,7 +190,7 @@ class _Reader:
         try:
             if not uplink.is_request(request.verb, tuple(request.arguments)):
                 raise AttributeError(request.verb)
-            uplink.deliver(request.verb, *request.arguments)
+            uplink.dispatch(request.verb, *request.arguments)
         except CrazychoirError:
             pass  # the drone refused it in the flight as well
         except (AttributeError, TypeError, IndexError, ValueError, OverflowError) as error:

@@ -16,7 +16,6 @@ from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.onboard.core import register_plugin
 from crazychoir_fw.recording.journal import Journal
-from crazychoir_fw.simulation.agenda import Agenda
 from crazychoir_fw.simulation.builder import build_model
 from crazychoir_fw.simulation.cameras import Camera, Cameras
 from crazychoir_fw.simulation.clients import Param
@@ -24,6 +23,7 @@ from crazychoir_fw.simulation.clients.swarm_uplink import SwarmUplink
 from crazychoir_fw.simulation.collisions import Collisions
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
+from crazychoir_fw.simulation.event_scheduler import EventScheduler
 from crazychoir_fw.simulation.events import Event
 from crazychoir_fw.simulation.faults import Fault, FaultSchedule
 from crazychoir_fw.simulation.fingerprint import Fingerprint, fingerprint
@@ -129,7 +129,7 @@ class World:
         for number, drone in enumerate(self.drones):
             drone.uplink.listeners.append(partial(self._write_down, number))
         self._swarm_uplink = SwarmUplink(self.drones)
-        self.agenda = Agenda()
+        self.agenda = EventScheduler()
         """What happens at simulated times: faults, plugins, replays."""
         self.events: list[Event] = []
         """What has happened so far."""

@@ -52,7 +52,7 @@ class Client:
 
     def read(self, until=None):
         """Take what arrives until something has happened, or everything that has arrived."""
-        for datagram, _ in self.station.line.take_out():
+        for datagram, _ in self.station.context.take_out():
             self.link.arrived.put(datagram)
         while until is None or not until():
             try:
@@ -68,7 +68,7 @@ class Client:
         count = -1
         while count != len(self.link.sent):
             count = len(self.link.sent)
-            self.station.line.carry_out()
+            self.station.context.carry_out()
             self.read()
 
     def _dispatch(self, packet):

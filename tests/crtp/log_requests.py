@@ -28,13 +28,13 @@ def start(station, number, period, *values):
     """Create a block and let it run, period in ms; the simulation takes note."""
     assert control(station, CREATE, number, entries(*values)) == 0
     assert control(station, START_MS, number, struct.pack("<H", period)) == 0
-    station.line.carry_out()
+    station.context.carry_out()
 
 
 def data(station, kinds=""):
     """Take what was sent: (block, time stamp, values) of each packet."""
     found = []
-    for datagram, is_droppable in station.line.take_out():
+    for datagram, is_droppable in station.context.take_out():
         port, channel, payload = parse(datagram)
         if port == 5:
             assert (channel, is_droppable) == (2, True)

@@ -18,24 +18,24 @@ class Talker:
 
     ports = (PORT, 3, 7)
 
-    def __init__(self, line):
-        self.line = line
+    def __init__(self, context):
+        self.context = context
         self.ended = 0
 
     def receive(self, port, channel, payload):
         if port != PORT:
-            self.line.later(lambda: self.line.drone.uplink.request("packet", port, channel, payload))
+            self.context.later(lambda: self.context.drone.uplink.request("packet", port, channel, payload))
             return ()
         word, number = payload[:1], payload[1] if len(payload) > 1 else 0
         if word == b"r":
             raise ValueError("told to")
         if word == b"R":
-            self.line.later(lambda: {}["told to"])
+            self.context.later(lambda: {}["told to"])
         if word == b"s":
             for k in range(4 * number):
-                self.line.send(PORT, 1, bytes((k % 256,)), droppable=True)
+                self.context.send(PORT, 1, bytes((k % 256,)), droppable=True)
         if word == b"l":
-            self.line.later(lambda: self.line.send(PORT, 2, self.line.world.tick.to_bytes(4, "little")))
+            self.context.later(lambda: self.context.send(PORT, 2, self.context.world.tick.to_bytes(4, "little")))
         return ((0, payload),)
 
     def end_session(self):

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.crtp.line import MAX_WAITING
 from crazychoir_fw.crtp.packet import MAX_PAYLOAD, Packet, Port, parse
+from crazychoir_fw.crtp.service_context import MAX_WAITING
 from crazychoir_fw.crtp.services.commander import CommanderService
 from crazychoir_fw.crtp.services.high_level import HighLevelService
 from crazychoir_fw.crtp.station import Station
@@ -28,8 +28,8 @@ def service_of(station, kind):
 def send(station, port, channel, payload):
     """Send a packet as a client does, let the drone take it, and return what it sends then."""
     assert station.receive(Packet(port, channel, payload).to_bytes()) == []
-    station.line.carry_out()
-    return [parse(datagram) for datagram, _ in station.line.take_out()]
+    station.context.carry_out()
+    return [parse(datagram) for datagram, _ in station.context.take_out()]
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def station():
 @pytest.fixture
 def flying(station):
     """The station of a drone whose supervisor lets it fly."""
-    station.line.world.wait_until_ready()
+    station.context.world.wait_until_ready()
     return station
 
 
@@ -81,12 +81,12 @@ def test_setpoints_of_cflib_reach_the_commander(flying, call, arguments, port, c
     client = Client(flying)
     getattr(client.cf.commander, call)(*arguments)
     assert client.link.sent == [(port, channel, bytes.fromhex(payload))]
-    flying.line.carry_out()
+    flying.context.carry_out()
     service = service_of(flying, CommanderService)
     assert (service.packets.refused, service.packets.lost) == (0, 0)
-    requests = [request.arguments for request in flying.line.world.journal if request.verb == "packet"]
+    requests = [request.arguments for request in flying.context.world.journal if request.verb == "packet"]
     assert requests == [(port, channel, bytes.fromhex(payload))]
-    commander = flying.line.drone.struct.onboard.commander
+    commander = flying.context.drone.struct.onboard.commander
     assert commander.priority == (1 if channel == 1 else 2)  # that of a client, until it lets go
 
 
@@ -96,21 +96,21 @@ def test_commands_of_cflib_are_answered_with_0(flying, call, arguments, payload)
     getattr(client.cf.high_level_commander, call)(*arguments)
     request = bytes.fromhex(payload)
     assert client.link.sent == [(8, 0, request)]
-    flying.line.carry_out()
-    (answer,) = [parse(datagram) for datagram, _ in flying.line.take_out()]
+    flying.context.carry_out()
+    (answer,) = [parse(datagram) for datagram, _ in flying.context.take_out()]
     assert answer == (8, 0, (request + b"\0")[:3].ljust(3, b"\0") + b"\0")
     assert service_of(flying, HighLevelService).packets.refused == 0
 
 
 def test_what_cflib_flies_is_flown(flying):
-    client, world, drone = Client(flying), flying.line.world, flying.line.drone
+    client, world, drone = Client(flying), flying.context.world, flying.context.drone
     client.cf.high_level_commander.takeoff(0.5, 1.0)
-    flying.line.carry_out()
+    flying.context.carry_out()
     world.run(1.5)
     assert drone.true_position[2] == pytest.approx(0.5, abs=0.05)
     for _ in range(50):
         client.cf.commander.send_position_setpoint(0.3, 0.0, 0.7, 0.0)
-        flying.line.carry_out()
+        flying.context.carry_out()
         world.run(0.04)
     assert drone.true_position == pytest.approx([0.3, 0.0, 0.7], abs=0.1)
 
@@ -118,7 +118,7 @@ def test_what_cflib_flies_is_flown(flying):
 def test_zero_setpoint_at_the_end_of_a_session_unlocks_and_owns(flying):
     """What `close_link` sends (dossier 12 and 21)."""
     assert send(flying, 3, 0, bytes(14)) == []
-    onboard = flying.line.drone.struct.onboard
+    onboard = flying.context.drone.struct.onboard
     assert (onboard.commander.priority, onboard.rpyt.thrust_is_locked) == (2, False)
 
 
@@ -136,15 +136,15 @@ def test_refusals_of_the_high_level_commander_are_its_answer(station, payload, e
 
 
 def test_a_locked_drone_is_busy(flying):
-    flying.line.drone.emergency_stop()
-    flying.line.world.run(0.1)
+    flying.context.drone.emergency_stop()
+    flying.context.world.run(0.1)
     takeoff = bytes.fromhex("07 00 0000803F 00000000 00 00000040")
     assert send(flying, 8, 0, takeoff) == [(8, 0, takeoff[:3] + b"\x10")]
 
 
 def test_high_level_commands_come_on_any_channel(station):
     assert send(station, 8, 2, b"\0\3") == [(8, 0, b"\0\3\0\0")]
-    assert station.line.drone.param["hlCommander.groupmask"] == 3
+    assert station.context.drone.param["hlCommander.groupmask"] == 3
 
 
 @pytest.mark.parametrize(
@@ -162,10 +162,10 @@ def test_high_level_commands_come_on_any_channel(station):
     ],
 )
 def test_bad_setpoints_are_swallowed_and_counted(station, port, channel, payload):
-    before = bytes(ffi.buffer(ffi.addressof(station.line.drone.struct.onboard, "commander")))
+    before = bytes(ffi.buffer(ffi.addressof(station.context.drone.struct.onboard, "commander")))
     assert send(station, port, channel, payload) == []
     assert service_of(station, CommanderService).packets.refused == 1
-    assert bytes(ffi.buffer(ffi.addressof(station.line.drone.struct.onboard, "commander"))) == before
+    assert bytes(ffi.buffer(ffi.addressof(station.context.drone.struct.onboard, "commander"))) == before
 
 
 def test_setpoints_do_not_pile_up_while_the_simulation_is_paused(flying):
@@ -176,34 +176,34 @@ def test_setpoints_do_not_pile_up_while_the_simulation_is_paused(flying):
     service = service_of(flying, CommanderService)
     assert service.packets.lost == len(positions) - 100
     flying.receive(Packet(8, 0, b"\0\5").to_bytes())
-    flying.line.carry_out()
-    assert flying.line.drone.struct.onboard.commander.setpoint.position.x == positions[-1]
-    assert flying.line.drone.param["hlCommander.groupmask"] == 5
-    assert len(flying.line.world.journal) >= 101
+    flying.context.carry_out()
+    assert flying.context.drone.struct.onboard.commander.setpoint.position.x == positions[-1]
+    assert flying.context.drone.param["hlCommander.groupmask"] == 5
+    assert len(flying.context.world.journal) >= 101
 
 
 def test_high_level_commands_beyond_are_lost(station):
     for mask in range(200):
         station.receive(Packet(8, 0, bytes((0, mask))).to_bytes())
-    station.line.carry_out()
-    assert station.line.drone.param["hlCommander.groupmask"] == 99
+    station.context.carry_out()
+    assert station.context.drone.param["hlCommander.groupmask"] == 99
     assert service_of(station, HighLevelService).packets.lost == 100
     station.receive(Packet(8, 0, b"\0\7").to_bytes())
-    station.line.carry_out()
-    assert station.line.drone.param["hlCommander.groupmask"] == 7
+    station.context.carry_out()
+    assert station.context.drone.param["hlCommander.groupmask"] == 7
 
 
 @pytest.mark.parametrize("port", [Port.SUPERVISOR, Port.LOCALIZATION])
 def test_no_flood_of_other_requests_keeps_a_stop_from_the_drone(station, port):
-    station.line.world.wait_until_ready()
+    station.context.world.wait_until_ready()
     arm = Packet(Port.PLATFORM, 0, b"\1\1").to_bytes()
     for _ in range(2000):
         station.receive(arm)
     station.receive(Packet(port, 1, b"\3").to_bytes())
     send(station, 8, 0, b"\0\7")
-    assert station.line.drone.param["hlCommander.groupmask"] == 7
-    station.line.world.run(0.1)
-    assert station.line.drone.is_locked
+    assert station.context.drone.param["hlCommander.groupmask"] == 7
+    station.context.world.run(0.1)
+    assert station.context.drone.is_locked
 
 
 SHARED = bench()

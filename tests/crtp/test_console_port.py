@@ -23,7 +23,7 @@ def world():
 def station(world):
     station = Station(world, world["cf1"])
     station.receive(CONNECT)
-    station.line.carry_out()
+    station.context.carry_out()
     return station
 
 
@@ -32,9 +32,9 @@ def print_on(world, text):
 
 
 def told(station, ticks=20):
-    station.line.world.step(ticks)
+    station.context.world.step(ticks)
     found = []
-    for datagram, is_droppable in station.line.take_out():
+    for datagram, is_droppable in station.context.take_out():
         packet = parse(datagram)
         assert (packet.port, packet.channel, is_droppable) == (0, 0, True)
         found.append(packet.payload)
@@ -44,15 +44,15 @@ def told(station, ticks=20):
 def test_a_simulation_that_is_quicker_than_the_radio_thread(world):
     """It may begin to listen, and look many times, before the radio thread goes on."""
     station = Station(world, world["cf1"])
-    later = station.line.later
+    later = station.context.later
 
     def at_once(change):
         later(change)
-        station.line.carry_out()
+        station.context.carry_out()
         world.step(40)
         return True
 
-    station.line.later = at_once
+    station.context.later = at_once
     station.receive(CONNECT)
     print_on(world, b"hello\n")
     assert told(station) == [b"hello\n"]
@@ -88,11 +88,11 @@ def test_what_was_printed_before_the_client_came_is_lost(world):
     appointments = len(world.agenda.periods)
     print_on(world, b"early\n")
     station.receive(SCAN)
-    station.line.carry_out()
+    station.context.carry_out()
     assert told(station, 100) == []
     assert len(world.agenda.periods) == appointments, "who scans is no client"
     station.receive(CONNECT)
-    station.line.carry_out()
+    station.context.carry_out()
     print_on(world, b"late\n")
     assert told(station) == [b"late\n"]
 
@@ -104,7 +104,7 @@ def test_nobody_is_told_after_the_session(world, station):
     assert told(station, 100) == []
     assert len(world.agenda.periods) == appointments - 1
     station.receive(CONNECT)
-    station.line.carry_out()
+    station.context.carry_out()
     print_on(world, b"heard\n")
     assert told(station) == [b"heard\n"]
 
@@ -112,7 +112,7 @@ def test_nobody_is_told_after_the_session(world, station):
 def test_a_session_that_follows_at_once(world, station):
     station.end_session()
     station.receive(CONNECT)
-    station.line.carry_out()
+    station.context.carry_out()
     print_on(world, b"once\n")
     assert told(station) == [b"once\n"]
 

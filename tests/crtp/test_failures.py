@@ -96,7 +96,7 @@ def abandoned(happened):
 
     def deliver(request):
         with suppress(CrazychoirError):  # refused then as well
-            world.drones[request.drone].uplink.deliver(request.verb, *request.arguments)
+            world.drones[request.drone].uplink.dispatch(request.verb, *request.arguments)
 
     last = 0
     for request in journal:
@@ -196,7 +196,7 @@ def test_who_was_not_listened_to_gets_the_log_of_that_moment(served):
     server, client = served
     with stopped(server):
         (drone,) = server._radio._radios
-        drone.station.line.send(5, 2, b"log", droppable=True)
+        drone.station.context.send(5, 2, b"log", droppable=True)
     assert client.recv(64) == b"\x5elog"
 
 

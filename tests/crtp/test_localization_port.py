@@ -31,8 +31,8 @@ def service_of(station):
 
 def send(station, channel, payload):
     assert station.receive(Packet(6, channel, payload).to_bytes()) == []
-    station.line.carry_out()
-    return [parse(datagram) for datagram, _ in station.line.take_out()]
+    station.context.carry_out()
+    return [parse(datagram) for datagram, _ in station.context.take_out()]
 
 
 @pytest.fixture
@@ -48,8 +48,8 @@ def test_external_position_of_cflib(station):
     client.cf.extpos.send_extpos(1, 2, 3)
     client.cf.loc.send_extpos((1, 2, 3))
     assert client.link.sent == [(6, 0, bytes.fromhex("0000803F 00000040 00004040"))] * 2
-    station.line.carry_out()
-    assert [station.line.drone.log[f"ext_pos.{axis}"] for axis in "XYZ"] == [1, 2, 3]
+    station.context.carry_out()
+    assert [station.context.drone.log[f"ext_pos.{axis}"] for axis in "XYZ"] == [1, 2, 3]
 
 
 def test_external_pose_of_cflib(station):
@@ -57,18 +57,18 @@ def test_external_pose_of_cflib(station):
     client.cf.loc.send_extpose((1, 2, 3), (0, 0, 0, 1))
     payload = "08 0000803F 00000040 00004040 00000000 00000000 00000000 0000803F"
     assert client.link.sent == [(6, 1, bytes.fromhex(payload))]
-    station.line.world.step(7)
-    station.line.carry_out()
-    log = station.line.drone.log
+    station.context.world.step(7)
+    station.context.carry_out()
+    log = station.context.drone.log
     assert [log[f"locSrv.{name}"] for name in ("x", "y", "z", "qx", "qy", "qz", "qw")] == [1, 2, 3, 0, 0, 0, 1]
-    assert log["locSrvZ.tick"] == station.line.drone.struct.onboard.tick
+    assert log["locSrvZ.tick"] == station.context.drone.struct.onboard.tick
 
 
 def test_packed_positions_name_drones_by_the_low_byte_of_their_address(station):
-    own = station.line.drone.struct.onboard.radio_id
+    own = station.context.drone.struct.onboard.radio_id
     item = struct.pack("<B3h", own + 1, 1, 2, 3) + struct.pack("<B3h", own, 1000, 2000, 3000)
     assert send(station, 2, item) == []
-    assert [station.line.drone.log[f"ext_pos.{axis}"] for axis in "XYZ"] == [1, 2, 3]
+    assert [station.context.drone.log[f"ext_pos.{axis}"] for axis in "XYZ"] == [1, 2, 3]
 
 
 def test_persistent_lighthouse_data_and_ultra_wideband_packets_are_answered_with_no(station):
@@ -76,8 +76,8 @@ def test_persistent_lighthouse_data_and_ultra_wideband_packets_are_answered_with
     client.cf.loc.send_lh_persist_data_packet([0, 1], [2])
     client.cf.loc.send_short_lpp_packet(5, b"\1\2")
     assert client.link.sent[0] == (6, 1, bytes.fromhex("0B 0300 0400"))
-    station.line.carry_out()
-    assert [parse(datagram) for datagram, _ in station.line.take_out()] == [(6, 1, b"\x0b\0"), (6, 1, b"\x02\5\0")]
+    station.context.carry_out()
+    assert [parse(datagram) for datagram, _ in station.context.take_out()] == [(6, 1, b"\x0b\0"), (6, 1, b"\x02\5\0")]
 
 
 @pytest.mark.parametrize(
@@ -85,18 +85,18 @@ def test_persistent_lighthouse_data_and_ultra_wideband_packets_are_answered_with
     [(0, b""), (0, bytes(11)), (0, b"\xff" * 12), (1, b""), (1, b"\x08"), (1, b"\x55"), (2, b"\1"), (3, b"\0")],
 )
 def test_bad_packets_are_swallowed_and_counted(station, channel, payload):
-    before = station.line.drone.memory.copy()
+    before = station.context.drone.memory.copy()
     assert send(station, channel, payload) == []
     service = service_of(station)
     assert service.positions.refused + service.packets.refused == 1
-    assert (station.line.drone.memory == before).all()
+    assert (station.context.drone.memory == before).all()
 
 
 def test_the_newest_of_many_positions_stays(station):
     for x in range(2000):
         station.receive(Packet(6, 0, struct.pack("<3f", x, 0, 0)).to_bytes())
-    station.line.carry_out()
-    assert station.line.drone.log["ext_pos.X"] == 1999
+    station.context.carry_out()
+    assert station.context.drone.log["ext_pos.X"] == 1999
     assert service_of(station).positions.lost == 1900
 
 
@@ -122,21 +122,21 @@ class Listener:
         self.taken = []
         self.client.cf.loc.receivedLocationPacket.add_callback(self.taken.append)
         for name, value in parameters.items():
-            station.line.drone.param[f"locSrv.{name}"] = value
-        station.line.world.run(0.1)
-        station.line.take_out()
+            station.context.drone.param[f"locSrv.{name}"] = value
+        station.context.world.run(0.1)
+        station.context.take_out()
 
     def packets(self, seconds):
         """Return what came meanwhile, as cflib decodes it."""
         self.taken.clear()
-        self.station.line.world.run(seconds)
+        self.station.context.world.run(seconds)
         self.client.read()
         return list(self.taken)
 
 
 def ready(**options):
     station = bench(**options)
-    station.line.world.wait_until_ready()
+    station.context.world.wait_until_ready()
     return station
 
 
@@ -157,7 +157,7 @@ def test_nothing_is_streamed_unasked(options):
 
 def test_ranges_are_distances_to_anchors(loco):
     listener = Listener(loco, enRangeStreamFP32=1)
-    drone = loco.line.drone
+    drone = loco.context.drone
     before = drone.struct.onboard.decks.loco.streamed.written
     packets = listener.packets(0.5)
     assert len(packets) == pytest.approx((drone.struct.onboard.decks.loco.streamed.written - before) / 5, abs=1)
@@ -177,23 +177,23 @@ def test_ranges_that_are_streamed_are_those_on_board(loco):
     listener = Listener(loco, enRangeStreamFP32=1)
     packets = listener.packets(0.3)
     latest = {anchor: distance for packet in packets for anchor, distance in packet.data.items()}
-    logged = [loco.line.drone.log[f"ranging.distance{anchor}"] for anchor in range(8)]
+    logged = [loco.context.drone.log[f"ranging.distance{anchor}"] for anchor in range(8)]
     assert sum(latest.get(anchor) == distance for anchor, distance in enumerate(logged)) >= 3  # some came later
-    loco.line.drone.param["locSrv.enRangeStreamFP32"] = 0
+    loco.context.drone.param["locSrv.enRangeStreamFP32"] = 0
 
 
 def test_ranges_survive_a_return_to_an_earlier_time(loco):
-    world = loco.line.world
+    world = loco.context.world
     before = world.snapshot()
     listener = Listener(loco, enRangeStreamFP32=1)
     first = [packet.raw_data for packet in listener.packets(0.3)]
     world.restore(before)
-    loco.line.drone.param["locSrv.enRangeStreamFP32"] = 1
+    loco.context.drone.param["locSrv.enRangeStreamFP32"] = 1
     world.run(0.1)
     listener.client.read()
     again = [packet.raw_data for packet in listener.packets(0.3)]
     assert len(again) == pytest.approx(len(first), abs=1)
-    loco.line.drone.param["locSrv.enRangeStreamFP32"] = 0
+    loco.context.drone.param["locSrv.enRangeStreamFP32"] = 0
 
 
 def directions(drone, station, packet):
@@ -216,11 +216,11 @@ def test_angles_point_at_the_sensors(lighthouse):
     assert {packet.data["basestation"] for packet in packets} == {0, 1}
     assert {len(packet.raw_data) for packet in packets} == {21}
     for packet in packets:
-        measured, true = directions(lighthouse.line.drone, packet.data["basestation"], packet)
+        measured, true = directions(lighthouse.context.drone, packet.data["basestation"], packet)
         assert measured == pytest.approx(true, abs=0.01)  # calibration and geometry have errors
         # differences between sensors do not
         assert np.diff(measured, axis=0) == pytest.approx(np.diff(true, axis=0), abs=1e-3)
-    lighthouse.line.drone.param["locSrv.enLhAngleStream"] = 0
+    lighthouse.context.drone.param["locSrv.enLhAngleStream"] = 0
     assert Listener(lighthouse).packets(0.2) == []
 
 
@@ -234,7 +234,7 @@ def test_matched_angles_come_in_groups(lighthouse):
         assert first.data["bs_count"] == second.data["bs_count"] == 2
     groups = [packet.data["group_id"] for packet in packets[::2]]
     assert all((later - earlier) % 16 == 1 for earlier, later in pairwise(groups))
-    lighthouse.line.drone.param["locSrv.enLhMtchStm"] = 0
+    lighthouse.context.drone.param["locSrv.enLhMtchStm"] = 0
 
 
 @pytest.mark.parametrize(("parameters", "count"), [({"minBsLhMtchStm": 3}, 0), ({"minBsLhMtchStm": 1}, 1)])
@@ -242,8 +242,8 @@ def test_a_group_has_as_many_base_stations_as_were_asked_for(lighthouse, paramet
     packets = Listener(lighthouse, enLhMtchStm=1, **parameters).packets(0.3)
     assert (len(packets) > 0) == (count > 0)
     assert all(packet.data["bs_count"] >= count for packet in packets)
-    lighthouse.line.drone.param["locSrv.enLhMtchStm"] = 0
-    lighthouse.line.drone.param["locSrv.minBsLhMtchStm"] = 2
+    lighthouse.context.drone.param["locSrv.enLhMtchStm"] = 0
+    lighthouse.context.drone.param["locSrv.minBsLhMtchStm"] = 2
 
 
 def test_turns_that_are_too_far_apart_make_no_group(lighthouse):
@@ -251,5 +251,5 @@ def test_turns_that_are_too_far_apart_make_no_group(lighthouse):
     together = len(Listener(lighthouse, enLhMtchStm=1, maxTimeLhMtchStm=25).packets(0.5))
     apart = len(Listener(lighthouse, enLhMtchStm=1, maxTimeLhMtchStm=0).packets(0.5))
     assert apart < together / 2
-    lighthouse.line.drone.param["locSrv.enLhMtchStm"] = 0
-    lighthouse.line.drone.param["locSrv.maxTimeLhMtchStm"] = 25
+    lighthouse.context.drone.param["locSrv.enLhMtchStm"] = 0
+    lighthouse.context.drone.param["locSrv.maxTimeLhMtchStm"] = 25

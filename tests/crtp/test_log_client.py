@@ -31,7 +31,7 @@ class LogClient(Client):
         config.start()
         self.pump()
         for _ in range(round(seconds * 100)):
-            self.station.line.world.step(10)
+            self.station.context.world.step(10)
             self.pump()
         assert errors == []
         return told

@@ -39,16 +39,16 @@ def station(world):
     station = Station(world, world["cf1"])
     yield station
     station.end_session()
-    station.line.carry_out()
+    station.context.carry_out()
     world.reset()
 
 
 def packets(station, ticks=100):
     """Let time pass and return the log packets."""
-    station.line.carry_out()
-    station.line.take_out()
-    station.line.world.step(ticks)
-    return [parse(datagram).payload for datagram, _ in station.line.take_out()]
+    station.context.carry_out()
+    station.context.take_out()
+    station.context.world.step(ticks)
+    return [parse(datagram).payload for datagram, _ in station.context.take_out()]
 
 
 def test_a_session_begins_with_a_reset(station):
@@ -146,17 +146,17 @@ def test_a_reset_deletes_all(station):
 
 def test_starts_beyond_what_can_wait_are_refused(station):
     assert control(station, CREATE, 1) == 0
-    while station.line.later(lambda: None):
+    while station.context.later(lambda: None):
         pass
     assert control(station, START, 1, b"\x01") == errno.ENOMEM
-    station.line.carry_out()
+    station.context.carry_out()
     assert control(station, START, 1, b"\x01") == 0
 
 
 def test_a_flood_of_starts_waits_as_one(station):
     assert control(station, CREATE, 1, entries(("stabilizer.roll", INT16))) == 0
     waiting = []
-    station.line.later = lambda change: waiting.append(change) or True
+    station.context.later = lambda change: waiting.append(change) or True
     for period in range(1, 200):
         assert control(station, START, 1, bytes((period,))) == 0
     assert len(waiting) == 1
@@ -181,9 +181,9 @@ def test_any_packets_are_answered_in_the_right_shape(world, requests):
                 assert answer.payload[0] == payload[0]
                 assert answer.payload[2] in (0, errno.ENOENT, errno.E2BIG, errno.ENOEXEC, errno.ENOMEM, errno.EEXIST)
         if is_stepped:
-            station.line.carry_out()
+            station.context.carry_out()
             world.step(5)
-    for datagram, _ in station.line.take_out():
+    for datagram, _ in station.context.take_out():
         assert parse(datagram).port in (0, 5)
         assert len(datagram) <= 31
     station.end_session()

@@ -91,7 +91,7 @@ def test_variables_that_a_library_computes_when_read(bitcraze_library, miniature
     for number, name in enumerate(names[:16]):
         assert control(station, CREATE, number, entries((name, FLOAT), provider=provider)) == 0
         assert control(station, START, number, b"\x01") == 0
-    station.line.carry_out()
+    station.context.carry_out()
     world.step(2000)
     sent = {names[number]: value for number, _, (value,) in data(station, "f")}
     assert sent == {name: np.float32(world["cf1"].log[name]) for name in names[:16]}
@@ -112,7 +112,7 @@ def test_a_start_while_it_runs_changes_the_period(world, station):
     world.step(35)
     assert times(station) == [10, 20, 30]
     assert control(station, START, 1, b"\x05") == 0
-    station.line.carry_out()
+    station.context.carry_out()
     world.step(200)
     assert times(station) == [90, 140, 190]
 
@@ -122,7 +122,7 @@ def test_stop_and_delete_need_nobodys_help(world, station, command):
     start(station, 1, 10, ROLL)
     world.step(10)
     assert control(station, command, 1) == 0
-    station.line.take_out()
+    station.context.take_out()
     world.step(100)
     assert times(station) == []
 
@@ -132,7 +132,7 @@ def test_a_stopped_block_starts_again(world, station):
     world.step(10)
     assert control(station, STOP, 1) == 0
     assert control(station, START, 1, b"\x02") == 0
-    station.line.carry_out()
+    station.context.carry_out()
     world.step(40)
     assert times(station) == [10, 30, 50]
 
@@ -141,7 +141,7 @@ def test_a_stop_that_overtakes_its_start(world, station):
     assert control(station, CREATE, 1, entries(ROLL)) == 0
     assert control(station, START, 1, b"\x01") == 0
     assert control(station, STOP, 1) == 0
-    station.line.carry_out()
+    station.context.carry_out()
     world.step(50)
     assert times(station) == []
 
@@ -151,7 +151,7 @@ def test_period_0_sends_one_packet_at_once(world, station, command, rest):
     world.step(5)
     start(station, 1, 10, ROLL)
     assert control(station, command, 1, rest) == 0
-    station.line.carry_out()
+    station.context.carry_out()
     assert times(station) == [5]
     world.step(20)
     assert times(station) == [20], "what ran goes on"
@@ -162,7 +162,7 @@ def test_what_still_waits_at_the_end_of_a_session_is_not_begun(world, station, p
     assert control(station, CREATE, 1, entries(ROLL)) == 0
     assert control(station, START_MS, 1, period) == 0
     station.end_session()
-    station.line.carry_out()
+    station.context.carry_out()
     world.step(20)
     assert times(station) == []
 
@@ -215,7 +215,7 @@ def test_nothing_is_left_on_the_agenda(world, station):
         start(station, number, period, ROLL)
     station.end_session()
     world.step(2000)
-    station.line.take_out()
+    station.context.take_out()
     assert world.agenda.periods == appointments
     assert not sampler_of(world)._groups
 
@@ -271,14 +271,14 @@ def test_blocks_come_and_go_while_they_are_sampled(world):
                 control(station, DELETE, 1)
                 control(station, STOP, 2)
                 control(station, DELETE, 2)
-                seen.extend(station.line.take_out())
+                seen.extend(station.context.take_out())
         except BaseException as error:
             errors.append(error)
 
     client = threading.Thread(target=be_a_client)
     client.start()
     for _ in range(200):
-        station.line.carry_out()
+        station.context.carry_out()
         world.step(1)
     is_over.set()
     client.join()
@@ -295,11 +295,11 @@ def test_every_block_keeps_its_period(lasting_world, commands):
         control(station, CREATE, number, entries(ROLL))
     for number, period, wait in commands:
         control(station, START_MS, number, bytes((period, 0)))
-        station.line.carry_out()
+        station.context.carry_out()
         world.step(wait)
     last = {number: period for number, period, _ in commands}
     world.step(2 * SLICE + 60)
-    station.line.take_out()
+    station.context.take_out()
     begin = world.tick
     world.step(240)
     sent = data(station)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from crazychoir_fw.crtp.owner import GOODBYE_S, MOST_WAITING, SILENCE_S, Owner, Ruling
+from crazychoir_fw.crtp.client_session import GOODBYE_S, MAX_WAITING, SILENCE_S, ClientSession, Ruling
 
 FIRST, SECOND, THIRD = ("127.0.0.1", 1001), ("127.0.0.1", 1002), ("10.0.0.3", 1001)
 SOURCE, PING, NULL = b"\xfd\0", b"\xfc" + bytes(9), b"\xff"
@@ -12,21 +12,21 @@ GOODBYE, HOVER = b"\x3c" + bytes(14), b"\x7c\x0a" + bytes(16)
 @pytest.fixture
 def owner():
     """A drone that belongs to FIRST since 10 s."""
-    owner = Owner()
+    owner = ClientSession()
     assert owner.hear(FIRST, SOURCE, 10.0) is Ruling.BEGIN
     return owner
 
 
 @pytest.mark.parametrize("packet", [SOURCE, PING, HOVER, b"\x00"])
 def test_a_free_drone_goes_to_the_first_packet(packet):
-    owner = Owner()
+    owner = ClientSession()
     assert owner.hear(FIRST, packet, 0.0) is Ruling.BEGIN
     assert owner.address == FIRST
 
 
 @pytest.mark.parametrize("packet", [NULL, b"\xf3", b"\xf7\1\2\3"])
 def test_a_scan_gets_an_answer_and_nothing_else(owner, packet):
-    assert Owner().hear(FIRST, packet, 0.0) is Ruling.NULL
+    assert ClientSession().hear(FIRST, packet, 0.0) is Ruling.NULL
     assert owner.hear(SECOND, packet, 10.1) is Ruling.NULL
     assert owner.address == FIRST
     assert owner.heard_at == 10.0
@@ -39,7 +39,7 @@ def test_null_packets_of_the_owner_keep_it(owner):
 
 @pytest.mark.parametrize("datagram", [b"", bytes(32), bytes(64)])
 def test_what_is_no_packet_owns_nothing(datagram):
-    owner = Owner()
+    owner = ClientSession()
     assert owner.hear(FIRST, datagram, 0.0) is Ruling.MALFORMED
     assert owner.address is None
 
@@ -109,12 +109,12 @@ def test_who_has_stopped_waiting_is_not_served(owner):
 
 
 def test_many_newcomers_fill_no_memory(owner):
-    for number in range(3 * MOST_WAITING):
+    for number in range(3 * MAX_WAITING):
         assert owner.hear(("10.0.0.4", number), SOURCE, 10.1) is Ruling.KEEP
     served = []
     while (owner.leave(), owner.next_in_line(10.2))[1] is not None:
         served.append(owner.address[1])
-    assert served == list(range(3 * MOST_WAITING))[: -MOST_WAITING - 1 : -1]
+    assert served == list(range(3 * MAX_WAITING))[: -MAX_WAITING - 1 : -1]
 
 
 def test_the_next_script_has_the_drone_as_soon_as_the_last_one_has_closed_its_link(owner):
@@ -143,7 +143,7 @@ def test_a_client_that_pings_after_a_set_point_of_zeros_keeps_its_drone(owner):
 
 
 def test_the_newest_wins_if_wanted():
-    owner = Owner(newest_wins=True)
+    owner = ClientSession(newest_wins=True)
     owner.hear(FIRST, SOURCE, 10.0)
     assert owner.hear(SECOND, HOVER, 10.1) is Ruling.REFUSE
     assert owner.hear(SECOND, SOURCE, 10.2) is Ruling.BEGIN

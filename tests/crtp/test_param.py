@@ -40,8 +40,8 @@ class Bench:
         self.drone = self.world["cf1"]
         self.station = Station(self.world, self.drone, storage=storage)
         self.service = next(service for service in self.station.services if isinstance(service, ParamService))
-        self.line = self.station.line
-        self.line.carry_out()
+        self.context = self.station.context
+        self.context.carry_out()
 
     def ask(self, channel, payload):
         """Return the only answer, or None."""
@@ -52,7 +52,7 @@ class Bench:
 
     def told(self):
         """Return payloads that the drone has sent by itself."""
-        return [datagram[1:] for datagram, _ in self.line.take_out()]
+        return [datagram[1:] for datagram, _ in self.context.take_out()]
 
 
 @pytest.fixture
@@ -90,7 +90,7 @@ def test_a_write_is_echoed_at_once_and_takes_effect_between_two_steps(bench):
     assert bench.ask(WRITE, payload) == payload
     assert bench.drone.param[name] == 0.0
     assert bench.ask(READ, id_of(name)) == id_of(name) + b"\0" + packed(name, 0.125)  # what waits counts already
-    bench.line.carry_out()
+    bench.context.carry_out()
     assert bench.drone.param[name] == 0.125
     assert bench.ask(READ, id_of(name)) == id_of(name) + b"\0" + packed(name, 0.125)
 
@@ -100,7 +100,7 @@ def test_writes_take_effect_in_order_and_stand_in_the_journal(bench):
     for value in (1, 2, 3):
         bench.ask(WRITE, id_of(name) + bytes((value,)))
     assert bench.ask(READ, id_of(name))[3:] == b"\3"
-    bench.line.carry_out()
+    bench.context.carry_out()
     asked = [request.arguments for request in bench.world.journal if request.verb == "param"]
     assert asked == [(name, 1), (name, 2), (name, 3)]
 
@@ -110,7 +110,7 @@ def test_what_is_not_finite_is_refused_with_the_value_that_stays(bench, value):
     name = "posCtlPid.xKp"
     stays = id_of(name) + packed(name, bench.drone.param[name])
     assert bench.ask(WRITE, id_of(name) + packed(name, value)) == stays
-    bench.line.carry_out()
+    bench.context.carry_out()
     assert bench.ask(READ, id_of(name)) == stays[:2] + b"\0" + stays[2:]
 
 
@@ -122,14 +122,14 @@ def test_a_write_that_is_too_short_is_refused_with_the_value_that_stays(bench):
 def test_bytes_behind_a_value_are_ignored_and_echoed(bench):
     payload = id_of("ring.effect") + b"\7\1\2\3"
     assert bench.ask(WRITE, payload) == payload
-    bench.line.carry_out()
+    bench.context.carry_out()
     assert bench.drone.param["ring.effect"] == 7
 
 
 def test_read_only_parameter_is_not_answered(bench):
     """The firmware does not answer (9.4)."""
     assert bench.ask(WRITE, id_of("deck.bcFlow2") + b"\1") is None
-    bench.line.carry_out()
+    bench.context.carry_out()
     assert bench.drone.param["deck.bcFlow2"] == 0
 
 
@@ -139,16 +139,16 @@ def test_writes_do_not_pile_up_while_the_simulation_is_paused(bench):
         assert bench.ask(WRITE, id_of(name) + bytes((i % 256,)))[2] == i % 256
     last = (MAX_WRITES - 1) % 256
     assert bench.ask(WRITE, id_of(name) + b"\xfe") == id_of(name) + bytes((last,))
-    bench.line.carry_out()
+    bench.context.carry_out()
     assert bench.drone.param[name] == last
     assert bench.ask(WRITE, id_of(name) + b"\xfe") == id_of(name) + b"\xfe"
 
 
 def test_no_flood_of_other_requests_keeps_a_write_from_the_drone(bench):
-    while bench.line.later(lambda: None):
+    while bench.context.later(lambda: None):
         pass
     assert bench.ask(WRITE, id_of("ring.effect") + b"\5") == id_of("ring.effect") + b"\5"
-    bench.line.carry_out()
+    bench.context.carry_out()
     assert bench.drone.param["ring.effect"] == 5
 
 
@@ -176,7 +176,7 @@ def test_set_by_name_has_the_error_numbers_of_the_firmware(bench, name, type_byt
     before = dict(bench.drone.param)
     request = by_name(name, type_byte, raw)
     assert bench.ask(MISC, request) == request[: len(name) + 2] + bytes((error,))
-    bench.line.carry_out()
+    bench.context.carry_out()
     changed = {key for key, value in bench.drone.param.items() if value != before[key]}
     assert changed == (set() if error else {name})
 
@@ -250,11 +250,11 @@ def test_what_is_stored_survives_reboot_reset_and_server(bench):
     bench.ask(WRITE, id_of("ring.effect") + b"\7")
     bench.ask(MISC, b"\x03" + id_of("ring.effect"))
     for boot in (bench.drone.reboot, bench.world.reset):
-        bench.line.carry_out()
+        bench.context.carry_out()
         bench.world.step(10)
         boot()
         assert bench.drone.param["ring.effect"] == 0
-        bench.line.carry_out()
+        bench.context.carry_out()
         assert bench.drone.param["ring.effect"] == 7
     again = Bench(world=bench.world)
     assert again.ask(MISC, b"\x04" + id_of("ring.effect"))[3:] == b"\1\0\7"
@@ -319,7 +319,7 @@ def test_a_request_that_clears_itself_is_told(bench):
     name = "supervisor.infdmp"
     bench.world.step(2000)  # until the supervisor works
     bench.ask(WRITE, id_of(name) + b"\1")
-    bench.line.carry_out()
+    bench.context.carry_out()
     bench.world.step(100)
     assert bench.told() == [b"\1" + id_of(name) + b"\0"]
 
@@ -327,7 +327,7 @@ def test_a_request_that_clears_itself_is_told(bench):
 def test_an_own_write_is_not_told(bench):
     bench.ask(WRITE, id_of("ring.effect") + b"\3")
     bench.world.step(100)
-    bench.line.carry_out()
+    bench.context.carry_out()
     bench.world.step(100)
     assert bench.told() == []
 
@@ -392,7 +392,7 @@ def test_cflib_knows_writes_and_stores_all_parameters(bench, client):
         ("ring.effect", True),
     ]
 
-    bench.line.carry_out()
+    bench.context.carry_out()
     bench.drone.param["ring.effect"] = 2
     bench.world.step(100)
     client.read()
@@ -404,7 +404,7 @@ def test_cflib_writes_by_name(bench):
     client.cf.param.set_value_raw("kalman.resetEstimation", 0x08, 1)
     assert client.link.sent == [(2, 3, b"\0kalman\0resetEstimation\0\x08\1")]  # dossier section 21
     assert client.link.arrived.get()[1:] == b"\0kalman\0resetEstimation\0\0"
-    bench.line.carry_out()
+    bench.context.carry_out()
     assert bench.drone.param["kalman.resetEstimation"] == 1
 
 

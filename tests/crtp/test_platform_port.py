@@ -27,8 +27,8 @@ def station(world):
 def ask(station, channel, request):
     """Return the payloads that answer at once and when the simulation goes on."""
     replies = station.receive(Packet(13, channel, bytes.fromhex(request)).to_bytes())
-    station.line.carry_out()
-    replies += [datagram for datagram, _ in station.line.take_out()]
+    station.context.carry_out()
+    replies += [datagram for datagram, _ in station.context.take_out()]
     packets = [packet for packet in map(parse, replies) if packet.port != 0]  # but the console
     assert all((packet.port, packet.channel) == (13, channel) for packet in packets)
     return [packet.payload.hex() for packet in packets]
@@ -106,7 +106,7 @@ def test_recovery_is_answered(world, station):
 
 
 def test_requests_beyond_what_can_wait_are_refused(station):
-    while station.line.later(lambda: None):
+    while station.context.later(lambda: None):
         pass
     assert [reply.hex() for reply in station.receive(b"\xdc\x01\x01")] == ["dc0100"]
     assert [reply.hex() for reply in station.receive(b"\xdc\x02")] == ["dc0200"]
@@ -117,8 +117,8 @@ def test_any_packet_is_survived(lasting_station, channel, payload):
     replies = lasting_station.receive(Packet(13, channel, payload).to_bytes())
     assert len(replies) <= 1
     assert all(parse(reply)[:2] == (13, channel) for reply in replies)
-    lasting_station.line.carry_out()
-    lasting_station.line.take_out()
+    lasting_station.context.carry_out()
+    lasting_station.context.take_out()
 
 
 @pytest.fixture(scope="module")
@@ -144,7 +144,7 @@ def test_a_callback_gets_them_between_two_steps(station):
     station.receive(b"\xde\xbb")
     station.receive(b"\xde\xcc")
     assert heard == []
-    station.line.carry_out()
+    station.context.carry_out()
     assert heard == [b"\xaa", b"\xbb", b"\xcc"]
     assert ask(station, 2, "dd") == []
     assert heard[3:] == [b"\xdd"]
@@ -156,7 +156,7 @@ def test_a_flood_is_bounded(station):
     for number in range(10 * MAX_WAITING):
         station.receive(b"\xde" + number.to_bytes(2, "big"))
     assert station.app_channel.lost == 9 * MAX_WAITING
-    station.line.carry_out()
+    station.context.carry_out()
     assert heard == [number.to_bytes(2, "big") for number in range(MAX_WAITING)]
 
 
@@ -172,8 +172,8 @@ def test_a_callback_that_fails_loses_one_message(station):
     for datagram in (b"\xde\1", b"\xde\2", b"\xde\3"):
         station.receive(datagram)
     with pytest.raises(ValueError, match="a defect"):
-        station.line.carry_out()
-    station.line.carry_out()
+        station.context.carry_out()
+    station.context.carry_out()
     assert heard == [b"\1", b"\2", b"\3"]
 
 

@@ -30,7 +30,7 @@ def test_a_client_that_stalls_gets_replies_only(open_server, connect, world):
     client = connect(server)
     client.ask(SOURCE)
     world.step(600)
-    line = server._radios[0].station.line
+    line = server._radios[0].station.context
     line.send(PORT, 1, b"log data", droppable=True)
     line.send(PORT, 1, b"a late reply")
     assert client.read() == b"\xeda late reply"

@@ -95,7 +95,7 @@ def test_a_closed_socket_frees_its_drone_at_once(open_server, connect, world, cl
         second.send(SOURCE)
         assert second.ask(NULL) == NULL
         first.socket.close()
-        server._radios[0].station.line.send(PORT, 1, b"anything")
+        server._radios[0].station.context.send(PORT, 1, b"anything")
     assert second.read() == GREETING
     world.step(1)
     assert ("cf1", "end", "gone") in events(world)
@@ -199,7 +199,7 @@ def test_silence_ends_a_session(open_server, connect, world):
     world.step(200)
     assert server.clients == 0
     assert talker(server).ended == 1
-    server._radios[0].station.line.send(PORT, 1, b"for nobody")
+    server._radios[0].station.context.send(PORT, 1, b"for nobody")
     assert client.ping() == []
 
 

@@ -18,11 +18,11 @@ class Stepper:
 
     ports = (14,)
 
-    def __init__(self, line):
-        self.line = line
+    def __init__(self, context):
+        self.context = context
 
     def receive(self, port, channel, payload):
-        self.line.later(lambda: self.line.send(14, 1, self.line.world.tick.to_bytes(4, "little")))
+        self.context.later(lambda: self.context.send(14, 1, self.context.world.tick.to_bytes(4, "little")))
         return ()
 
     def end_session(self):

@@ -65,15 +65,15 @@ def test_a_station_that_is_closed_leaves_nothing_behind():
     before = what_waits(world)
     station = Station(world, world["cf1"])
     start_everything(station)
-    station.line.carry_out()
+    station.context.carry_out()
     world.step(30)
     assert what_waits(world) != before
-    assert [datagram for datagram, _ in station.line.take_out() if datagram[0] == 0x5E]
+    assert [datagram for datagram, _ in station.context.take_out() if datagram[0] == 0x5E]
     station.close()
     world.step(10)  # a log block that has ended is taken off when it was due
     assert what_waits(world) == before
     world.step(100)
-    assert station.line.take_out() == []
+    assert station.context.take_out() == []
 
 
 def test_a_world_that_is_served_twice_is_served_by_the_second_server_alone():

@@ -21,8 +21,8 @@ def bench(platform="cf2"):
 def station():
     """The station of a drone that must be armed, and can be."""
     station = bench("cf21bl")
-    while not station.line.drone.can_arm:
-        station.line.world.run(0.1)
+    while not station.context.drone.can_arm:
+        station.context.world.run(0.1)
     return station
 
 
@@ -32,25 +32,25 @@ def ask(station, payload):
 
 def answers(station):
     """Return what the drone sends, but for text on its console."""
-    return [parse(datagram) for datagram, is_droppable in station.line.take_out() if not is_droppable]
+    return [parse(datagram) for datagram, is_droppable in station.context.take_out() if not is_droppable]
 
 
 def command(station, payload):
     """Return what the drone answers when it has obeyed."""
     assert station.receive(Packet(9, COMMAND, payload).to_bytes()) == []
-    station.line.carry_out()
+    station.context.carry_out()
     return answers(station)
 
 
 def test_questions_are_answered_at_once_and_leave_no_trace(station):
-    before = station.line.drone.memory.copy()
-    requests = len(station.line.world.journal)
-    info = int(station.line.drone.log["supervisor.info"])
+    before = station.context.drone.memory.copy()
+    requests = len(station.context.world.journal)
+    info = int(station.context.drone.log["supervisor.info"])
     for query in range(1, 12):
         assert ask(station, bytes((query,))) == [bytes((query | 0x80, info >> (query - 1) & 1))]
     assert ask(station, b"\x0c") == [b"\x8c" + info.to_bytes(2, "little")]
-    assert (station.line.drone.memory == before).all()
-    assert len(station.line.world.journal) == requests
+    assert (station.context.drone.memory == before).all()
+    assert len(station.context.world.journal) == requests
 
 
 @pytest.mark.parametrize("payload", [b"", b"\x00", b"\x0d", b"\x81", b"\x01\x02"])
@@ -60,12 +60,12 @@ def test_other_questions_are_not_answered(station, payload):
 
 def test_arming_and_disarming(station):
     assert command(station, b"\1\1") == [(9, COMMAND, b"\x81\1\1")]
-    station.line.world.run(0.1)
-    assert station.line.drone.can_fly
+    station.context.world.run(0.1)
+    assert station.context.drone.can_fly
     assert ask(station, b"\2") == [b"\x82\1"]
-    assert station.line.drone.log["sys.armed"] == 1
+    assert station.context.drone.log["sys.armed"] == 1
     assert command(station, b"\1\0") == [(9, COMMAND, b"\x81\1\0")]
-    assert station.line.drone.log["sys.armed"] == 0
+    assert station.context.drone.log["sys.armed"] == 0
 
 
 def test_arming_that_is_refused_says_so():
@@ -79,22 +79,22 @@ def test_recovery_of_what_has_not_crashed(station):
 @pytest.mark.parametrize(("port", "channel", "payload"), [(9, 1, b"\3"), (6, 1, b"\3")])
 def test_emergency_stop_locks(port, channel, payload):
     station = bench()
-    station.line.world.wait_until_ready()
+    station.context.world.wait_until_ready()
     assert station.receive(Packet(port, channel, payload).to_bytes()) == []
-    station.line.carry_out()
-    station.line.world.run(0.1)
-    assert station.line.drone.is_locked
+    station.context.carry_out()
+    station.context.world.run(0.1)
+    assert station.context.drone.is_locked
     assert answers(station) == []
 
 
 @pytest.mark.parametrize(("port", "channel", "payload"), [(9, 1, b"\4"), (6, 1, b"\4")])
 def test_emergency_watchdog_locks_after_a_second_of_silence(port, channel, payload):
     station = bench()
-    world, drone = station.line.world, station.line.drone
+    world, drone = station.context.world, station.context.drone
     world.wait_until_ready()
     for _ in range(3):
         station.receive(Packet(port, channel, payload).to_bytes())
-        station.line.carry_out()
+        station.context.carry_out()
         world.run(0.9)
         assert not drone.is_locked
     world.run(0.2)
@@ -104,13 +104,13 @@ def test_emergency_watchdog_locks_after_a_second_of_silence(port, channel, paylo
 @pytest.mark.parametrize("port", [9, 6])
 def test_a_flood_does_not_keep_an_emergency_stop_away(port):
     station = bench()
-    station.line.world.wait_until_ready()
+    station.context.world.wait_until_ready()
     for _ in range(2000):
         station.receive(Packet(port, 1, b"\1\1" if port == 9 else b"\2\0").to_bytes())
     station.receive(Packet(port, 1, b"\3").to_bytes())
-    station.line.carry_out()
-    station.line.world.run(0.1)
-    assert station.line.drone.is_locked
+    station.context.carry_out()
+    station.context.world.run(0.1)
+    assert station.context.drone.is_locked
 
 
 def test_cflib_arms_and_reads_the_state(station):
@@ -121,10 +121,10 @@ def test_cflib_arms_and_reads_the_state(station):
     supervisor.send_crash_recovery_request()
     supervisor.send_emergency_stop_watchdog()
     assert client.link.sent == [(9, 1, b"\1\1"), (9, 1, b"\2"), (9, 1, b"\4")]
-    station.line.carry_out()
+    station.context.carry_out()
     client.read()
-    station.line.world.run(0.1)
-    info = int(station.line.drone.log["supervisor.info"])
+    station.context.world.run(0.1)
+    info = int(station.context.drone.log["supervisor.info"])
     words = supervisor.decode_bitfield(info)
     assert "Is armed" in words
     assert "Can fly" in words

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crazychoir_fw.crtp import turns as rules
-from crazychoir_fw.crtp.turns import Reading, Turns, reading_of
+from crazychoir_fw.crtp.read_scheduler import Reading, ReadScheduler, reading_of
 
 ITEM, TYPE, VALUE = b"\x5c\2\0\0", b"\x2f\7\0\0", b"\x2d\0\0"
 VALUES = 20
@@ -38,7 +38,7 @@ class Swarm:
     """Clients that ask as cflib does, one question after the other, and a radio."""
 
     def __init__(self, drones, questions):
-        self.turns = Turns(VALUES)
+        self.turns = ReadScheduler(VALUES)
         self.now = 0.0
         self.left = {drone: deque(questions) for drone in range(drones)}
         self.answers = []  # drone and kind, in order
@@ -88,7 +88,7 @@ def test_tables_one_drone_after_the_other_and_then_the_values(drones):
 
 
 def test_who_has_the_turn_and_says_no_more_loses_it():
-    turns = Turns(VALUES)
+    turns = ReadScheduler(VALUES)
     assert not turns.hold("a", ITEM, 0.0)
     assert turns.hold("b", ITEM, 0.0)
     assert turns.release(rules.IDLE_S) == []
@@ -97,7 +97,7 @@ def test_who_has_the_turn_and_says_no_more_loses_it():
 
 
 def test_a_turn_is_not_for_ever():
-    turns = Turns(VALUES)
+    turns = ReadScheduler(VALUES)
     turns.hold("a", ITEM, 0.0)
     now = 0.0
     while not turns.hold("a", ITEM, now):
@@ -109,7 +109,7 @@ def test_a_turn_is_not_for_ever():
 
 
 def test_nobody_waits_for_long():
-    turns = Turns(VALUES)
+    turns = ReadScheduler(VALUES)
     turns.hold("a", ITEM, 0.0)
     for drone in "bcd":
         assert turns.hold(drone, ITEM, 0.5)
@@ -120,7 +120,7 @@ def test_nobody_waits_for_long():
 
 
 def test_values_of_a_drone_that_has_long_been_connected_never_wait():
-    turns = Turns(VALUES)
+    turns = ReadScheduler(VALUES)
     turns.hold("a", ITEM, 0.0)
     for k in range(VALUES):
         assert not turns.hold("a", VALUE, 0.001 * k)
@@ -135,14 +135,14 @@ def test_values_of_a_drone_that_has_long_been_connected_never_wait():
 
 
 def test_who_asks_without_waiting_is_not_stored_without_end():
-    turns = Turns(VALUES)
+    turns = ReadScheduler(VALUES)
     turns.hold("a", ITEM, 0.0)
     held = [turns.hold("b", ITEM, 0.01) for _ in range(1000)]
-    assert sum(held) == rules.MOST_HELD
+    assert sum(held) == rules.MAX_HELD
 
 
 def test_a_client_that_has_gone_is_owed_nothing():
-    turns = Turns(VALUES)
+    turns = ReadScheduler(VALUES)
     turns.hold("a", ITEM, 0.0)
     turns.hold("b", ITEM, 0.0)
     turns.hold("c", ITEM, 0.0)
@@ -153,7 +153,7 @@ def test_a_client_that_has_gone_is_owed_nothing():
 
 
 def test_all_that_waits_can_be_had_at_once():
-    turns = Turns(VALUES)
+    turns = ReadScheduler(VALUES)
     for drone in "abc":
         turns.hold(drone, ITEM, 0.0)
     assert turns.release_all() == [("b", ITEM), ("c", ITEM)]
@@ -167,7 +167,7 @@ def test_all_that_waits_can_be_had_at_once():
     )
 )
 def test_whatever_comes_is_answered_once_in_order_and_soon(packets):
-    turns, now = Turns(VALUES), 0.0
+    turns, now = ReadScheduler(VALUES), 0.0
     asked, answered, when = {}, {}, {}
 
     def answer(drone, number):

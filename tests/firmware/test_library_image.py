@@ -10,7 +10,7 @@ import pytest
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.common.errors import BuildError, CrazychoirError
-from crazychoir_fw.firmware.image import MOST_BYTES, image_map
+from crazychoir_fw.firmware.image import MAX_BYTES, image_map
 
 COMPILER = (sysconfig.get_config_var("CC") or "cc").split()[0]
 
@@ -163,12 +163,12 @@ def test_more_than_a_drone_can_carry_is_refused_and_the_largest_named(tmp_path):
     told = str(raised.value)
     assert told.startswith("the file-scope variables of library take 2687")
     assert told.endswith(
-        f"bytes per drone, allowed: {MOST_BYTES}; the largest: much in code.c 268435456, map 300000, small in code.c 36"
+        f"bytes per drone, allowed: {MAX_BYTES}; the largest: much in code.c 268435456, map 300000, small in code.c 36"
     )
 
 
 def test_the_limit_is_that_of_the_loader():
-    assert MOST_BYTES == lib.CF_LIBRARY_MAX_STATE_BYTES
+    assert MAX_BYTES == lib.CF_LIBRARY_MAX_STATE_BYTES
 
 
 def test_variables_of_threads_are_refused(tmp_path):

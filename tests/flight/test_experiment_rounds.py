@@ -86,7 +86,7 @@ def test_nothing_turns_before_takeoff_and_after_landing():
     experiment.run(0.5)
     assert np.all(experiment.backend.integrator.input == 0.0)
     assert experiment.agents[0].phase is Phase.LANDED
-    assert [h.kind for h in experiment.happenings] == ["takeoff", "land", "landed"]
+    assert [h.kind for h in experiment.events] == ["takeoff", "land", "landed"]
 
 
 def test_buttons_of_some_drones():

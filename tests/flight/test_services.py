@@ -44,7 +44,7 @@ def test_a_service_has_its_turn_in_every_round():
     now, positions, flying = counter.turns[49]
     assert (round(now, 6), list(flying)) == (0.98, [False, True])
     assert positions[1, 2] > 0.1 > positions[0, 2]
-    assert [(h.kind, h.drone, h.details) for h in experiment.happenings][1] == ("hello", "b", "from a service")
+    assert [(h.kind, h.drone, h.details) for h in experiment.events][1] == ("hello", "b", "from a service")
 
 
 def test_a_service_that_fails_is_left_out_and_the_others_go_on():
@@ -56,7 +56,7 @@ def test_a_service_that_fails_is_left_out_and_the_others_go_on():
     assert len(good.turns) == 50
     assert experiment.failures == ["Counter: ValueError: no more (test_services.py:24) (at 0.50 s)"]
     assert [agent.is_up for agent in experiment.agents] == [True, True]
-    assert experiment.happenings[-1].kind == "failure"
+    assert experiment.events[-1].kind == "failure"
 
 
 def test_a_mission_without_services_has_none():

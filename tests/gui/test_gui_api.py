@@ -38,10 +38,10 @@ def test_point_masses_have_nothing_to_arm_or_to_reboot(client, word):
 
 
 def test_a_command_is_carried_out_once(client, session):
-    before = len(session.experiment.happenings)
+    before = len(session.experiment.events)
     answers = [client.command("the-same", name="takeoff", drones=["agent_0"]) for _ in range(5)]
     assert all(answer == answers[0] for answer in answers)
-    assert len(session.experiment.happenings) == before + 1
+    assert len(session.experiment.events) == before + 1
     client.command(name="stop")
 
 

@@ -27,15 +27,15 @@ class Watched:
 
     def fly_until(self, kind):
         """Fly on until something of this kind has happened."""
-        seen = len(self.experiment.happenings)
+        seen = len(self.experiment.events)
         for _ in range(3000):
             self.experiment.step()
-            if any(event.kind == kind for event in self.experiment.happenings[seen:]):
+            if any(event.kind == kind for event in self.experiment.events[seen:]):
                 return
         raise AssertionError(f"nothing {kind}")
 
     def details(self, kind):
-        return [event.as_dict() for event in self.experiment.happenings if event.kind == kind]
+        return [event.as_dict() for event in self.experiment.events if event.kind == kind]
 
     def now(self):
         """Return marks by label; each label stands once."""

@@ -194,7 +194,7 @@ def test_two_browsers_and_a_reload_in_flight(open_page, session, until):
     # trails are there at once, and what was said before
     assert first.evaluate("cc.trails.length") > 5
     assert first.evaluate("cc.lines.filter((line) => line.text.startsWith('TAKE-OFF')).length") >= 1
-    taken_off = sum(happening.kind == "takeoff" for happening in session.experiment.happenings)
+    taken_off = sum(happening.kind == "takeoff" for happening in session.experiment.events)
     assert taken_off == 4, "each drone was told once"
 
 
@@ -215,7 +215,7 @@ def test_an_answer_that_got_lost_does_not_fly_twice(open_page, session, until):
     expect(page.get_by_role("status").filter(has_text="TAKE-OFF: all 4 drones")).to_be_visible()
     assert len(lost) == 1
     until(lambda: session.frame.time > 0.0)
-    assert sum(happening.kind == "takeoff" for happening in session.experiment.happenings) == 4
+    assert sum(happening.kind == "takeoff" for happening in session.experiment.events) == 4
 
 
 def test_the_log_is_downloaded(open_page, session, until):

@@ -15,7 +15,7 @@ from crazychoir_fw.flight.access.ros import NO_ARM, RosAccess
 from crazychoir_fw.flight.agent import Agent, Phase
 from crazychoir_fw.flight.sim_backend import SimBackend
 from crazychoir_fw.mission.loader import parse_mission
-from crazychoir_fw.ros.care import ARM, care_once, serve_care, served_on
+from crazychoir_fw.ros.arming_services import ARM, request_once, serve_arming_services, served_on
 from crazychoir_fw.ros.joined_drones import JoinedDrones
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.process import make_executor
@@ -46,7 +46,7 @@ class Host:
         self.context = Context()
         rclpy.init(args=[], context=self.context, domain_id=self.domain)
         self.node = LayerNode("host", swarm_wide=True, context=self.context)
-        serve_care(self.node, self.agents, open_access(backend))
+        serve_arming_services(self.node, self.agents, open_access(backend))
         executor = make_executor(self.context)
         executor.add_node(self.node)
         self._ends = threading.Event()
@@ -72,11 +72,11 @@ def host():
 
 def test_one_is_armed_and_disarmed_and_a_wrong_name_is_refused(host):
     drone = host.world["b"]
-    assert care_once(ARM, True, ["agent_1"], host.domain) == {"agent_1": "armed"}
+    assert request_once(ARM, True, ["agent_1"], host.domain) == {"agent_1": "armed"}
     host.world.run(0.1)
     assert drone.can_fly
     with pytest.raises(UnknownNameError, match="there is no drone 'agent_7', allowed: agent_0, agent_1"):
-        care_once(ARM, True, ["agent_7"], host.domain)
+        request_once(ARM, True, ["agent_7"], host.domain)
     runner = CliRunner()
     result = runner.invoke(app, ["ros", "disarm", "--drones", "agent_1", "--domain", str(host.domain)])
     assert (result.exit_code, result.stdout) == (0, "agent_1: disarmed\n")
@@ -88,7 +88,7 @@ def test_who_flies_is_not_rebooted_and_the_others_are(host):
     host.agents[0].phase = Phase.FLYING
     host.agents[1].phase, host.agents[1].failure = Phase.FAILED, "it fell"
     with pytest.raises(StateError, match="agent_0: a flies; LAND or STOP it before REBOOT"):
-        care_once("reboot", False, [], host.domain)
+        request_once("reboot", False, [], host.domain)
     assert host.agents[0].phase is Phase.FLYING
     assert (host.agents[1].phase, host.agents[1].failure) == (Phase.GROUND, None)
     assert not host.world["b"].can_arm  # its software has just begun
@@ -128,7 +128,7 @@ def test_point_masses_are_not_armed():
     context = Context()
     rclpy.init(args=[], context=context, domain_id=domain)
     node = LayerNode("host", swarm_wide=True, context=context)
-    serve_care(node, [Agent(0, "a", None)], Access(Masses()))
+    serve_arming_services(node, [Agent(0, "a", None)], Access(Masses()))
     assert served_on(node, ARM) == []
     with pytest.raises(StateError, match="point masses have nothing to arm"):
         RosAccess(JoinedDrones(node, MISSION, lambda: None)).arm(0, True)

@@ -3,7 +3,7 @@
 import pytest
 
 from crazychoir_fw.guidance import InProcessTransport, TimeVaryingCommunicator
-from crazychoir_fw.ros.stalling import MissedRound
+from crazychoir_fw.ros.wall_timeouts import RoundResync
 
 PATIENCE = 0.5  # [s], after which somebody who waits in vain gives up
 STEP = 0.01  # [s]
@@ -26,7 +26,7 @@ class Member:
         self.communicator = TimeVaryingCommunicator(
             number, 3, [i for i in range(3) if i != number], transport=transport
         )
-        self.missed = MissedRound(self.communicator, 0.5 * PATIENCE, wall)
+        self.missed = RoundResync(self.communicator, 0.5 * PATIENCE, wall)
         self.makes_up = makes_up
         self.is_open = False
 

@@ -131,7 +131,7 @@ def test_takeoff_goto_land_stop(served):
     assert served.phases[:3] == [Phase.FLYING] * 3
     assert served.command(name="land")["ok"]
     served.until(lambda: served.phases == [Phase.LANDED] * 4, "all have landed")
-    kinds = {happening.kind for happening in served.onlooker.experiment.happenings}
+    kinds = {happening.kind for happening in served.onlooker.experiment.events}
     assert {"takeoff", "land", "landed", "stop"} <= kinds
 
 
@@ -284,7 +284,7 @@ def test_phases_are_guessed_where_no_host_tells_them(bench, monkeypatch):
         until(lambda: land.get_subscription_count() > 0, 0.8)
         land.publish(Empty())
         until(lambda: agent.phase is Phase.LANDING, 0.8)
-        assert "LAND was pressed elsewhere" in [happening.details for happening in flight.happenings]
+        assert "LAND was pressed elsewhere" in [happening.details for happening in flight.events]
         until(lambda: agent.phase is Phase.LANDED, 0.01)
         until(lambda: flight._button_of["stop", 0].get_subscription_count() > 0, 0.01)
         flight.stop(["agent_0"])

@@ -207,7 +207,7 @@ def test_a_reference_from_outside_reaches_a_controller_of_a_hub(bench, swarm):
 
 def test_a_member_that_is_silent_is_served_one_by_one(bench, swarm, monkeypatch):
     _, _, node = swarm
-    monkeypatch.setattr("crazychoir_fw.ros.members.FRESH_S", 0.0)
+    monkeypatch.setattr("crazychoir_fw.ros.peer_registry.FRESH_S", 0.0)
     published = []
     for publisher in node._odom:
         publisher.publish = published.append

@@ -30,7 +30,7 @@ from crazychoir_fw.ros.parts import parts_of
 from crazychoir_fw.ros.plugins import PluginHost
 from crazychoir_fw.ros.radio import RadioHandlerFPQR, RadioHandlerXYZ
 from crazychoir_fw.ros.simulation import Pace, SimulationNode
-from crazychoir_fw.ros.stalling import StallingClock
+from crazychoir_fw.ros.wall_timeouts import WallTimeoutClock
 from crazychoir_fw.ros.wire import (
     Rows,
     label_and_data,
@@ -160,7 +160,7 @@ def test_who_lives_is_waited_for_and_who_is_silent_is_not():
 
 def test_waits_count_where_time_stands_still_and_short_ones_do_not():
     now, wall = [10.0], [0.0]
-    clock = StallingClock(lambda: now[0], 0.5, lambda: wall[0])
+    clock = WallTimeoutClock(lambda: now[0], 0.5, lambda: wall[0])
     assert clock.begin() == 10.0
     wall[0] = 0.4
     clock.look()

@@ -13,8 +13,8 @@ from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.control import FPQRSender, GeometryAttitudeCtrl, SafeFlatnessPositionCtrl
 from crazychoir_fw.control.safety import DoubleIntegratorCBF, SingleIntegratorCBF
 from crazychoir_fw.planning import PositionTraj
-from crazychoir_fw.ros.closest import ClosestRobotGetter, closest_bytes, closest_of_bytes
 from crazychoir_fw.ros.conversions import pose_to_odometry
+from crazychoir_fw.ros.neighbor_sensing import ClosestRobotGetter, closest_bytes, closest_of_bytes
 from crazychoir_fw.ros.safety import (
     CollisionAvoidance,
     EveryRound,

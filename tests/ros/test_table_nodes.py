@@ -51,28 +51,28 @@ def make_table(bench, agents=1, **options):
     return bench.make(TaskTable, PositionTaskTable(agents, **options))
 
 
-def kinds(happenings):
-    return [json.loads(message.data)["kind"] for message in happenings]
+def kinds(events):
+    return [json.loads(message.data)["kind"] for message in events]
 
 
 def begun(bench, **options):
     """Return a node whose first list is out, labels heard, and what happened."""
     node = make_table(bench, **options)
-    labels, happenings = bench.hear(Int64, tasks.TRIGGER), bench.hear(String, tasks.HAPPENINGS)
+    labels, events = bench.hear(Int64, tasks.TRIGGER), bench.hear(String, tasks.HAPPENINGS)
     start = bench.speaker(Empty, "/experiment_trigger")
     bench.at(1.0)
     assert not labels
     start.publish(Empty())
     bench.until(lambda: node.table._begins is not None)
     bench.at(1.1)
-    bench.until(lambda: labels and happenings)
-    return node, labels, happenings
+    bench.until(lambda: labels and events)
+    return node, labels, events
 
 
 def test_the_first_trigger_announces_the_first_list(bench):
-    node, labels, happenings = begun(bench)
+    node, labels, events = begun(bench)
     assert [message.data for message in labels] == [1]
-    assert kinds(happenings) == ["tasks"]
+    assert kinds(events) == ["tasks"]
     offer = Customer(bench, 0).ask()
     assert offer == Offer(1, tuple(node.table.tasks.values()))
 
@@ -84,24 +84,24 @@ def test_before_the_start_there_is_no_list(bench):
 
 
 def test_completion_is_of_what_was_reported_to_come_next(bench):
-    node, labels, happenings = begun(bench)
+    node, labels, events = begun(bench)
     agent = Customer(bench, 0)
     (task,) = agent.ask().items
     early = agent.call(agent.completion)
     assert (early.success, early.message) == (False, "nothing is known to be next")
     agent.report(1, task.sequence)
-    bench.until(lambda: "agreed" in kinds(happenings))
+    bench.until(lambda: "agreed" in kinds(events))
     assert agent.call(agent.completion).success
     assert node.table.finished == 1
     # the next one is drawn, and announced
-    bench.until(lambda: len(labels) == 2 and len(happenings) == 5)
+    bench.until(lambda: len(labels) == 2 and len(events) == 5)
     assert labels[-1].data == 2
-    assert kinds(happenings) == ["tasks", "assigned", "agreed", "completed", "tasks"]
+    assert kinds(events) == ["tasks", "assigned", "agreed", "completed", "tasks"]
     assert agent.ask().items[0].sequence == 1
 
 
 def test_what_was_done_before_a_newer_list_was_made_is_heard_of(bench):
-    node, labels, happenings = begun(bench)
+    node, labels, events = begun(bench)
     agent = bench.add(rclpy.create_node("agent", namespace="agent_0", context=bench.context))
     desk, offers = TableDesk(agent), []
     bench.until(lambda: desk._list.service_is_ready() and desk._completion.service_is_ready())
@@ -110,7 +110,7 @@ def test_what_was_done_before_a_newer_list_was_made_is_heard_of(bench):
     bench.until(lambda: offers)
     (task,) = offers[0].items
     desk.report(0, {"label": 1, "takes": [task.sequence], "next": [task.sequence]})
-    bench.until(lambda: "agreed" in kinds(happenings))
+    bench.until(lambda: "agreed" in kinds(events))
     # it asks for a list, and then arrives
     desk.request(0, offers.append)
     bench.until(lambda: len(offers) == 2)
@@ -120,17 +120,17 @@ def test_what_was_done_before_a_newer_list_was_made_is_heard_of(bench):
     assert node.table.finished == 0
     # of that list it takes nothing, since all of it is done
     desk.report(0, {"label": 1, "takes": [], "next": []})
-    bench.until(lambda: kinds(happenings).count("assigned") == 2)
+    bench.until(lambda: kinds(events).count("assigned") == 2)
     bench.until(lambda: node.table.finished == 1)
     bench.until(lambda: len(labels) == 2)
-    bench.until(lambda: kinds(happenings).count("completed") == 1)
+    bench.until(lambda: kinds(events).count("completed") == 1)
 
 
 def test_nothing_is_done_that_is_not_on_the_list(bench):
-    node, _, happenings = begun(bench)
+    node, _, events = begun(bench)
     agent = Customer(bench, 0)
     agent.reports.publish(String(data='{"done": 99}'))
-    bench.until(lambda: "refused" in kinds(happenings))
+    bench.until(lambda: "refused" in kinds(events))
     assert (node.table.finished, node.table.label) == (0, 1)
 
 
@@ -138,21 +138,21 @@ def test_nothing_is_done_that_is_not_on_the_list(bench):
     "text", ["", "[]", "{}", '{"done": "x"}', '{"next": 3, "takes": []}', '{"next": ["a"], "takes": []}']
 )
 def test_reports_that_cannot_be_read_are_left_out(bench, text):
-    node, _, happenings = begun(bench)
+    node, _, events = begun(bench)
     agent = Customer(bench, 0)
     agent.reports.publish(String(data=text))
     agent.report(1)
-    bench.until(lambda: "assigned" in kinds(happenings))
-    assert kinds(happenings).count("assigned") == 1
+    bench.until(lambda: "assigned" in kinds(events))
+    assert kinds(events).count("assigned") == 1
     assert node.table.label == 1
 
 
 def test_who_does_not_ask_is_told_to_be_gone(bench):
-    _, labels, happenings = begun(bench, agents=2)
+    _, labels, events = begun(bench, agents=2)
     Customer(bench, 0).ask()
     bench.at(2.2)
-    bench.until(lambda: "gone" in kinds(happenings))
-    gone = [json.loads(message.data) for message in happenings if '"gone"' in message.data]
+    bench.until(lambda: "gone" in kinds(events))
+    gone = [json.loads(message.data) for message in events if '"gone"' in message.data]
     assert [event["agent"] for event in gone] == [1]
     assert [message.data for message in labels] == [1]
 
@@ -228,7 +228,7 @@ def test_a_guidance_flies_to_what_the_table_offers_and_completes_it(bench):
         law={"takeoff_time": 0.5, "max_iterations": 2, "duration": 0.5},
         parameters={"N": 1, "init_pos": [0.0, 0.0, 0.5]},
     )
-    happenings = bench.hear(String, tasks.HAPPENINGS)
+    events = bench.hear(String, tasks.HAPPENINGS)
     odom = bench.speaker(Odometry, "/agent_0/odom")
     start = bench.speaker(Empty, "/experiment_trigger", listeners=2)
     place, now = np.array([0.0, 0.0, 0.5]), 1.0
@@ -251,8 +251,8 @@ def test_a_guidance_flies_to_what_the_table_offers_and_completes_it(bench):
     start.publish(Empty())
     bench.until(lambda: table.table._begins is not None)
     fly(3.0)
-    assert "assigned" in kinds(happenings)
+    assert "assigned" in kinds(events)
     place = np.array([*table.table.tasks[0].position, 0.5])
     fly(0.5)
-    bench.until(lambda: "completed" in kinds(happenings))
+    bench.until(lambda: "completed" in kinds(events))
     assert table.table.is_done

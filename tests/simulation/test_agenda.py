@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.simulation import DroneConfig, World
-from crazychoir_fw.simulation.agenda import Agenda
+from crazychoir_fw.simulation.event_scheduler import EventScheduler
 
 
 def walk(agenda, end, now=0):
@@ -18,7 +18,7 @@ def walk(agenda, end, now=0):
 
 
 def test_appointments_are_kept_at_their_ticks_in_order_of_coming():
-    agenda, kept = Agenda(), []
+    agenda, kept = EventScheduler(), []
     agenda.every(4, lambda: kept.append("every 4"))
     agenda.at(4, lambda: kept.append("first at 4"))
     agenda.at(4, lambda: kept.append("second at 4"))
@@ -30,7 +30,7 @@ def test_appointments_are_kept_at_their_ticks_in_order_of_coming():
 
 @given(st.lists(st.integers(0, 50), max_size=20), st.integers(1, 12), st.integers(0, 11), st.integers(0, 49))
 def test_going_back_in_time_meets_the_same_appointments_again(ticks, period, phase, back):
-    agenda, kept, now = Agenda(), [], [0]
+    agenda, kept, now = EventScheduler(), [], [0]
     for number, tick in enumerate(ticks):
         agenda.at(tick, lambda number=number: kept.append((now[0], number)))
     agenda.every(period, lambda: kept.append((now[0], "periodic")), phase)
@@ -50,7 +50,7 @@ def test_going_back_in_time_meets_the_same_appointments_again(ticks, period, pha
 
 
 def test_what_falls_between_two_steps_is_kept_once_after_the_later_one():
-    agenda, kept, now = Agenda(), [], 0
+    agenda, kept, now = EventScheduler(), [], 0
     agenda.every(10, lambda: kept.append(now))
     for now in range(0, 61, 4):
         agenda.keep(now)
@@ -58,7 +58,7 @@ def test_what_falls_between_two_steps_is_kept_once_after_the_later_one():
 
 
 def test_the_past_and_empty_periods_are_refused():
-    agenda = Agenda()
+    agenda = EventScheduler()
     walk(agenda, 10)
     with pytest.raises(RangeError, match="tick 9: allowed: the present tick 10"):
         agenda.at(9, print)
@@ -67,7 +67,7 @@ def test_the_past_and_empty_periods_are_refused():
 
 
 def test_a_canceled_appointment_is_not_kept():
-    agenda, kept = Agenda(), []
+    agenda, kept = EventScheduler(), []
     cancel = agenda.every(2, lambda: kept.append(1))
     walk(agenda, 5)
     cancel()

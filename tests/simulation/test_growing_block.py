@@ -7,7 +7,7 @@ from crazychoir_fw.simulation.growing_block import GrowingBlock
 
 @pytest.mark.parametrize("count", [0, 1, 3, 4, 9])
 def test_rows_come_back_in_their_order_whatever_the_pieces(count, monkeypatch):
-    monkeypatch.setattr(growing_block, "_MOST_ROWS", 3)
+    monkeypatch.setattr(growing_block, "_MAX_ROWS", 3)
     block = GrowingBlock((2, 2), np.int16)
     for k in range(count):
         block.add()[:] = [[k, 10 * k], [100 * k, -k]]

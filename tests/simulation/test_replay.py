@@ -172,7 +172,7 @@ def test_what_an_agenda_requests_with_a_handler_of_its_own_is_carried_out_once(m
     monkeypatch.setattr(World, "_set_up", with_handler)
     world = make_world(2, seed=3)
     recorder = FlightRecorder(world)
-    world.agenda.at(250, lambda: world.drones[1].uplink.deliver("kick", [0.0, 0.0, 1.5]))
+    world.agenda.at(250, lambda: world.drones[1].uplink.dispatch("kick", [0.0, 0.0, 1.5]))
     recorder.run(0.5)
     log = recorder.finish()
     assert log.signals["sim.z"][:, 1].max() > 0.1

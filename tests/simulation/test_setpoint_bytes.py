@@ -58,8 +58,8 @@ def test_what_is_none_is_refused_and_changes_nothing(drone, name):
 
 def test_a_failed_pilot_locks_the_drone_until_it_reboots():
     drone = World([DroneConfig("cf1")]).drones[0]
-    drone.uplink.deliver("cf_fail_pilot", b"a reason " * 40)
-    drone.uplink.deliver("cf_fail_pilot", b"another")
+    drone.uplink.dispatch("cf_fail_pilot", b"a reason " * 40)
+    drone.uplink.dispatch("cf_fail_pilot", b"another")
     assert drone.is_locked
     assert drone.failure.startswith("cf1: its motor control failed: a reason a reason")
     assert len(ffi.string(drone.struct.onboard.failure)) == lib.CF_FAILURE_BYTES - 1

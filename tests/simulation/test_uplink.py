@@ -41,13 +41,13 @@ def test_what_was_heard_can_be_delivered_to_another_drone(drone):
     world.wait_until_ready()
     other = world.drones[0]
     for verb, arguments in heard:
-        other.uplink.deliver(verb, *arguments)
+        other.uplink.dispatch(verb, *arguments)
     assert (other.memory == drone.memory).all()
 
 
 def test_a_closed_gate_swallows_requests_and_the_client_does_not_know(drone):
     before = drone.memory.copy()
-    drone.uplink.gate = lambda verb, arguments: False
+    drone.uplink.fault_filter = lambda verb, arguments: False
     drone.high_level_commander.takeoff(0.5, 1.0)
     drone.param["pid_rate.roll_kp"] = 200
     assert drone.receive_packet(8, 0, bytes([6])) is None

@@ -8,7 +8,7 @@
 #include "library/inner.h"
 
 #define WORD 8           // [bytes]
-#define MOST_TURNS 1000  // within one tick
+#define MAX_TURNS 1000   // within one tick
 #define KEPT_BYTES 6144  // of all waiting tasks together: a few hundred each, and an app
 
 enum { READY, WAITING, SUSPENDED, ENDED };
@@ -256,9 +256,9 @@ void cf_rtos_run_ready(void) {
   int turns = 0;
   do {
     for (StaticTask_t *task = next(); task != NULL; task = next()) {
-      if (turns++ == MOST_TURNS) {
+      if (turns++ == MAX_TURNS) {
         cf_rtos_fail("task '%s' does not come to wait: %d turns within one tick", task->name,
-                     MOST_TURNS);
+                     MAX_TURNS);
       }
       run(task);
     }

@@ -8,8 +8,8 @@
 #define GRAVITY 9.81f              // [m/s^2]
 #define DT (1.0f / ATTITUDE_RATE)  // [s]
 #define FULL_COUNT 65535.0f        // [counts]
-#define LEAST_COUNTS 1000.0f       // [counts], a pilot's thrust below which the motors stop
-#define LEAST_THRUST 0.01f         // [N], below which the integrals start over
+#define MIN_COUNTS 1000.0f         // [counts], a pilot's thrust below which the motors stop
+#define MIN_THRUST 0.01f           // [N], below which the integrals start over
 #define NO_THRUST 1e-9f            // [N], too little to divide by
 
 cf_status_t cf_controller_lee_init(controllerLee_t *lee, cf_platform_t platform) {
@@ -94,7 +94,7 @@ static float follow_position(controllerLee_t *self, const setpoint_t *setpoint,
       vadd4(mkvec(a_d->x, a_d->y, a_d->z + GRAVITY), veltmul(self->Kpos_D, self->v_error),
             veltmul(self->Kpos_P, self->p_error), veltmul(self->Kpos_I, self->i_error_pos));
   self->thrustSi = self->mass * vdot(F, mvmul(R, vbasis(2)));
-  if (self->thrustSi < LEAST_THRUST) {
+  if (self->thrustSi < MIN_THRUST) {
     controllerLeeReset(self);
   }
   self->R_des = axes_of(F, self->thrustSi > 0.0f, yaw);
@@ -171,7 +171,7 @@ void controllerLee(controllerLee_t *self, control_t *control, const setpoint_t *
   if (mode->x == modeAbs || mode->y == modeAbs || mode->z == modeAbs) {
     control->thrustSi = follow_position(self, setpoint, state, R, yaw);
   } else {
-    if (mode->z == modeDisable && setpoint->thrust < LEAST_COUNTS) {
+    if (mode->z == modeDisable && setpoint->thrust < MIN_COUNTS) {
       stop(self, control);
       return;
     }

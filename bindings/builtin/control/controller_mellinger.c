@@ -8,7 +8,7 @@
 
 #define GRAVITY 9.81f              // [m/s^2]
 #define DT (1.0f / ATTITUDE_RATE)  // [s]
-#define MOST_MOMENT 32000.0f       // [counts]
+#define MAX_MOMENT 32000.0f        // [counts]
 
 cf_status_t cf_controller_mellinger_init(controllerMellinger_t *mellinger, cf_platform_t platform) {
   const cf_platform_facts_t *facts = cf_platform_facts(platform);
@@ -220,7 +220,7 @@ static struct vec moments(controllerMellinger_t *self, struct vec r_error, struc
 }
 
 static int16_t in_counts(float moment) {
-  return (int16_t)cf_to_int32(clamp(moment, -MOST_MOMENT, MOST_MOMENT));
+  return (int16_t)cf_to_int32(clamp(moment, -MAX_MOMENT, MAX_MOMENT));
 }
 
 void controllerMellinger(controllerMellinger_t *self, control_t *control,

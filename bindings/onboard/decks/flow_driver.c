@@ -5,7 +5,7 @@
 #include "variable_row.h"
 
 #define FIXED_STD 2.0f  // [counts]
-#define LEAST_STD 0.1f  // [counts]
+#define MIN_STD 0.1f    // [counts]
 #define OUTLIER 100     // [counts]
 
 static const float TICK = 0.001f;  // [s]
@@ -19,7 +19,7 @@ static float std_of(const cf_flow_driver_t *driver) {
     return driver->fixed_std;
   }
   const float std = 0.0007984f * (float)driver->reading.shutter + 0.4335f;
-  return std > LEAST_STD ? std : LEAST_STD;
+  return std > MIN_STD ? std : MIN_STD;
 }
 
 static void read_flow(cf_flow_driver_t *driver, cf_estimator_t *estimator, uint32_t tick) {

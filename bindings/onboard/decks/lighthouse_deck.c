@@ -9,7 +9,7 @@
 #define LONGEST_TURN 12u    // [ms], between the planes of a turn: a third of it
 #define LONGEST_AGE 50u     // [ms], of a turn that is crossed with another
 #define ALL_SENSORS 0xfu    // of CF_LIGHTHOUSE_SENSORS
-#define LEAST_SLANT 1e-3f   // sine of the angle between a ray and the plane of the deck
+#define MIN_SLANT 1e-3f     // sine of the angle between a ray and the plane of the deck
 
 // the firmware's are not established; these are what cflib asks for
 #define MATCHED_STATIONS 2
@@ -71,7 +71,7 @@ static bool meet_deck(const cf_station_data_t *station, const deck_pose_t *pose,
   float ray[3];
   cf_lighthouse_ray(station, angles, ray);
   const float slant = cf_dot3(pose->normal, ray);
-  if (!(slant * slant > LEAST_SLANT * LEAST_SLANT * cf_dot3(ray, ray))) {
+  if (!(slant * slant > MIN_SLANT * MIN_SLANT * cf_dot3(ray, ray))) {
     return false;
   }
   float to_deck[3];

@@ -12,11 +12,11 @@
 #define SENSORS CF_LIGHTHOUSE_SENSORS
 
 static const float FARTHEST_STATION = 1000.0f;       // [m]
-static const float LEAST_TARGET     = 0.01f;         // [m]
+static const float MIN_TARGET       = 0.01f;         // [m]
 static const float LONGEST_RANGE    = 7.0f;          // [m]
 static const float LARGEST_AZIMUTH  = 1.308996939f;  // [rad], 75 deg
 static const float LARGEST_SLOPE    = 1.428148007f;  // tan(55 deg)
-static const float LEAST_INCIDENCE  = 0.0871557f;    // sin(5 deg)
+static const float MIN_INCIDENCE    = 0.0871557f;    // sin(5 deg)
 
 // ----------------------------------------------------------------------------------------- start
 
@@ -29,7 +29,7 @@ static bool is_valid_pose(const cf_station_pose_t *pose) {
     }
     distance += fabsf(pose->target[i] - pose->position[i]);
   }
-  return distance >= LEAST_TARGET;
+  return distance >= MIN_TARGET;
 }
 
 static bool is_valid(const cf_lighthouse_config_t *config) {
@@ -138,7 +138,7 @@ static bool is_lit(const cf_base_station_t *station, const float sensor[3], cons
   // written so that NaN is dark
   return range <= LONGEST_RANGE && level > 0.0f &&
          fabsf(atan2f(seen[1], seen[0])) <= LARGEST_AZIMUTH &&
-         fabsf(seen[2]) <= LARGEST_SLOPE * level && glare >= LEAST_INCIDENCE * range;
+         fabsf(seen[2]) <= LARGEST_SLOPE * level && glare >= MIN_INCIDENCE * range;
 }
 
 static void sweep_sensors(cf_lighthouse_t *lighthouse, const cf_base_station_t *station,

@@ -4,7 +4,6 @@ They work in the horizontal plane, whatever the heights are; z passes through (f
 """
 
 from crazychoir_fw.control.safety.barrier_filter import BarrierFilter
-from crazychoir_fw.control.safety.closest import ClosestRobotGetter, stacked
 from crazychoir_fw.control.safety.collision_avoidance import (
     CollisionAvoidance,
     DoubleIntegratorCollisionAvoidance,
@@ -12,6 +11,7 @@ from crazychoir_fw.control.safety.collision_avoidance import (
     UnicycleCollisionAvoidance,
 )
 from crazychoir_fw.control.safety.double_integrator import DoubleIntegratorCBF
+from crazychoir_fw.control.safety.neighbor_sensing import ClosestRobotGetter, stacked
 from crazychoir_fw.control.safety.single_integrator import SingleIntegratorCBF
 
 __all__ = [

@@ -10,11 +10,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose
-from crazychoir_fw.control.safety.closest import ClosestRobotGetter, stacked
+from crazychoir_fw.control.safety.neighbor_sensing import ClosestRobotGetter, stacked
 
 Array = NDArray[np.float64]
 
-_LEAST_LOSS = 1e-6  # of the limit: less is rounding
+_MIN_LOSS = 1e-6  # of the limit: less is rounding
 
 
 class BarrierFilter(ABC):
@@ -99,7 +99,7 @@ class BarrierFilter(ABC):
     ) -> None:
         """Give to the right what others take away, in place; who brakes has no choice."""
         lost = np.clip(desired, -self.limit, self.limit) - plane
-        held = np.flatnonzero(~braking & (np.hypot(lost[:, 0], lost[:, 1]) > _LEAST_LOSS * self.limit))
+        held = np.flatnonzero(~braking & (np.hypot(lost[:, 0], lost[:, 1]) > _MIN_LOSS * self.limit))
         if held.size:
             aside = self.keep_right * np.stack([lost[held, 1], -lost[held, 0]], axis=1)
             plane[held] = self._safe(plane[held] + aside, velocity[held], offset[held], closing[held])[0]

@@ -18,12 +18,12 @@ from crazychoir_fw.crtp.link_model.airtime import LARGEST_BYTES, NULL_BYTES, SET
 from crazychoir_fw.crtp.link_model.config import RadioConfig
 from crazychoir_fw.crtp.link_model.delays import draw_delay
 from crazychoir_fw.crtp.link_model.link import Direction
-from crazychoir_fw.crtp.link_model.seat import Parcel, Seat
+from crazychoir_fw.crtp.link_model.link_state import LinkState, QueuedPacket
 
-MOST_WAITING = 1000
+MAX_WAITING = 1000
 """So many packets of a drone may wait one way whatever they are; a flood must not fill the memory."""
 
-Deliver = Callable[[float, Seat, Direction, Parcel, bool], None]
+Deliver = Callable[[float, LinkState, Direction, QueuedPacket, bool], None]
 """Called with the time of arrival (s), and True for a packet that arrives once more."""
 
 
@@ -33,7 +33,7 @@ class Dongle:
     def __init__(self, name: str, config: RadioConfig, drones: Sequence[str], seed: int, deliver: Deliver) -> None:
         self.name = name
         self.config = config
-        self.seats = [Seat(drone) for drone in drones]
+        self.seats = [LinkState(drone) for drone in drones]
         self.neighbors: list[Dongle] = []
         """Others that it can disturb."""
         self._deliver = deliver
@@ -41,7 +41,7 @@ class Dongle:
         self._air = [transmission(size, config.data_rate) for size in range(LARGEST_BYTES + 1)]
         self._half_turn = config.turnaround_ms / 2e3
         self._null = 2 * self._half_turn + 2 * self._air[NULL_BYTES] + SETTLE_S
-        self._broadcasts: deque[tuple[bytes, list[Parcel]]] = deque()
+        self._broadcasts: deque[tuple[bytes, list[QueuedPacket]]] = deque()
         self._waiting = 0  # packets and broadcasts, all together
         self._turn = 0  # seat that is next
         self._pause = config.idle_poll_ms / 1e3
@@ -53,12 +53,12 @@ class Dongle:
 
     # ---------------------------------------------------------------- packets come
 
-    def put(self, now: float, seat: Seat, direction: Direction, datagram: bytes, droppable: bool) -> None:
+    def put(self, now: float, seat: LinkState, direction: Direction, datagram: bytes, droppable: bool) -> None:
         """Let a packet wait for its turn, or drop it."""
         tally = seat.tallies[direction]
         parcel = seat.new_parcel(direction, datagram, now)
         waiting = seat.up if direction is Direction.UP else seat.down
-        if len(waiting) >= (self.config.queue if droppable else MOST_WAITING):
+        if len(waiting) >= (self.config.queue if droppable else MAX_WAITING):
             tally.dropped += 1
             return
         if direction is Direction.DOWN and seat.is_lost:
@@ -148,7 +148,7 @@ class Dongle:
             self._settle_down(seat, down, answers, end, is_acknowledged)
         self._judge_link(seat, start, end, is_acknowledged)
 
-    def _whose_turn(self, start: float) -> Seat:
+    def _whose_turn(self, start: float) -> LinkState:
         count = len(self.seats)
         for step in range(count):
             number = (self._turn + step) % count
@@ -157,7 +157,7 @@ class Dongle:
                 return self.seats[number]
         raise AssertionError("an exchange without a drone")
 
-    def _settle_up(self, seat: Seat, up: Parcel, tries: int, heard_at: float, is_acknowledged: bool) -> None:
+    def _settle_up(self, seat: LinkState, up: QueuedPacket, tries: int, heard_at: float, is_acknowledged: bool) -> None:
         tally = seat.tallies[Direction.UP]
         tally.repeated += tries - 1 + up.was_tried
         up.was_tried = True
@@ -169,7 +169,9 @@ class Dongle:
             self._waiting -= 1
             tally.lost += not up.has_arrived
 
-    def _settle_down(self, seat: Seat, down: Parcel, answers: int, end: float, is_acknowledged: bool) -> None:
+    def _settle_down(
+        self, seat: LinkState, down: QueuedPacket, answers: int, end: float, is_acknowledged: bool
+    ) -> None:
         if not answers:
             return  # the drone was never asked
         tally = seat.tallies[Direction.DOWN]
@@ -184,7 +186,7 @@ class Dongle:
         seat.down.popleft()
         self._waiting -= 1
 
-    def _judge_link(self, seat: Seat, start: float, end: float, is_acknowledged: bool) -> None:
+    def _judge_link(self, seat: LinkState, start: float, end: float, is_acknowledged: bool) -> None:
         if is_acknowledged:
             self._all_lost = False
             seat.note_acknowledged()
@@ -209,7 +211,7 @@ class Dongle:
                 seat.tallies[Direction.UP].lost += 1
         self._use.count(start, heard_at + self._half_turn, air, 1, True)
 
-    def _send_on(self, time: float, seat: Seat, direction: Direction, parcel: Parcel) -> None:
+    def _send_on(self, time: float, seat: LinkState, direction: Direction, parcel: QueuedPacket) -> None:
         """Let a packet that has left the air arrive, later by what hosts and processors need."""
         config = self.config
         arrival = time + draw_delay(config, self._random)

@@ -103,7 +103,7 @@ class FlightRadio:
         self._fresh = fresh
         self._history = history  # all requests so far
         for number, drone in enumerate(world.drones):
-            drone.uplink.carrier = partial(self._send, number)
+            drone.uplink.transport = partial(self._send, number)
         world.agenda.when_sought.append(self._time_has_changed)
         world.when_forked.append(self._follow)
         self._expect()
@@ -133,7 +133,7 @@ class FlightRadio:
         for request in self._come_through(self._world.tick):
             # the client has gone on and hears of no refusal
             with suppress(CrazychoirError):
-                self._world.drones[request.drone].uplink.deliver(request.verb, *request.arguments)
+                self._world.drones[request.drone].uplink.dispatch(request.verb, *request.arguments)
         self._expect()
 
     def _come_through(self, tick: int) -> Iterator[_Request]:

@@ -15,7 +15,7 @@ from crazychoir_fw.crtp.link_model.airtime import LARGEST_BYTES
 from crazychoir_fw.crtp.link_model.config import RadioConfig
 from crazychoir_fw.crtp.link_model.dongle import Dongle
 from crazychoir_fw.crtp.link_model.link import Arrival, Direction
-from crazychoir_fw.crtp.link_model.seat import Parcel, Seat
+from crazychoir_fw.crtp.link_model.link_state import LinkState, QueuedPacket
 
 DEFAULT_CHANNELS = (*range(80, 126, 3), *range(77, -1, -3))
 """Far enough from each other at every data rate."""
@@ -43,13 +43,13 @@ class SimulatedRadios:
         served = assign(configs, drones)
         self._now = -math.inf
         self._count = 0  # of arrivals, which settles which of two at one time is first
-        self._arriving: list[tuple[float, int, Seat, Direction, Parcel, bool]] = []
+        self._arriving: list[tuple[float, int, LinkState, Direction, QueuedPacket, bool]] = []
         self.dongles = [
             Dongle(name, config, ids, seed, self._deliver)
             for config, (name, ids) in zip(_tuned(configs), served.items(), strict=True)
         ]
         self._places = {seat.drone: (dongle, seat) for dongle in self.dongles for seat in dongle.seats}
-        self._wired = {drone: Seat(drone) for drone in drones if drone not in self._places}
+        self._wired = {drone: LinkState(drone) for drone in drones if drone not in self._places}
         for dongle in self.dongles:
             dongle.neighbors = [other for other in self.dongles if other is not dongle and _disturb(dongle, other)]
 
@@ -116,7 +116,7 @@ class SimulatedRadios:
                 return
             dongle.exchange()
 
-    def _deliver(self, time: float, seat: Seat, direction: Direction, parcel: Parcel, is_copy: bool) -> None:
+    def _deliver(self, time: float, seat: LinkState, direction: Direction, parcel: QueuedPacket, is_copy: bool) -> None:
         heapq.heappush(self._arriving, (time, self._count, seat, direction, parcel, is_copy))
         self._count += 1
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.memories.memory import NO_SERIAL, MemoryType
 from crazychoir_fw.crtp.memories.pending_writes import PendingWrites
+from crazychoir_fw.crtp.service_context import ServiceContext
 
 
 class CoreMemory:
@@ -14,10 +14,10 @@ class CoreMemory:
     type: MemoryType
     serial = NO_SERIAL
 
-    def __init__(self, line: Line) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         self.size: int = lib.cf_memory_bytes(self.type)
-        self._drone = line.drone
-        self._pending = PendingWrites(line, self._deliver)
+        self._drone = context.drone
+        self._pending = PendingWrites(context, self._deliver)
 
     def read(self, address: int, length: int) -> bytes | None:
         """Return bytes as they are when everything that waits has been written."""

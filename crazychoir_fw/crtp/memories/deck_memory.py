@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import struct
 
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.memories.decks import LIGHTHOUSE, decks_of
 from crazychoir_fw.crtp.memories.memory import MemoryType, ReadOnlyMemory, slice_of
+from crazychoir_fw.crtp.service_context import ServiceContext
 
 _VERSION = 3
 _RECORDS = 8  # two for each of up to four decks
@@ -22,10 +22,10 @@ class DeckMemory(ReadOnlyMemory):
     type = MemoryType.DECK
     size = _COMMANDS + _RECORDS * _COMMAND_BYTES
 
-    def __init__(self, line: Line) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         records = [
             _RECORD.pack(_IS_VALID | _IS_STARTED, 0, 0, 0, (number + 1) * _DECK_BYTES, deck.name.encode())
-            for number, deck in enumerate(decks_of(line.drone))
+            for number, deck in enumerate(decks_of(context.drone))
             if deck == LIGHTHOUSE
         ]
         self._info = bytes((_VERSION,)) + b"".join(records).ljust(_RECORDS * _RECORD.size, b"\0")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.memories.deck_memory import DeckMemory
 from crazychoir_fw.crtp.memories.decks import LOCO, decks_of
 from crazychoir_fw.crtp.memories.eeprom import EepromMemory
@@ -15,6 +14,7 @@ from crazychoir_fw.crtp.memories.memory import Memory
 from crazychoir_fw.crtp.memories.one_wire import OneWireMemory
 from crazychoir_fw.crtp.memories.tester import TesterMemory
 from crazychoir_fw.crtp.memories.trajectory import TrajectoryMemory
+from crazychoir_fw.crtp.service_context import ServiceContext
 
 _ALWAYS = (
     EepromMemory,
@@ -28,10 +28,10 @@ _ALWAYS = (
 """Also without LED ring and lighthouse deck: scripts that write them find them, and nothing comes of it."""
 
 
-def fitted_memories(line: Line) -> list[Memory]:
+def fitted_memories(context: ServiceContext) -> list[Memory]:
     """Return the memories of a drone: those that all have, those of its decks, and the 1-wire memories last."""
-    decks = decks_of(line.drone)
-    memories: list[Memory] = [make(line) for make in _ALWAYS]
+    decks = decks_of(context.drone)
+    memories: list[Memory] = [make(context) for make in _ALWAYS]
     if LOCO in decks:
-        memories += [LocoMemory(line), Loco2Memory(line)]
-    return memories + [OneWireMemory(line, deck) for deck in decks]
+        memories += [LocoMemory(context), Loco2Memory(context)]
+    return memories + [OneWireMemory(context, deck) for deck in decks]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import struct
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.memories.memory import MemoryType, ReadOnlyMemory
+from crazychoir_fw.crtp.service_context import ServiceContext
 
 ANCHORS: int = lib.CF_LOCO_ANCHORS
 ANCHOR = struct.Struct("<3f?")
@@ -20,8 +20,8 @@ class LocoMemory(ReadOnlyMemory):
     type = MemoryType.LOCO
     size = _START + ANCHORS * PAGE
 
-    def __init__(self, line: Line) -> None:
-        self._drone = line.drone
+    def __init__(self, context: ServiceContext) -> None:
+        self._drone = context.drone
 
     def read(self, address: int, length: int) -> bytes | None:
         """Return the number of anchors, or one anchor."""

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.memories.loco import ANCHOR, ANCHORS, PAGE, anchor_page
 from crazychoir_fw.crtp.memories.memory import MemoryType, ReadOnlyMemory, slice_of
+from crazychoir_fw.crtp.service_context import ServiceContext
 
 _ACTIVE_START, _ANCHOR_START = 0x1000, 0x2000
-_MOST_IDS = 16  # that a list has room for
+_MAX_IDS = 16  # that a list has room for
 
 
 class Loco2Memory(ReadOnlyMemory):
@@ -16,8 +16,8 @@ class Loco2Memory(ReadOnlyMemory):
     type = MemoryType.LOCO_2
     size = _ANCHOR_START + ANCHORS * PAGE
 
-    def __init__(self, line: Line) -> None:
-        self._drone = line.drone
+    def __init__(self, context: ServiceContext) -> None:
+        self._drone = context.drone
 
     def read(self, address: int, length: int) -> bytes | None:
         """Return bytes of a list of ids or of one anchor."""
@@ -34,4 +34,4 @@ class Loco2Memory(ReadOnlyMemory):
 
 
 def _id_list(ids: range | list[int]) -> bytes:
-    return bytes((len(ids), *ids)).ljust(1 + _MOST_IDS, b"\0")
+    return bytes((len(ids), *ids)).ljust(1 + _MAX_IDS, b"\0")

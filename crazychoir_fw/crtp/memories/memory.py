@@ -25,7 +25,7 @@ NO_SERIAL = bytes(8)
 
 
 class Memory(Protocol):
-    """One memory of one drone. The radio thread calls it; see `crazychoir_fw.crtp.line`."""
+    """One memory of one drone. The radio thread calls it; see `crazychoir_fw.crtp.service_context`."""
 
     type: MemoryType
     size: int

@@ -5,9 +5,9 @@ from __future__ import annotations
 import struct
 import zlib
 
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.memories.decks import Deck
 from crazychoir_fw.crtp.memories.memory import MemoryType
+from crazychoir_fw.crtp.service_context import ServiceContext
 
 _BYTES = 112
 _HEADER = struct.Struct("<BIBB")
@@ -27,8 +27,8 @@ class OneWireMemory:
     type = MemoryType.ONE_WIRE
     size = _BYTES
 
-    def __init__(self, line: Line, deck: Deck) -> None:
-        self.serial = struct.pack(">BBHI", _FAMILY, deck.product, 0, line.drone.struct.onboard.radio_id)
+    def __init__(self, context: ServiceContext, deck: Deck) -> None:
+        self.serial = struct.pack(">BBHI", _FAMILY, deck.product, 0, context.drone.struct.onboard.radio_id)
         self._content = bytearray(image(deck).ljust(_BYTES, b"\xff"))
 
     def read(self, address: int, length: int) -> bytes | None:

@@ -7,20 +7,20 @@ from collections import deque
 from collections.abc import Callable
 
 from crazychoir_fw.common.errors import CrazychoirError
-from crazychoir_fw.crtp.line import Line
+from crazychoir_fw.crtp.service_context import ServiceContext
 
 
 class PendingWrites:
     """A client gets its answer at once, and reads what it wrote, also while the simulation stands still."""
 
-    def __init__(self, line: Line, write: Callable[[int, bytes], object]) -> None:
+    def __init__(self, context: ServiceContext, write: Callable[[int, bytes], object]) -> None:
         """Begin without any.
 
         Args:
-            line: Line of the drone.
+            context: ServiceContext of the drone.
             write: Called by the simulation thread with address and data of one write, in the order of their coming.
         """
-        self._line = line
+        self._context = context
         self._write = write
         self._waiting: deque[tuple[int, bytes]] = deque()
         self._lock = threading.Lock()
@@ -33,7 +33,7 @@ class PendingWrites:
         """
         with self._lock:
             self._waiting.append((address, data))
-        if self._line.later(self._carry_out_first):
+        if self._context.later(self._carry_out_first):
             return True
         with self._lock:
             self._waiting.pop()

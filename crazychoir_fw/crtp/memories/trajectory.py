@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.memories.core_memory import CoreMemory
 from crazychoir_fw.crtp.memories.memory import MemoryType
+from crazychoir_fw.crtp.service_context import ServiceContext
 
 
 class TrajectoryMemory(CoreMemory):
@@ -13,8 +13,8 @@ class TrajectoryMemory(CoreMemory):
 
     type = MemoryType.TRAJECTORY
 
-    def __init__(self, line: Line) -> None:
-        super().__init__(line)
+    def __init__(self, context: ServiceContext) -> None:
+        super().__init__(context)
         self.size = lib.CF_TRAJECTORY_MEMORY_BYTES
 
     def _present(self, address: int, length: int) -> bytes | None:

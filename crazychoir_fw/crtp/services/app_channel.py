@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Callable
 
 from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import MAX_PAYLOAD, Port
+from crazychoir_fw.crtp.service_context import ServiceContext
 
 CHANNEL = 2
 MAX_WAITING = 100
@@ -22,8 +22,8 @@ class AppChannel:
     of them by the simulation thread between two steps, so that it may do to the drone whatever it likes.
     """
 
-    def __init__(self, line: Line) -> None:
-        self._line = line
+    def __init__(self, context: ServiceContext) -> None:
+        self._context = context
         self._lock = threading.Lock()
         self.received: deque[bytes] = deque()
         """What the client has sent and nobody has fetched, oldest first."""
@@ -40,8 +40,8 @@ class AppChannel:
             RangeError: If it is empty or longer than 30 bytes.
         """
         if not 1 <= len(data) <= MAX_PAYLOAD:
-            raise RangeError(f"{self._line.drone.id}: app channel: {len(data)} bytes, allowed: 1 to {MAX_PAYLOAD}")
-        self._line.send(Port.PLATFORM, CHANNEL, bytes(data))
+            raise RangeError(f"{self._context.drone.id}: app channel: {len(data)} bytes, allowed: 1 to {MAX_PAYLOAD}")
+        self._context.send(Port.PLATFORM, CHANNEL, bytes(data))
 
     def receive(self) -> bytes | None:
         """Return the oldest message that waits, or None. Any thread may call this."""
@@ -63,7 +63,7 @@ class AppChannel:
             if self._is_called or not self.received:
                 return
             self._is_called = True
-        self._line.later(self._call_back, is_bounded=True)
+        self._context.later(self._call_back, is_bounded=True)
 
     def _call_back(self) -> None:
         with self._lock:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import Port
-from crazychoir_fw.crtp.services.hand_over import HandOver
+from crazychoir_fw.crtp.service_context import ServiceContext
+from crazychoir_fw.crtp.services.command_queue import CommandQueue
 from crazychoir_fw.crtp.services.service import Reply
 
 
@@ -15,9 +15,9 @@ class CommanderService:
 
     ports = (Port.COMMANDER, Port.COMMANDER_GENERIC)
 
-    def __init__(self, line: Line) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         # the newest setpoint replaces others anyway
-        self.packets = HandOver(line, newest_wins=True)
+        self.packets = CommandQueue(context, newest_wins=True)
 
     def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
         """Let a setpoint take effect in the next step."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import MAX_PAYLOAD, Port
+from crazychoir_fw.crtp.service_context import ServiceContext
 from crazychoir_fw.crtp.services.service import Reply
 
 PERIOD = 20
@@ -24,9 +24,9 @@ class ConsoleService:
 
     ports = (Port.CONSOLE,)
 
-    def __init__(self, line: Line) -> None:
-        self._line = line
-        onboard = line.drone.struct.onboard
+    def __init__(self, context: ServiceContext) -> None:
+        self._context = context
+        onboard = context.drone.struct.onboard
         self._console = ffi.addressof(onboard, "console")
         self._onboard = onboard
         self._text = ffi.new("char[]", lib.CF_CONSOLE_BYTES)
@@ -37,8 +37,8 @@ class ConsoleService:
         self._seen = 0
         self._tick = 0
         self._begun_line = b""
-        line.when_sought(lambda tick: self._forget())
-        line.closing.callback(self._stop_looking)
+        context.when_sought(lambda tick: self._forget())
+        context.closing.callback(self._stop_looking)
 
     def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
         """Swallow it: nobody on board listens."""
@@ -47,7 +47,7 @@ class ConsoleService:
     def begin_session(self) -> None:
         """Listen to what is printed from now on."""
         self._has_client = True  # first: the simulation may look before this thread goes on
-        if not self._line.later(self._begin):
+        if not self._context.later(self._begin):
             self._has_client = False
 
     def end_session(self) -> None:
@@ -57,7 +57,7 @@ class ConsoleService:
     def _begin(self) -> None:
         self._forget()
         if self._cancel is None:
-            self._cancel = self._line.world.agenda.every(PERIOD, self._look)
+            self._cancel = self._context.world.agenda.every(PERIOD, self._look)
 
     def _forget(self) -> None:
         self._seen = self._console.written
@@ -88,7 +88,7 @@ class ConsoleService:
         is_complete = not packets or packets[-1].endswith(b"\n") or len(packets[-1]) == MAX_PAYLOAD
         self._begun_line = b"" if is_complete else packets.pop()
         for packet in packets:
-            self._line.send(Port.CONSOLE, TEXT, packet, droppable=True)
+            self._context.send(Port.CONSOLE, TEXT, packet, droppable=True)
 
 
 def packets_of(text: bytes) -> Iterator[bytes]:

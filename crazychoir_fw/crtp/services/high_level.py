@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import Port
-from crazychoir_fw.crtp.services.hand_over import HandOver
+from crazychoir_fw.crtp.service_context import ServiceContext
+from crazychoir_fw.crtp.services.command_queue import CommandQueue
 from crazychoir_fw.crtp.services.service import Reply
 
 COMMANDS = 0
@@ -18,8 +18,8 @@ class HighLevelService:
 
     ports = (Port.COMMANDER_HIGH_LEVEL,)
 
-    def __init__(self, line: Line) -> None:
-        self.packets = HandOver(line)
+    def __init__(self, context: ServiceContext) -> None:
+        self.packets = CommandQueue(context)
 
     def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
         """Let a command take effect in the next step; the answer follows then."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import MAX_PAYLOAD, Port
+from crazychoir_fw.crtp.service_context import ServiceContext
 from crazychoir_fw.crtp.services.service import Reply
 
 ECHO, SOURCE, SINK, NULL_CHANNEL = range(4)
@@ -19,7 +19,7 @@ class LinkService:
 
     ports = (Port.LINK,)
 
-    def __init__(self, line: Line) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         pass
 
     def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:

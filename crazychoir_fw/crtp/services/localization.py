@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import Port
-from crazychoir_fw.crtp.services.hand_over import HandOver
+from crazychoir_fw.crtp.service_context import ServiceContext
+from crazychoir_fw.crtp.services.command_queue import CommandQueue
 from crazychoir_fw.crtp.services.localization_streams import MatchedAngles, RangeStream, SweepAngles
 from crazychoir_fw.crtp.services.service import Reply
 
@@ -25,20 +25,20 @@ class LocalizationService:
 
     ports = (Port.LOCALIZATION,)
 
-    def __init__(self, line: Line) -> None:
-        self._line = line
-        self.positions = HandOver(line, newest_wins=True)
-        self.packets = HandOver(line)
+    def __init__(self, context: ServiceContext) -> None:
+        self._context = context
+        self.positions = CommandQueue(context, newest_wins=True)
+        self.packets = CommandQueue(context)
         # one that waits is as good as many, and nothing else can take its place
-        self._emergencies = {request: HandOver(line, 1) for request in (EMERGENCY_STOP, EMERGENCY_WATCHDOG)}
-        decks, stations = line.drone.struct.onboard.decks, line.drone.struct.onboard.estimator.stations
+        self._emergencies = {request: CommandQueue(context, 1) for request in (EMERGENCY_STOP, EMERGENCY_WATCHDOG)}
+        decks, stations = context.drone.struct.onboard.decks, context.drone.struct.onboard.estimator.stations
         self._streams: list[RangeStream | SweepAngles | MatchedAngles] = []
         if decks.flags.loco:
             self._streams.append(RangeStream(decks.loco))
         if decks.flags.lighthouse4:
             self._streams += [SweepAngles(decks.lighthouse, stations), MatchedAngles(decks.lighthouse, stations)]
         if self._streams:
-            line.every(LOOK_EVERY, self._stream)
+            context.every(LOOK_EVERY, self._stream)
 
     def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
         """Let a packet take effect in the next step; where the drone answers, it does so then."""
@@ -52,7 +52,7 @@ class LocalizationService:
     def _stream(self) -> None:
         for stream in self._streams:
             for payload in stream.payloads():
-                self._line.send(Port.LOCALIZATION, GENERIC, payload, droppable=True)
+                self._context.send(Port.LOCALIZATION, GENERIC, payload, droppable=True)
 
     def end_session(self) -> None:
         """Streams go on while their parameters are set, as on the drone; nobody hears them."""

@@ -7,8 +7,8 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import Port
+from crazychoir_fw.crtp.service_context import ServiceContext
 from crazychoir_fw.crtp.services.log_sampler import Run, Value, sampler_of
 from crazychoir_fw.crtp.services.log_variables import log_variables
 from crazychoir_fw.crtp.services.reading_ahead import ReadingAhead
@@ -53,12 +53,12 @@ class LogService:
 
     ports = (Port.LOG,)
 
-    def __init__(self, line: Line) -> None:
-        self._line = line
-        self._toc = log_toc(line.drone.provider_number)
-        self._reading = ReadingAhead(line, Port.LOG, self._toc)
-        self._variables = log_variables(line.drone.provider_number)
-        self._sampler = sampler_of(line.world)
+    def __init__(self, context: ServiceContext) -> None:
+        self._context = context
+        self._toc = log_toc(context.drone.provider_number)
+        self._reading = ReadingAhead(context, Port.LOG, self._toc)
+        self._variables = log_variables(context.drone.provider_number)
+        self._sampler = sampler_of(context.world)
         self._blocks: dict[int, _Block] = {}
         self._starting: dict[tuple[int, bool], Run] = {}  # by number, and whether it is for one packet
         self._lock = threading.Lock()  # of what is starting
@@ -166,7 +166,7 @@ class LogService:
         block = self._blocks.get(number)
         if block is None:
             return errno.ENOENT
-        run = Run(self._line, number, period, block.values)
+        run = Run(self._context, number, period, block.values)
         if not self._hand_over(run):
             return errno.ENOMEM
         if period == 0:
@@ -182,7 +182,7 @@ class LogService:
         with self._lock:
             is_called = bool(self._starting)
             self._starting[run.number, run.period == 0] = run
-        if is_called or self._line.later(self._begin_runs):
+        if is_called or self._context.later(self._begin_runs):
             return True
         with self._lock:
             self._starting.clear()

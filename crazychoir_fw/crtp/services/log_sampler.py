@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.crtp.line import Line
+from crazychoir_fw.crtp.service_context import ServiceContext
 
 if TYPE_CHECKING:
-    from crazychoir_fw.simulation.agenda import Agenda
+    from crazychoir_fw.simulation.event_scheduler import EventScheduler
     from crazychoir_fw.simulation.world import World
 
 SLICE = 10
@@ -38,16 +38,16 @@ class Value(NamedTuple):
 class Run:
     """A block from one start to the next, or to its end."""
 
-    def __init__(self, line: Line, number: int, period: int, values: Sequence[Value]) -> None:
+    def __init__(self, context: ServiceContext, number: int, period: int, values: Sequence[Value]) -> None:
         """Start a block.
 
         Args:
-            line: Of its drone.
+            context: Of its drone.
             number: Of the block.
             period: Ticks between two packets; 0 asks for one packet.
             values: What to send, at most 26 bytes.
         """
-        self.line = line
+        self.context = context
         self.number = number
         self.period = period
         self.values = values
@@ -60,7 +60,7 @@ class Run:
 class LogSampler:
     """All blocks that run in one world; `sampler_of` finds it."""
 
-    def __init__(self, agenda: Agenda) -> None:
+    def __init__(self, agenda: EventScheduler) -> None:
         # weak, because a group knows its world, and the sampler is kept in a table beside the world
         self._groups: weakref.WeakValueDictionary[tuple[int, int], _Group] = weakref.WeakValueDictionary()
         self.state = object()
@@ -76,7 +76,7 @@ class LogSampler:
         if run.period == 0:
             _Batch([run]).send()
             return
-        world = run.line.world
+        world = run.context.world
         first = world.tick + run.period
         if run.period >= SLICE:
             first = -(-first // SLICE) * SLICE
@@ -112,7 +112,7 @@ def sampler_of(world: World) -> LogSampler:
 class _Group:
     """Blocks that are due at the same ticks; the agenda keeps it alive."""
 
-    def __init__(self, sampler: LogSampler, agenda: Agenda, period: int, phase: int) -> None:
+    def __init__(self, sampler: LogSampler, agenda: EventScheduler, period: int, phase: int) -> None:
         self.runs: list[Run] = []
         self._sampler = sampler
         self._key = period, phase
@@ -138,7 +138,7 @@ class _Group:
             self._sampler.forget(self._key)
             self._cancel()
             return
-        tick = self.runs[0].line.world.tick
+        tick = self.runs[0].context.world.tick
         due = [run for run in self.runs if run.first <= tick]
         if len(due) < len(self.runs):
             self._state = None  # look again
@@ -149,16 +149,16 @@ class _Batch:
     """Blocks made ready for C."""
 
     def __init__(self, runs: Sequence[Run]) -> None:
-        runs = sorted(runs, key=lambda run: run.line.drone.id)  # C refreshes neighbors of one drone once
+        runs = sorted(runs, key=lambda run: run.context.drone.id)  # C refreshes neighbors of one drone once
         self._count = len(runs)
         self._blocks = ffi.new("cf_log_block_t[]", self._count)
         self._packets = ffi.new("uint8_t[]", self._count * lib.CF_LOG_PACKET_BYTES)
         self._bytes = ffi.buffer(self._packets)
-        self._parts: dict[Line, list[slice]] = {}
+        self._parts: dict[ServiceContext, list[slice]] = {}
         for index, run in enumerate(runs):
             values = run.values  # one and the same, whatever the radio thread does
             block = self._blocks[index]
-            block.drone = run.line.drone.struct
+            block.drone = run.context.drone.struct
             block.number = run.number
             block.count = len(values)
             block.needs_refresh = any(value.needs_refresh for value in values)
@@ -167,7 +167,7 @@ class _Batch:
                 block.values[place] = (value.offset, value.stored, value.fetched)
                 length += lib.cf_log_value_bytes(value.fetched)
             start = index * lib.CF_LOG_PACKET_BYTES
-            self._parts.setdefault(run.line, []).append(slice(start, start + length))
+            self._parts.setdefault(run.context, []).append(slice(start, start + length))
 
     def send(self) -> None:
         """Sample and send all."""

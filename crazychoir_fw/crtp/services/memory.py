@@ -5,9 +5,9 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterable
 
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.memories import fitted_memories
 from crazychoir_fw.crtp.packet import MAX_PAYLOAD, Port
+from crazychoir_fw.crtp.service_context import ServiceContext
 from crazychoir_fw.crtp.services.service import Reply
 
 INFO, READ, WRITE = range(3)
@@ -27,8 +27,8 @@ class MemoryService:
 
     ports = (Port.MEMORY,)
 
-    def __init__(self, line: Line) -> None:
-        self.memories = fitted_memories(line)
+    def __init__(self, context: ServiceContext) -> None:
+        self.memories = fitted_memories(context)
         """By id."""
         self._details = [
             _DETAILS.pack(GET_DETAILS, number, memory.type, memory.size, memory.serial)

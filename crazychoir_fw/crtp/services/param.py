@@ -16,8 +16,8 @@ import errno
 from collections.abc import Iterable
 from typing import Any
 
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import Port
+from crazychoir_fw.crtp.service_context import ServiceContext
 from crazychoir_fw.crtp.services.param_misc import VALUE_UPDATED, MiscCommands, defaults, fitting
 from crazychoir_fw.crtp.services.param_storage import storage_of
 from crazychoir_fw.crtp.services.param_values import ParameterValues
@@ -36,25 +36,25 @@ class ParamService:
 
     ports = (Port.PARAM,)
 
-    def __init__(self, line: Line) -> None:
+    def __init__(self, context: ServiceContext) -> None:
         """Have what is stored written, and again after every boot.
 
         Raises:
             RangeError: If the file of stored parameters is none.
         """
-        drone = line.drone
-        self._line = line
+        drone = context.drone
+        self._context = context
         self._toc = parameter_toc(drone.provider_number)
-        self._reading = ReadingAhead(line, Port.PARAM, self._toc)
-        self._values = ParameterValues(line, self._toc)
-        self._storage = storage_of(drone, line.storage)
+        self._reading = ReadingAhead(context, Port.PARAM, self._toc)
+        self._values = ParameterValues(context, self._toc)
+        self._storage = storage_of(drone, context.storage)
         stock = defaults(int(drone.struct.config.platform), drone.provider_number)
         self._misc = MiscCommands(self._toc, self._values, self._storage, stock)
-        line.every(LOOK_EVERY, self._tell_news)
+        context.every(LOOK_EVERY, self._tell_news)
         drone.uplink.listeners.append(self._listen)
-        line.closing.callback(drone.uplink.listeners.remove, self._listen)
-        line.when_sought(self._go_back)
-        line.later(self._write_stored)
+        context.closing.callback(drone.uplink.listeners.remove, self._listen)
+        context.when_sought(self._go_back)
+        context.later(self._write_stored)
 
     def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
         """Answer a request at once; writes take effect between two steps of the simulation."""
@@ -97,15 +97,15 @@ class ParamService:
 
     def _tell_news(self) -> None:
         for number, raw in self._values.news():
-            self._line.send(Port.PARAM, MISC, bytes((VALUE_UPDATED,)) + number.to_bytes(2, "little") + raw)
+            self._context.send(Port.PARAM, MISC, bytes((VALUE_UPDATED,)) + number.to_bytes(2, "little") + raw)
 
     def _listen(self, verb: str, arguments: tuple[Any, ...]) -> None:
         if verb == "cf_reboot":
-            self._line.later(self._write_stored)
+            self._context.later(self._write_stored)
 
     def _go_back(self, tick: int) -> None:
         if tick == 0:
-            self._line.later(self._write_stored)
+            self._context.later(self._write_stored)
 
     def _write_stored(self) -> None:
         """Write what is stored and this drone has, as the firmware does when it boots."""
@@ -116,4 +116,4 @@ class ParamService:
             raw = fitting(self._values, number, value)
             if raw is not None:
                 # past the radio, whatever may be wrong with that
-                self._line.drone.uplink.deliver("param", name, self._values.unpack(number, raw))
+                self._context.drone.uplink.dispatch("param", name, self._values.unpack(number, raw))

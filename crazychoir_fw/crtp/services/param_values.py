@@ -14,7 +14,7 @@ from functools import partial
 import numpy as np
 
 from crazychoir_fw.common.errors import CrazychoirError
-from crazychoir_fw.crtp.line import Line
+from crazychoir_fw.crtp.service_context import ServiceContext
 from crazychoir_fw.crtp.toc import TableOfContents
 
 MAX_WAITING = 300
@@ -29,11 +29,11 @@ _FORMATS = {"u1": "<B", "u2": "<H", "u4": "<L", "i1": "<b", "i2": "<h", "i4": "<
 class ParameterValues:
     """All parameters of one drone, by number."""
 
-    def __init__(self, line: Line, toc: TableOfContents) -> None:
-        self._line = line
+    def __init__(self, context: ServiceContext, toc: TableOfContents) -> None:
+        self._context = context
         self._toc = toc
-        self._bytes = memoryview(line.drone.memory)
-        self._memory = line.drone.memory
+        self._bytes = memoryview(context.drone.memory)
+        self._memory = context.drone.memory
         self._places = [(row.offset, row.offset + row.dtype.itemsize) for row in toc.variables]
         self._packers = [struct.Struct(_FORMATS[row.dtype.str[1:]]) for row in toc.variables]
         self._lock = threading.Lock()
@@ -91,12 +91,12 @@ class ParameterValues:
                 return False
             self._waiting += 1
             self._pending[number] = (raw, self._pending.get(number, (raw, 0))[1] + 1)
-        self._line.later(partial(self._carry_out, number, value), is_bounded=True)
+        self._context.later(partial(self._carry_out, number, value), is_bounded=True)
         return True
 
     def _carry_out(self, number: int, value: float | int) -> None:
         try:
-            self._line.drone.param[self._toc.variables[number].name] = value
+            self._context.drone.param[self._toc.variables[number].name] = value
         except CrazychoirError:
             pass  # the client hears of the value that stays
         finally:

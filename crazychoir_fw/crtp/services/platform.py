@@ -7,8 +7,8 @@ from collections.abc import Iterable
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.common.errors import CrazychoirError
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import MAX_PAYLOAD, Port
+from crazychoir_fw.crtp.service_context import ServiceContext
 from crazychoir_fw.crtp.services.app_channel import CHANNEL as APP
 from crazychoir_fw.crtp.services.app_channel import AppChannel
 from crazychoir_fw.crtp.services.service import Reply
@@ -36,12 +36,12 @@ class PlatformService:
 
     ports = (Port.PLATFORM,)
 
-    def __init__(self, line: Line) -> None:
-        self._line = line
-        self.app_channel = AppChannel(line)
-        platform = line.drone.config.platform
+    def __init__(self, context: ServiceContext) -> None:
+        self._context = context
+        self.app_channel = AppChannel(context)
+        platform = context.drone.config.platform
         texts = {
-            GET_FIRMWARE: firmware_version(line.drone.provider_number),
+            GET_FIRMWARE: firmware_version(context.drone.provider_number),
             GET_DEVICE: DEVICE_TYPES.get(platform, platform),
         }
         self._versions = {GET_PROTOCOL: struct.pack("<Bi", GET_PROTOCOL, PROTOCOL_VERSION)}
@@ -81,12 +81,12 @@ class PlatformService:
 
         def carry_out() -> None:
             try:
-                is_granted = self._line.drone.uplink.request(verb, *arguments) == lib.CF_OK
+                is_granted = self._context.drone.uplink.request(verb, *arguments) == lib.CF_OK
             except CrazychoirError:
                 is_granted = False
-            self._line.send(Port.PLATFORM, COMMAND, bytes((command, is_granted)))
+            self._context.send(Port.PLATFORM, COMMAND, bytes((command, is_granted)))
 
-        return () if self._line.later(carry_out) else ((COMMAND, bytes((command, False))),)
+        return () if self._context.later(carry_out) else ((COMMAND, bytes((command, False))),)
 
 
 def firmware_version(provider: int) -> str:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterable
 
-from crazychoir_fw.crtp.line import Line
+from crazychoir_fw.crtp.service_context import ServiceContext
 from crazychoir_fw.crtp.services.service import Reply
 from crazychoir_fw.crtp.toc import ITEM, TableOfContents
 
@@ -26,7 +26,7 @@ IN_A_ROW = 4
 """So many items somebody asks for, one after the other, before the next ones come unasked."""
 LOOKS = 10
 """Looks of the radio without a question, after which an item is sent again: 0.2 s."""
-MOST_COPIES = 20
+MAX_COPIES = 20
 
 _CHANNEL = 0
 
@@ -34,8 +34,8 @@ _CHANNEL = 0
 class ReadingAhead:
     """Answers questions about one table of contents of one drone. Only the radio thread calls it."""
 
-    def __init__(self, line: Line, port: int, toc: TableOfContents) -> None:
-        self._line = line
+    def __init__(self, context: ServiceContext, port: int, toc: TableOfContents) -> None:
+        self._context = context
         self._port = port
         self._toc = toc
         self._last = len(toc) - 1
@@ -47,11 +47,11 @@ class ReadingAhead:
         self._in_a_row = 0
         self._sent = 0  # items below are with the client or on their way
         self._looks = self._copies = 0
-        self._line.looks.discard(self._look)
+        self._context.looks.discard(self._look)
 
     def receive(self, payload: bytes) -> Iterable[Reply]:
         """Return the answers to a request on channel 0."""
-        if not self._line.reads_ahead or len(payload) != 3 or payload[0] != ITEM:
+        if not self._context.reads_ahead or len(payload) != 3 or payload[0] != ITEM:
             answer = self._toc.answer(payload)
             return () if answer is None else ((_CHANNEL, answer),)
         return tuple((_CHANNEL, self._item(number)) for number in self._due(int.from_bytes(payload[1:], "little")))
@@ -63,11 +63,11 @@ class ReadingAhead:
         self._next = number + 1
         self._in_a_row += 1
         if self._in_a_row < IN_A_ROW or number >= self._last:
-            self._line.looks.discard(self._look)
+            self._context.looks.discard(self._look)
             self._sent = number + 1
             return (number,)
         self._looks = self._copies = 0
-        self._line.looks.add(self._look)
+        self._context.looks.add(self._look)
         first = max(self._sent, number)
         if first - number > AHEAD // 2:
             return ()
@@ -87,6 +87,6 @@ class ReadingAhead:
             return
         self._looks = 0
         self._copies += 1
-        if self._copies >= MOST_COPIES:
-            self._line.looks.discard(self._look)
-        self._line.send(self._port, _CHANNEL, self._item(self._next - 1))
+        if self._copies >= MAX_COPIES:
+            self._context.looks.discard(self._look)
+        self._context.send(self._port, _CHANNEL, self._item(self._next - 1))

@@ -10,9 +10,9 @@ Reply = tuple[int, bytes]
 
 
 class Service(Protocol):
-    """One or more ports of one drone. Built with its `Line`; see there which thread may do what.
+    """One or more ports of one drone. Built with its `ServiceContext`; see there which thread may do what.
 
-    Whatever it leaves with the world or the drone, an appointment or a listener, `Line.closing` takes off.
+    Whatever it leaves with the world or the drone, an appointment or a listener, `ServiceContext.closing` takes off.
     """
 
     ports: tuple[int, ...]

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from crazychoir_fw.common.errors import CrazychoirError
-from crazychoir_fw.crtp.line import Line
 from crazychoir_fw.crtp.packet import Port
-from crazychoir_fw.crtp.services.hand_over import HandOver
+from crazychoir_fw.crtp.service_context import ServiceContext
+from crazychoir_fw.crtp.services.command_queue import CommandQueue
 from crazychoir_fw.crtp.services.service import Reply
 from crazychoir_fw.onboard.core import receive_packet
 
@@ -22,11 +22,11 @@ class SupervisorService:
 
     ports = (Port.SUPERVISOR,)
 
-    def __init__(self, line: Line) -> None:
-        self._line = line
-        self.packets = HandOver(line)
+    def __init__(self, context: ServiceContext) -> None:
+        self._context = context
+        self.packets = CommandQueue(context)
         # one that waits is as good as many, and nothing else can take its place
-        self._emergencies = {request: HandOver(line, 1) for request in (EMERGENCY_STOP, EMERGENCY_WATCHDOG)}
+        self._emergencies = {request: CommandQueue(context, 1) for request in (EMERGENCY_STOP, EMERGENCY_WATCHDOG)}
 
     def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
         """Answer a question; a command is answered when it has been obeyed."""
@@ -39,7 +39,7 @@ class SupervisorService:
     def _tell(self, payload: bytes) -> bytes | None:
         # past the uplink: questions only read, also while the drone ticks, and belong in no journal
         try:
-            return receive_packet(self._line.drone.struct, Port.SUPERVISOR, INFO, payload, self._line.drone.id)
+            return receive_packet(self._context.drone.struct, Port.SUPERVISOR, INFO, payload, self._context.drone.id)
         except CrazychoirError:
             return None
 

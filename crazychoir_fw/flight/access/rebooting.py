@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.flight.access.access import Access
     from crazychoir_fw.flight.agent import Agent
 
-_MOST_PROBLEMS = 5  # that are told
+_MAX_PROBLEMS = 5  # that are told
 
 
 def reboot_all(agents: Sequence[Agent], access: Access) -> str:
@@ -33,5 +33,5 @@ def reboot_all(agents: Sequence[Agent], access: Access) -> str:
             continue
         agent.phase, agent.failure, agent.reference = Phase.GROUND, None, None
     if problems:
-        raise StateError("; ".join(problems[:_MOST_PROBLEMS]))
+        raise StateError("; ".join(problems[:_MAX_PROBLEMS]))
     return ", ".join(dict.fromkeys(expected))

@@ -14,7 +14,7 @@ from crazychoir_fw.guidance.graph import Graph
 
 Array = NDArray[np.float64]
 
-_MOST_DRAWS = 10_000
+_MAX_DRAWS = 10_000
 
 
 def path_graph(N: int) -> Array:
@@ -47,7 +47,7 @@ def binomial_random_graph(N: int, p: float, seed: int | None = None, link_type: 
     if not 0.0 < p <= 1.0:
         raise RangeError(f"graph: p is {p}, allowed: above 0, at most 1")
     dice = np.random.RandomState(seed)
-    for _ in range(_MOST_DRAWS):
+    for _ in range(_MAX_DRAWS):
         drawn = dice.binomial(1, p, (N, N))
         graph = Graph.from_adjacency(drawn if _is_directed(link_type) else drawn | drawn.T)
         if graph.is_connected():

@@ -21,7 +21,7 @@ TOLERANCE = 1e-6
 """What counts as zero among reduced costs and directions (features dossier section 18)."""
 
 _TIE = 1e-9
-_MOST_PIVOTS = 10_000
+_MAX_PIVOTS = 10_000
 
 
 class UnboundedError(CrazychoirError, ValueError):
@@ -67,7 +67,7 @@ def solve(columns: Array, b: Array, basis: Array) -> Optimum:
     table = distinct(np.hstack([columns, basis]))
     c, A = table[0], table[1:]
     members = _places(table, basis)
-    for _ in range(_MOST_PIVOTS):
+    for _ in range(_MAX_PIVOTS):
         inverse = np.linalg.inv(A[:, members])
         x = inverse @ b
         prices = c[members] @ inverse
@@ -78,7 +78,7 @@ def solve(columns: Array, b: Array, basis: Array) -> Optimum:
             return Optimum(ordered, x[order], float(c[members] @ x), prices)
         leaving = _leaving(inverse @ A[:, entering], x, inverse)
         members[leaving] = entering
-    raise StateError(f"simplex: {_MOST_PIVOTS} steps were not enough")
+    raise StateError(f"simplex: {_MAX_PIVOTS} steps were not enough")
 
 
 def _places(table: Array, basis: Array) -> NDArray[np.intp]:

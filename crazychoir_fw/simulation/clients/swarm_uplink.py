@@ -50,7 +50,7 @@ class SwarmUplink:
         alone = [
             k
             for k, i in enumerate(chosen.tolist())
-            if uplinks[i].gate is not None or uplinks[i].carrier is not None or len(uplinks[i].listeners) != 1
+            if uplinks[i].fault_filter is not None or uplinks[i].transport is not None or len(uplinks[i].listeners) != 1
         ]
         if alone:
             self._send_one_by_one(chosen, setpoints, alone)

@@ -15,11 +15,11 @@ from crazychoir_fw._core import ffi, lib
 Listener = Callable[[str, tuple[Any, ...]], None]
 """Called with verb and arguments of every request that reaches the drone, just before it takes effect."""
 
-Gate = Callable[[str, tuple[Any, ...]], bool]
+FaultFilter = Callable[[str, tuple[Any, ...]], bool]
 """Asked before a request leaves the client: False swallows it. Who sends it later calls `Uplink.send`."""
 
-Carrier = Callable[[str, tuple[Any, ...]], None]
-"""Takes what has left the client, and calls `Uplink.deliver` when it arrives, if it does."""
+Transport = Callable[[str, tuple[Any, ...]], None]
+"""Takes what has left the client, and calls `Uplink.dispatch` when it arrives, if it does."""
 
 _C_REQUESTS = re.compile(
     r"cf_(send|inject)_\w+"
@@ -43,8 +43,8 @@ class Uplink:
         self._cf = cf
         self._handlers: dict[str, Callable[..., Any]] = {}
         self.listeners: list[Listener] = []
-        self.gate: Gate | None = None
-        self.carrier: Carrier | None = None
+        self.fault_filter: FaultFilter | None = None
+        self.transport: Transport | None = None
         """A simulated radio, if there is one; otherwise what leaves the client is delivered at once."""
 
     def handle(self, verb: str, handler: Callable[..., Any]) -> None:
@@ -69,18 +69,18 @@ class Uplink:
 
     def request(self, verb: str, *arguments: Any) -> Any:
         """Send a request, as a client does by radio. Returns what it returns; ``CF_OK`` when it is lost."""
-        if self.gate is not None and not self.gate(verb, arguments):
+        if self.fault_filter is not None and not self.fault_filter(verb, arguments):
             return lib.CF_OK
         return self.send(verb, *arguments)
 
     def send(self, verb: str, *arguments: Any) -> Any:
         """Let a request go its way after the gate. Returns what it returns; ``CF_OK`` on a simulated radio."""
-        if self.carrier is not None:
-            self.carrier(verb, arguments)
+        if self.transport is not None:
+            self.transport(verb, arguments)
             return lib.CF_OK
-        return self.deliver(verb, *arguments)
+        return self.dispatch(verb, *arguments)
 
-    def deliver(self, verb: str, *arguments: Any) -> Any:
+    def dispatch(self, verb: str, *arguments: Any) -> Any:
         """Carry out a request on the drone, past the radio."""
         for listener in self.listeners:
             listener(verb, arguments)

@@ -42,15 +42,15 @@ class BatteryFault(Fault):
     def begin(self, world: World, drone: Drone, seed: int) -> None:
         """Let it fail."""
         if self.charge is not None:
-            check(drone.uplink.deliver("cf_inject_battery_charge", self.charge), f"{drone.id}: charge")
+            check(drone.uplink.dispatch("cf_inject_battery_charge", self.charge), f"{drone.id}: charge")
         if self.resistance:
-            check(drone.uplink.deliver("cf_inject_battery_resistance", self.resistance), f"{drone.id}: resistance")
+            check(drone.uplink.dispatch("cf_inject_battery_resistance", self.resistance), f"{drone.id}: resistance")
         if self.cut:
-            drone.uplink.deliver("cf_inject_battery_cut", True)
+            drone.uplink.dispatch("cf_inject_battery_cut", True)
 
     def end(self, world: World, drone: Drone) -> None:
         """Repair the contact."""
         if self.resistance:
-            drone.uplink.deliver("cf_inject_battery_resistance", 0.0)
+            drone.uplink.dispatch("cf_inject_battery_resistance", 0.0)
         if self.cut:
-            drone.uplink.deliver("cf_inject_battery_cut", False)
+            drone.uplink.dispatch("cf_inject_battery_cut", False)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class Fault(ABC):
     """Something that goes wrong at a simulated time.
 
-    What a fault does to a drone goes through `Uplink.deliver`, past the radio, so that a journal of requests holds it.
+    What a fault does to a drone goes through `Uplink.dispatch`, past the radio, so that a journal of requests holds it.
 
     Raises:
         RangeError: If a value is outside its range; the message names fault, member, value and range.

@@ -37,4 +37,4 @@ class Gust(Fault):
         """Let it blow; it ends by itself."""
         velocity = [float(number) for number in self.velocity]
         ticks = round(self.duration * TICKS_PER_SECOND)
-        check(drone.uplink.deliver("cf_inject_gust", velocity, ticks), f"{drone.id}: gust")
+        check(drone.uplink.dispatch("cf_inject_gust", velocity, ticks), f"{drone.id}: gust")

@@ -63,4 +63,4 @@ class ImuFault(Fault):
         first, unit = _SENSORS[self.sensor]
         axes = 7 if self.axis == "all" else 1 << "xyz".index(self.axis)
         fault = [[axes << first, stuck, bias * unit, noise * unit]]
-        check(drone.uplink.deliver("cf_inject_imu", fault, seed), f"{drone.id}: imu fault")
+        check(drone.uplink.dispatch("cf_inject_imu", fault, seed), f"{drone.id}: imu fault")

@@ -42,7 +42,7 @@ class Kick(Fault):
 
     def begin(self, world: World, drone: Drone, seed: int) -> None:
         """Hit."""
-        drone.uplink.deliver("kick", list(map(float, self.impulse)), list(map(float, self.point)), self.frame)
+        drone.uplink.dispatch("kick", list(map(float, self.impulse)), list(map(float, self.point)), self.frame)
 
 
 def kick(

@@ -38,4 +38,4 @@ class MotorFault(Fault):
 
     def _set(self, drone: Drone, efficiency: float) -> None:
         for motor in range(MOTORS) if self.motor is None else [self.motor - 1]:
-            check(drone.uplink.deliver("cf_inject_motor", motor, efficiency), f"{drone.id}: motor {motor + 1}")
+            check(drone.uplink.dispatch("cf_inject_motor", motor, efficiency), f"{drone.id}: motor {motor + 1}")

@@ -32,4 +32,4 @@ class PayloadDrop(Fault):
 
     def begin(self, world: World, drone: Drone, seed: int) -> None:
         """Let go."""
-        drone.uplink.deliver("drop_payload")
+        drone.uplink.dispatch("drop_payload")

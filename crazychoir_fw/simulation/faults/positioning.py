@@ -59,14 +59,14 @@ class PositioningFault(Fault):
     def begin(self, world: World, drone: Drone, seed: int) -> None:
         """Lose or delay."""
         if self.lost:
-            check(drone.uplink.deliver("cf_inject_positioning_loss", True), f"{drone.id}: lost positioning")
+            check(drone.uplink.dispatch("cf_inject_positioning_loss", True), f"{drone.id}: lost positioning")
         else:
             late = round(self.delay * TICKS_PER_SECOND)
-            check(drone.uplink.deliver("cf_inject_positioning_delay", late), f"{drone.id}: late positioning")
+            check(drone.uplink.dispatch("cf_inject_positioning_delay", late), f"{drone.id}: late positioning")
 
     def end(self, world: World, drone: Drone) -> None:
         """See again, or in time again."""
         if self.lost:
-            drone.uplink.deliver("cf_inject_positioning_loss", False)
+            drone.uplink.dispatch("cf_inject_positioning_loss", False)
         else:
-            drone.uplink.deliver("cf_inject_positioning_delay", 0)
+            drone.uplink.dispatch("cf_inject_positioning_delay", 0)

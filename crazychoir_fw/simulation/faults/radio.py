@@ -22,7 +22,7 @@ from crazychoir_fw.simulation.faults.fault import Fault
 from crazychoir_fw.simulation.faults.rules import Number, Switch, ruled
 
 if TYPE_CHECKING:
-    from crazychoir_fw.simulation.clients.uplink import Gate
+    from crazychoir_fw.simulation.clients.uplink import FaultFilter
     from crazychoir_fw.simulation.drone import Drone
     from crazychoir_fw.simulation.world import World
 
@@ -81,8 +81,8 @@ class RadioFault(Fault):
 
     def _spoil_poses(self, drone: Drone, loss: float, latency: float) -> None:
         late = round(latency * TICKS_PER_SECOND)
-        check(drone.uplink.deliver("cf_inject_positioning_dropout", loss), f"{drone.id}: loss of poses")
-        check(drone.uplink.deliver("cf_inject_positioning_delay", late), f"{drone.id}: late poses")
+        check(drone.uplink.dispatch("cf_inject_positioning_dropout", loss), f"{drone.id}: loss of poses")
+        check(drone.uplink.dispatch("cf_inject_positioning_delay", late), f"{drone.id}: late poses")
 
     def is_on(self, tick: int) -> bool:
         """Tell whether it disturbs requests that are sent at a tick."""
@@ -111,8 +111,8 @@ class Radio:
         self._queue: list[_Request] = []
         self._tick = -1
         self._count = 0  # requests of this tick
-        self._before: Gate | None = drone.uplink.gate
-        drone.uplink.gate = self._let_pass
+        self._before: FaultFilter | None = drone.uplink.fault_filter
+        drone.uplink.fault_filter = self._let_pass
 
     def add(self, fault: RadioFault, seed: int) -> None:
         """Plan a fault."""

@@ -73,7 +73,7 @@ class Pilots:
             return
         reason = f"{type(control).__name__}: {describe(error)}"
         # past the radio: this is no command, but it belongs into a journal of all that happened to the drone
-        drone.uplink.deliver("cf_fail_pilot", reason.encode())
+        drone.uplink.dispatch("cf_fail_pilot", reason.encode())
         self._world.note("failure", drone.id, reason=reason)
 
     def _flown(self) -> list[Drone]:

@@ -162,7 +162,7 @@ def test_sizes_are_those_of_cflib(hovering):
     """crtp-cflib 12, 13, 14: header and payload."""
     sent = []
     drone = hovering.drones[0]
-    drone.uplink.carrier = lambda verb, arguments: sent.append((verb, packet_sizes(verb, arguments)))
+    drone.uplink.transport = lambda verb, arguments: sent.append((verb, packet_sizes(verb, arguments)))
     drone.commander.send_full_state_setpoint([0, 0, 1], [0, 0, 0], [0, 0, 0], [0, 0, 0, 1], 0, 0, 0)
     drone.commander.send_setpoint(0, 0, 0, 0)
     drone.loc.send_extpose([0, 0, 1], [0, 0, 0, 1])

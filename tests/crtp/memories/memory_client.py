@@ -39,5 +39,5 @@ class MemoryClient(Client):
 
     def carry_out(self):
         """Let the simulation do what waits, and the client hear of it."""
-        self.station.line.carry_out()
+        self.station.context.carry_out()
         self.read()

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crazychoir_fw.crtp.line import MAX_WAITING, Line
 from crazychoir_fw.crtp.memories import MemoryType
+from crazychoir_fw.crtp.service_context import MAX_WAITING, ServiceContext
 from crazychoir_fw.crtp.services.memory import MemoryService
 from crazychoir_fw.simulation import DroneConfig, World
 
@@ -36,7 +36,7 @@ def make(config):
 
 @pytest.fixture(scope="module")
 def service():
-    return MemoryService(Line(*make(FITTED["all"][0])))
+    return MemoryService(ServiceContext(*make(FITTED["all"][0])))
 
 
 def answer(service, channel, payload):
@@ -52,7 +52,7 @@ def number_of(service, type):
 @pytest.mark.parametrize("name", FITTED)
 def test_a_drone_has_the_memories_of_its_decks_in_a_fixed_order(name):
     config, of_decks = FITTED[name]
-    service = MemoryService(Line(*make(config)))
+    service = MemoryService(ServiceContext(*make(config)))
     types = [service.receive(4, INFO, bytes((2, number)))[0][1][2] for number in range(len(service.memories))]
     assert types == ALWAYS + of_decks
     assert answer(service, INFO, b"\x01") == bytes((1, len(types)))
@@ -153,8 +153,8 @@ STARTS = {MemoryType.LIGHTHOUSE: st.sampled_from([0, 0x0C, 0x18, 0x30, 0x100, 0x
 @given(st.data(), st.sampled_from(KEPT))
 def test_reads_see_what_waits_for_the_simulation(service, data, type):
     """Whatever of it has been carried out by then."""
-    line = Line(None, service.memories[0]._drone)
-    fresh = MemoryService(line)
+    context = ServiceContext(None, service.memories[0]._drone)
+    fresh = MemoryService(context)
     number = number_of(fresh, type)
     memory = fresh.memories[number]
     for _ in range(data.draw(st.integers(0, 10))):
@@ -168,17 +168,17 @@ def test_reads_see_what_waits_for_the_simulation(service, data, type):
             assert memory.read(address, len(content)) == content
     pages = [(0, 49), (0x100, 49), (0x1000, 61), (0x1100, 61)] if type == MemoryType.LIGHTHOUSE else [(0, memory.size)]
     expected = [memory.read(*page) for page in pages]
-    for _ in range(data.draw(st.integers(0, len(line._later)))):
-        line._later.popleft()()
+    for _ in range(data.draw(st.integers(0, len(context._later)))):
+        context._later.popleft()()
     assert [memory.read(*page) for page in pages] == expected
-    line.carry_out()
+    context.carry_out()
     assert [memory._present(*page) for page in pages] == expected
 
 
 def test_a_client_reads_what_it_wrote_while_the_simulation_catches_up():
     """Two threads: one writes and reads, the other carries out."""
-    line = Line(*make(DroneConfig("cf1")))
-    service = MemoryService(line)
+    context = ServiceContext(*make(DroneConfig("cf1")))
+    service = MemoryService(context)
     number = number_of(service, MemoryType.TRAJECTORY)
     wrong, is_done = [], threading.Event()
 
@@ -196,19 +196,19 @@ def test_a_client_reads_what_it_wrote_while_the_simulation_catches_up():
     thread = threading.Thread(target=client)
     thread.start()
     while not is_done.is_set():
-        line.carry_out()
+        context.carry_out()
     thread.join()
     assert wrong == []
 
 
 def test_a_flood_of_writes_is_refused_and_forgotten():
-    line = Line(*make(DroneConfig("cf1")))
-    service = MemoryService(line)
+    context = ServiceContext(*make(DroneConfig("cf1")))
+    service = MemoryService(context)
     place = struct.pack("<BI", number_of(service, MemoryType.TRAJECTORY), 0)
     statuses = [answer(service, WRITE, place + bytes((i % 256,)))[5] for i in range(MAX_WAITING + 50)]
     assert statuses == [0] * MAX_WAITING + [5] * 50
     last = answer(service, READ, place + b"\x01")[6]
     assert last == (MAX_WAITING - 1) % 256
-    line.carry_out()
+    context.carry_out()
     assert answer(service, READ, place + b"\x01")[6] == last
     assert answer(service, WRITE, place + b"\x07")[5] == 0

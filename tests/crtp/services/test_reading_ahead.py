@@ -22,7 +22,7 @@ def a_world():
 
 def open_station():
     made = Station(a_world(), a_world()["cf1"])
-    made.line.reads_ahead = True
+    made.context.reads_ahead = True
     return made
 
 
@@ -43,9 +43,9 @@ def number_of(datagram):
 
 def look(station, times=1):
     for _ in range(times):
-        for call in tuple(station.line.looks):
+        for call in tuple(station.context.looks):
             call()
-    return [datagram for datagram, _ in station.line.take_out()]
+    return [datagram for datagram, _ in station.context.take_out()]
 
 
 @pytest.mark.parametrize("header", TABLES)
@@ -55,7 +55,7 @@ def test_every_item_comes_once_and_in_order(station, header):
         came += ask(station, header, number)
         most = max(most, len(came) - number)
         assert len(came) > number  # a question is never left alone
-    station.line.reads_ahead = False
+    station.context.reads_ahead = False
     assert came == [ask(station, header, number)[0] for number in range(len(toc))]
     assert reading_ahead.AHEAD // 2 < most <= reading_ahead.AHEAD + 1
     assert look(station, 1000) == []
@@ -82,16 +82,16 @@ def test_what_is_waited_for_comes_again(station):
     # nobody is called for ever
     copies = look(station, 10_000)
     assert {number_of(copy) for copy in copies} == {10}
-    assert len(copies) == reading_ahead.MOST_COPIES
+    assert len(copies) == reading_ahead.MAX_COPIES
 
 
 def test_a_session_that_ends_leaves_nothing(station):
     for number in range(10):
         ask(station, 0x5C, number)
         ask(station, 0x2C, number)
-    assert len(station.line.looks) == 2
+    assert len(station.context.looks) == 2
     station.end_session()
-    assert not station.line.looks
+    assert not station.context.looks
     assert [number_of(reply) for reply in ask(station, 0x5C, 10)] == [10]
 
 

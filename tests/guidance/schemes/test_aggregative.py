@@ -242,7 +242,7 @@ def test_a_guidance_that_raises_stops_its_own_drone_only():
     experiment.run(7.0)
     assert [one.failure is None for one in experiment.agents] == [True, True, False]
     assert "out of targets" in experiment.agents[2].failure
-    assert any(happening.kind == "lost" for happening in experiment.happenings)
+    assert any(happening.kind == "lost" for happening in experiment.events)
     survivors = [agent for agent in agents[:2] if agent.algorithm.rounds > 550]
     np.testing.assert_allclose(decisions(survivors), LIMITS[: len(survivors)], atol=1e-3)
     assert len(survivors) == 2

@@ -190,7 +190,7 @@ def test_a_journal_of_requests_holds_what_faults_did():
     assert json.loads(json.dumps(heard))[0] == [50, "cf_inject_motor", [0, 0.7]]
     for tick, verb, arguments in heard:
         other.step(tick - other.tick)
-        other.drones[0].uplink.deliver(verb, *arguments)
+        other.drones[0].uplink.dispatch(verb, *arguments)
     other.step(300 - other.tick)
     assert other.snapshot().tobytes() == world.snapshot().tobytes()
 
@@ -320,7 +320,7 @@ def test_poses_of_the_motion_capture_suffer_with_the_radio():
 def test_a_gate_that_was_there_before_is_asked_first():
     world = floor_world()
     asked = []
-    world.drones[0].uplink.gate = lambda verb, arguments: bool(asked.append(verb))
+    world.drones[0].uplink.fault_filter = lambda verb, arguments: bool(asked.append(verb))
     world.add_fault(RadioFault(at=0.01, loss=0.5))
     heard = listen(world)
     send(world.drones[0], 1)

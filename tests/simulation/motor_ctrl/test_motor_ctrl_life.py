@@ -262,7 +262,9 @@ def test_what_was_heard_of_it_flies_another_drone_alike():
     world.run(2.5)
     replay = World([DroneConfig("cf1")], seed=2)
     for tick, verb, arguments in heard:
-        replay.agenda.at(tick, lambda verb=verb, arguments=arguments: replay.drones[0].uplink.deliver(verb, *arguments))
+        replay.agenda.at(
+            tick, lambda verb=verb, arguments=arguments: replay.drones[0].uplink.dispatch(verb, *arguments)
+        )
     replay.run(2.5)
     assert {verb for _, verb, _ in heard} == {"setpoint"}
     assert replay.data.qpos.tolist() == world.data.qpos.tolist()

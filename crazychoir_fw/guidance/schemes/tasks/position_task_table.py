@@ -13,8 +13,8 @@ from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.guidance.schemes.tasks.dispatch_table import DispatchTable
 from crazychoir_fw.guidance.schemes.tasks.position_task import PositionTask
 
-_MOST_DRAWS = 1000  # of one task, until somebody can do it
-_MOST_REMEMBERED = 1_000_000  # draws, some seconds
+_MAX_DRAWS = 1000  # of one task, until somebody can do it
+_MAX_REMEMBERED = 1_000_000  # draws, some seconds
 
 
 class PositionTaskTable(DispatchTable):
@@ -91,7 +91,7 @@ class PositionTaskTable(DispatchTable):
         self.note("tasks", None, {"label": self.label + 1, "tasks": made})
 
     def _drawn(self, number: int) -> PositionTask:
-        for _ in range(_MOST_DRAWS):
+        for _ in range(_MAX_DRAWS):
             point, chances = self._draw()
             position = self.low + (self.high - self.low) * point
             able = np.flatnonzero(chances < self.probability)
@@ -154,7 +154,7 @@ class PositionTaskTable(DispatchTable):
                 raise ValueError(f"task {number} at ({x}, {y}) for {able}")
             tasks[int(number)] = PositionTask(int(number), int(sequence), (float(x), float(y)), tuple(able))
         left, sequence, draws = (int(memory[name]) for name in ("generations_left", "next_sequence", "draws"))
-        if left < 0 or not 0 <= sequence <= draws <= _MOST_REMEMBERED:
+        if left < 0 or not 0 <= sequence <= draws <= _MAX_REMEMBERED:
             raise ValueError(f"{left} generations left, {sequence} tasks, {draws} draws")
         while self._draws < draws:
             self._draw()

@@ -12,7 +12,7 @@ from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 
 
-class Whereabouts:
+class PoseCache:
     """Positions of drones as one node hears them; each node decides by itself whom it hears."""
 
     def __init__(self, count: int) -> None:

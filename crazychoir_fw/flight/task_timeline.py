@@ -52,7 +52,7 @@ class _Work:
                 self.stints.append(Stint(self.owner, busy, now, self.label, is_finished))
 
 
-def story_of(events: Sequence[Mapping[str, Any]], drones: Sequence[str], end: float) -> Story | None:
+def timeline_of(events: Sequence[Mapping[str, Any]], drones: Sequence[str], end: float) -> Story | None:
     """Return marks and stints of tasks or deliveries; None if there were none.
 
     Args:

@@ -8,7 +8,7 @@ CLOSE = 1.5
 """Periods between poses, for which each pose makes a step."""
 
 
-class LedByPoses:
+class PoseTriggered:
     """A node that works with each pose where simulated poses come often enough, else with its clock.
 
     Then results do not depend on which of pose and clock comes first.

@@ -6,21 +6,21 @@ import threading
 from collections import deque
 
 from crazychoir_fw.common.errors import CrazychoirError
-from crazychoir_fw.crtp.line import Line
+from crazychoir_fw.crtp.service_context import ServiceContext
 
 
-class HandOver:
+class CommandQueue:
     """Keeps the order of packets, and does not let them pile up while the simulation is paused."""
 
-    def __init__(self, line: Line, limit: int = 100, *, newest_wins: bool = False) -> None:
+    def __init__(self, context: ServiceContext, limit: int = 100, *, newest_wins: bool = False) -> None:
         """Wait for packets.
 
         Args:
-            line: The drone.
+            context: The drone.
             limit: So many packets wait at most.
             newest_wins: Whether a packet beyond takes the place of the newest one that waits; otherwise it is lost.
         """
-        self._line = line
+        self._context = context
         self._limit = limit
         self._newest_wins = newest_wins
         self._waiting: deque[tuple[int, int, bytes]] = deque()
@@ -39,7 +39,7 @@ class HandOver:
                     self._waiting[-1] = (port, channel, payload)
                 return
             self._waiting.append((port, channel, payload))
-        self._line.later(self._carry_out, is_bounded=True)
+        self._context.later(self._carry_out, is_bounded=True)
 
     def _carry_out(self) -> None:
         with self._lock:
@@ -47,9 +47,9 @@ class HandOver:
                 return
             port, channel, payload = self._waiting.popleft()
         try:
-            answer = self._line.drone.receive_packet(port, channel, payload)
+            answer = self._context.drone.receive_packet(port, channel, payload)
         except CrazychoirError:
             self.refused += 1
             return
         if answer is not None:
-            self._line.send(port, channel, answer)
+            self._context.send(port, channel, answer)

@@ -29,7 +29,7 @@ _SETTLE_S = 0.3  # [s], wall, without a further one, after which all are found
 _ANSWER_S = 10.0  # [s], wall
 
 
-def serve_care(node: Any, agents: Sequence[Agent], access: Access) -> None:
+def serve_arming_services(node: Any, agents: Sequence[Agent], access: Access) -> None:
     """Serve ``arm`` and ``reboot`` of every drone, if they have onboard software.
 
     Args:
@@ -98,7 +98,7 @@ def ask_for(node: Node, service: str, name: str, is_armed: bool, spin: Callable[
         node.destroy_client(client)
 
 
-def care_once(name: str, is_armed: bool, drones: Sequence[str], domain: int | None = None) -> dict[str, str]:
+def request_once(name: str, is_armed: bool, drones: Sequence[str], domain: int | None = None) -> dict[str, str]:
     """Arm, disarm or reboot from a process that has no nodes otherwise; returns the answers by namespace.
 
     Args:

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from crazychoir_fw.guidance.communicator import TopicCommunicator
 
 
-class StallingClock:
+class WallTimeoutClock:
     """The clock of a node, plus the time on the wall for which it has been waited for in vain.
 
     A simulation in lock step waits for a node that waits for a neighbor that is gone: by simulated time that would last
@@ -55,7 +55,7 @@ class StallingClock:
             self._since = wall
 
 
-class MissedRound:
+class RoundResync:
     """Tells a node whether its neighbors had a round without it: then its rounds are one behind theirs.
 
     Who joins takes over the label that it heard last, perhaps that of the step before. From then on it finds all

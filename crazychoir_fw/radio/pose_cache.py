@@ -16,7 +16,7 @@ from crazychoir_fw.radio.sender import Sender
 _FRESH_S = 1.0  # an older position says nothing about the safety area
 
 
-class Whereabouts:
+class PoseCache:
     """The last known position of one drone, and what follows from it.
 
     Args:

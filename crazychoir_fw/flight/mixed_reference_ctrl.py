@@ -12,7 +12,7 @@ from crazychoir_fw.control import FlatnessPositionCtrl
 Array = NDArray[np.float64]
 
 
-class BothFlatnessLaws(FlatnessPositionCtrl):
+class MixedReferenceCtrl(FlatnessPositionCtrl):
     """Tracks positions, but for the drones whose reference is an acceleration; what costs time is done once for all."""
 
     def __init__(self, is_accelerated: NDArray[np.bool_], **arguments: Any) -> None:

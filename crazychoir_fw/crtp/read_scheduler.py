@@ -24,7 +24,7 @@ from crazychoir_fw.crtp.toc import ITEM
 
 PATIENCE_S = 2.0
 """A question is held so long (s) at most."""
-MOST_HELD = 16
+MAX_HELD = 16
 """Questions of one drone; cflib asks one after the other, and who asks more is answered."""
 IDLE_S = 0.1
 """A turn ends after so long (s) without a question."""
@@ -77,7 +77,7 @@ class _Held(NamedTuple):
     since: float
 
 
-class Turns(Generic[_D]):
+class ReadScheduler(Generic[_D]):
     """Holds questions back until it is the turn of their drone. Only the radio calls it; times are of one clock (s)."""
 
     def __init__(self, values: int) -> None:
@@ -115,7 +115,7 @@ class Turns(Generic[_D]):
         if not held and self._may_begin(reading):
             self._begin(drone, reading, now)
             return False
-        if len(held) >= MOST_HELD:
+        if len(held) >= MAX_HELD:
             return False
         self._held.setdefault(drone, []).append(_Held(reading, datagram, now))
         return True

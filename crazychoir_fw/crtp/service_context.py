@@ -28,7 +28,7 @@ MAX_WAITING = 1000
 """Changes that wait for the simulation; more are refused, so that a flood cannot fill the memory."""
 
 
-class Line:
+class ServiceContext:
     """One drone, seen from its services."""
 
     def __init__(self, world: World, drone: Drone, storage: str | Path | None = None) -> None:

@@ -1,4 +1,4 @@
-"""`Outlet`: a publisher that hands its values to listeners of its own process, and uses ROS for all others."""
+"""`SharedPublisher`: a publisher that hands its values to listeners of its own process, and uses ROS for all others."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rclpy.publisher import Publisher
 from crazychoir_fw.ros.hub import Hub
 
 
-class Outlet:
+class SharedPublisher:
     """Where values leave a node."""
 
     def __init__(self, publisher: Publisher, hub: Hub | None) -> None:

@@ -9,7 +9,7 @@ from crazychoir_fw.crtp.link_model.link import Direction
 from crazychoir_fw.crtp.link_model.tally import Tally
 
 
-class Parcel:
+class QueuedPacket:
     """A packet that waits or is on its way."""
 
     __slots__ = ("datagram", "has_arrived", "number", "sent", "was_tried")
@@ -22,13 +22,13 @@ class Parcel:
         self.has_arrived = False  # at the drone, which may not have been understood
 
 
-class Seat:
+class LinkState:
     """What a dongle knows of one of its drones."""
 
     def __init__(self, drone: str) -> None:
         self.drone = drone
-        self.up: deque[Parcel] = deque()
-        self.down: deque[Parcel] = deque()
+        self.up: deque[QueuedPacket] = deque()
+        self.down: deque[QueuedPacket] = deque()
         self.tallies = {Direction.UP: Tally(), Direction.DOWN: Tally()}
         self.last_arrival = {Direction.UP: -math.inf, Direction.DOWN: -math.inf}  # [s]
         self.next_poll = -math.inf  # [s]
@@ -42,10 +42,10 @@ class Seat:
         poll = math.inf if self.is_lost else self.next_poll
         return min(poll, self.up[0].sent) if self.up else poll
 
-    def new_parcel(self, direction: Direction, datagram: bytes, now: float) -> Parcel:
+    def new_parcel(self, direction: Direction, datagram: bytes, now: float) -> QueuedPacket:
         """Return the next packet of one direction, sent now (s), and count it."""
         tally = self.tallies[direction]
-        parcel = Parcel(datagram, now, tally.sent)
+        parcel = QueuedPacket(datagram, now, tally.sent)
         tally.sent += 1
         return parcel
 

@@ -10,7 +10,7 @@ from crazychoir_fw.common.messages import Pose
 
 Array = NDArray[np.float64]
 
-_MOST_DENSE = 64  # agents, up to which all pairs are looked at: faster than sorting into cells
+_MAX_DENSE = 64  # agents, up to which all pairs are looked at: faster than sorting into cells
 _OFFSETS = ((1, -1), (1, 0), (1, 1), (0, 1))  # half of a cell's neighbors, so that no pair comes twice
 
 
@@ -41,7 +41,7 @@ class ClosestRobotGetter:
             First agents, second agents and distances (m), each of shape (P,); each pair once.
         """
         plane = np.asarray(positions, dtype=np.float64)[:, :2]
-        if len(plane) <= _MOST_DENSE:
+        if len(plane) <= _MAX_DENSE:
             first, second = np.triu_indices(len(plane), 1)
         else:
             first, second = self._near_cells(plane)

@@ -25,7 +25,7 @@ class _Periodic:
         return tick + self.period - (tick - self.phase) % self.period
 
 
-class Agenda:
+class EventScheduler:
     """Appointments by tick. At one tick, single ones come before periodic ones, each in the order of their coming.
 
     Not part of a snapshot: whoever goes back in time meets again what is on the agenda then.

@@ -19,9 +19,9 @@ from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.control import safety as plain
 from crazychoir_fw.control.schedule import Schedule
 from crazychoir_fw.guidance.serialization import dumps, loads
-from crazychoir_fw.ros.led_by_poses import CLOSE
 from crazychoir_fw.ros.names import CLOSEST_ROBOTS, ODOM
 from crazychoir_fw.ros.node import LayerNode
+from crazychoir_fw.ros.pose_triggered import CLOSE
 from crazychoir_fw.ros.wire import (
     label_and_data,
     labeled_bytes,
@@ -31,7 +31,7 @@ from crazychoir_fw.ros.wire import (
 Array = NDArray[np.float64]
 
 _SAME = 1e-7  # [s]: stamps are whole nanoseconds
-_MOST_NEAR = 10_000  # robots in a message
+_MAX_NEAR = 10_000  # robots in a message
 
 
 # ---------------------------------------------------------------- the message
@@ -62,7 +62,7 @@ def closest_of_bytes(data: bytes) -> tuple[float, NDArray[np.int64], Pose]:
         raise RangeError("closest_robots: not numbers, positions and velocities")
     numbers, position, velocity = found
     shape = (len(numbers) if numbers.ndim == 1 else -1, 3)
-    is_fine = numbers.dtype.kind == "i" and position.shape == velocity.shape == shape and len(numbers) <= _MOST_NEAR
+    is_fine = numbers.dtype.kind == "i" and position.shape == velocity.shape == shape and len(numbers) <= _MAX_NEAR
     if not (is_fine and np.isfinite(position).all() and np.isfinite(velocity).all()):
         raise RangeError(
             f"closest_robots: {len(found[0]) if numbers.ndim else 0} robots with positions {position.shape}, allowed: "

@@ -66,7 +66,7 @@ def _schemes() -> Any:
     return schemes
 
 
-def made(cls: type, key: str, arguments: Mapping[str, Any], options: Mapping[str, Any]) -> Any:
+def build(cls: type, key: str, arguments: Mapping[str, Any], options: Mapping[str, Any]) -> Any:
     """Return an object, given as much of what is known as its class asks for, and all that the file says.
 
     Raises:

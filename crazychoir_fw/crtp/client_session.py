@@ -29,7 +29,7 @@ GOODBYE_S = 0.15
 """So long nothing comes from a client that has closed its link, and no living one is silent after a set-point of zeros:
 it pings every 0.1 s."""
 
-MOST_WAITING = 16
+MAX_WAITING = 16
 """Clients that wait for one drone; of more the earliest is forgotten."""
 
 _HEADER = 0xF3  # without the two reserved bits
@@ -61,7 +61,7 @@ def is_link_source(datagram: bytes) -> bool:
     return len(datagram) > 0 and datagram[0] & _HEADER == _LINK_SOURCE
 
 
-class Owner:
+class ClientSession:
     """Whom one drone belongs to. It knows neither sockets nor the clock; times (s) never go back."""
 
     def __init__(self, silence_s: float = SILENCE_S, newest_wins: bool = False) -> None:
@@ -101,7 +101,7 @@ class Owner:
             return Ruling.BEGIN
         self.forget(address)
         self._waiting[address] = datagram
-        if len(self._waiting) > MOST_WAITING:
+        if len(self._waiting) > MAX_WAITING:
             del self._waiting[next(iter(self._waiting))]
         return Ruling.KEEP
 

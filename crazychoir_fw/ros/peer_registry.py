@@ -1,4 +1,4 @@
-"""`Members`: the processes of layers that the host of the drones serves with bundles, and who listens besides."""
+"""`PeerRegistry`: the processes of layers that the host of the drones serves with bundles, and who listens besides."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class _Member:
     is_there: bool = True
 
 
-class Members:
+class PeerRegistry:
     """The other end of all `Hub`s.
 
     A member that has not answered for a second counts as gone until it answers: its subscriptions are then served one
