@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 TOUCHDOWN_HEIGHT = 0.01
 """Height at which landings end (m), as in the original."""
 
+STANDS_AT_START = 0.05
+"""Distance (m) up to which a drone stands at its start: poses of real ones scatter, and it climbs above the start."""
+
 _AFTER_LANDING = 1.0  # [s] after the end of a landing, before the motors are turned off
 
 
@@ -57,8 +60,8 @@ class CFGuidance:
 
         Args:
             agent_id: Number of this drone.
-            init_pos: Start (m, world), shape (2,) or (3,): above it the drone hovers after its take-off. None: where it
-                is at the take-off.
+            init_pos: Start (m, world), shape (2,) or (3,): above it the drone hovers after its take-off, if it stands
+                there. None, and for drones that stand elsewhere: where it is at the take-off.
             height: Of the take-off (m).
             takeoff_time: Of take-off and landing (s).
             update_frequency: How often `step` is called (Hz).
@@ -80,6 +83,7 @@ class CFGuidance:
         self._phase = Phase.IDLE
         self._begin = 0.0  # of the phase [s]
         self._trajectory: list[TrajectoryPoint] | None = None
+        self._stands: Array | None = None  # at the latest take-off
 
     def _checked(self, what: str, values: ArrayLike, sizes: Sequence[int] = (3,)) -> Array:
         vector = np.asarray(values, dtype=np.float64)
@@ -107,8 +111,9 @@ class CFGuidance:
     # ---------------------------------------------------------------- buttons
 
     def takeoff(self, now: float) -> None:
-        """Climb to the height. Also ends a stop."""
+        """Climb to the height, straight up from wherever the drone stands. Also ends a stop."""
         self._enter(Phase.TAKEOFF, now)
+        self._stands = self._where_it_stands()
         self.begin_takeoff(now)
 
     def start(self, now: float) -> None:
@@ -203,9 +208,17 @@ class CFGuidance:
             return np.append(self.init_pos[:2], TOUCHDOWN_HEIGHT)
         raise RangeError(f"agent {self.agent_id}: neither a pose nor init_pos is known")
 
+    def _where_it_stands(self) -> Array:
+        """Return the start, or where the drone is if that is elsewhere: by then others may stand at its start."""
+        if self.init_pos is None:
+            return self._position()
+        here = self._position()
+        is_at_start = math.hypot(here[0] - self.init_pos[0], here[1] - self.init_pos[1]) <= STANDS_AT_START
+        return self.init_pos if is_at_start else here
+
     def _above_start(self) -> Array:
-        start = self._position() if self.init_pos is None else self.init_pos
-        return np.array([start[0], start[1], self.height])
+        place = self._where_it_stands() if self._stands is None else self._stands
+        return np.array([place[0], place[1], self.height])
 
 
 _IDLE = Outputs(idle=True)

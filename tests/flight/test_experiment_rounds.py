@@ -48,6 +48,30 @@ def test_formation_is_reached_and_everybody_lands(square):
     }
 
 
+@pytest.mark.parametrize("backend", ["integrator", "sim"])
+def test_take_off_after_a_landing_elsewhere_goes_straight_up(backend):
+    data = hover(2, seed=1, backend=backend)
+    away = [TrajectoryPoint(2.0, np.array([0.6, 0.8, 0.5]))]
+    experiment = make_experiment(mission(data))
+    experiment.takeoff()
+    experiment.run(2.5)
+    experiment.set_trajectory(away, "a")
+    experiment.run(3.0)
+    experiment.land()
+    assert experiment.run_until_landed(6.0)
+    experiment.run(2.0)
+    stood = experiment.backend.true_positions()[0].copy()
+    assert stood == pytest.approx([0.6, 0.8, 0.02], abs=0.1)
+    experiment.takeoff("a")
+    farthest = 0.0
+    for _ in range(60):
+        experiment.run(0.05)
+        here = experiment.backend.true_positions()[0]
+        farthest = max(farthest, float(np.hypot(*(here - stood)[:2])))
+    assert here[2] == pytest.approx(0.5, abs=0.1)
+    assert farthest < 0.1
+
+
 def test_same_mission_gives_the_same_bits(square):
     again = fly_layers(mission(formation()))
     for name, samples in square.log.signals.items():

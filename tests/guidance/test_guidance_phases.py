@@ -5,7 +5,7 @@ import pytest
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose
-from crazychoir_fw.guidance import CFGuidance, GoToGuidance, Phase, SimpleGuidance
+from crazychoir_fw.guidance import CFGuidance, GoToGuidance, Phase, SimpleDIControl, SimpleGuidance, TargetListGuidance
 
 
 def at(x, y, z):
@@ -42,6 +42,34 @@ def test_without_a_start_the_pose_at_the_takeoff_counts():
     guidance.set_pose(at(1.0, 2.0, 0.0))
     guidance.takeoff(0.0)
     np.testing.assert_allclose(guidance.step(0.0).trajectory[0].position, (1.0, 2.0, 1.0))
+
+
+@pytest.mark.parametrize("kind", [SimpleGuidance, GoToGuidance])
+@pytest.mark.parametrize(
+    ("place", "above"), [((1.5, -2.0), (1.5, -2.0)), ((0.06, 0.0), (0.06, 0.0)), ((0.04, 0.0), (0, 0))]
+)
+def test_who_stands_elsewhere_climbs_straight_up(kind, place, above):
+    """And not to above its start: others may stand on the way, or there."""
+    guidance = kind(init_pos=(0.0, 0.0), height=0.8)
+    guidance.set_pose(at(*place, 0.02))
+    guidance.takeoff(0.0)
+    (point,) = guidance.step(0.0).trajectory
+    np.testing.assert_array_equal(point.position, (*above, 0.8))
+
+
+def test_who_stands_elsewhere_and_has_references_climbs_straight_up():
+    double, listed = (
+        make(init_pos=(0.0, 0.0), height=0.8, takeoff_time=1.0) for make in (SimpleDIControl, TargetListGuidance)
+    )
+    for guidance in (double, listed):
+        guidance.set_pose(at(1.5, -2.0, 0.02))
+        guidance.takeoff(0.0)
+    pushes = np.array([double.step(k * 0.01).reference.acceleration for k in range(50)])
+    np.testing.assert_array_equal(pushes[:, :2], 0.0)
+    assert pushes[-1, 2] > 0.0
+    places = np.array([listed.step(k * 0.01).reference.position for k in range(50)])
+    np.testing.assert_array_equal(places[:, :2], np.tile((1.5, -2.0), (50, 1)))
+    assert places[-1, 2] > 0.3
 
 
 def test_stop_holds_until_takeoff_or_resume():
