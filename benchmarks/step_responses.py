@@ -1,4 +1,6 @@
-"""Steps of the PID cascade with the true state in place of the estimate, beside the table of vehicle dossier 14.3.
+"""Steps of the PID cascade with the true state in place of the estimate, beside a published table.
+
+The table is that of docs/reference/vehicle.md#14.3.
 
     python benchmarks/step_responses.py --json steps.json
 
@@ -38,7 +40,7 @@ ALIKE = {
 }
 IDEAL = {"bias": 0, "mocap_noise": 0, "mocap_attitude_noise": 0, "mocap_latency_ms": 0}
 STOCK_INERTIA = {"inertia": [1.657171e-5, 1.6655602e-5, 2.9261652e-5]}
-BY_BENCH = {"rotors.law": "quadratic"}  # the motors of the dossier's "per DM"
+BY_BENCH = {"rotors.law": "quadratic"}  # the motors that docs/reference/vehicle.md#14.3 calls "per DM"
 
 # thrust of a motor (N) that the firmware's builds for these propellers command at least and at most
 THRUST_LIMITS = {"legacy": (0.012817578393224994, 0.12), "kit": (0.01922636758983749, 0.18)}
@@ -46,7 +48,7 @@ THRUST_LIMITS = {"legacy": (0.012817578393224994, 0.12), "kit": (0.0192263675898
 
 @dataclass(frozen=True)
 class Expected:
-    """What the dossier has: rises from 10 to 90 % (s), overshoots (%), and how far the height dips in the x step."""
+    """What the reference has: rises from 10 to 90 % (s), overshoots (%), and how far the height dips in the x step."""
 
     roll: tuple[float, float] | None = None
     x: tuple[float, float] | None = None

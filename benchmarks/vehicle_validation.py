@@ -2,8 +2,8 @@
 
     python benchmarks/vehicle_validation.py --markdown table.md --plots docs/images --json validation.json
 
-Every row asks the C code of the vehicle, or flies. The collected numbers and their sections are those of the vehicle
-dossier; the tests check that each row is within its band.
+Every row asks the C code of the vehicle, or flies. The collected numbers and their sections are those of
+docs/reference/vehicle.md; the tests check that each row is within its band.
 """
 
 from __future__ import annotations
@@ -168,7 +168,7 @@ def motors() -> Iterator[Row]:
         for share in (0.37, 0.10):
             if stopping.rotors.rpm[0] < share * rpm:
                 crossed.setdefault(share, (tick + 1) / 1000)
-    # the dossier starts from some speed it does not name; from hover it takes
+    # the reference starts from some speed it does not name; from hover it takes
     yield Row("4", "quadratic law, stopping: 63 % lost", "2.1+", "s", 0.37, 0.03, crossed[0.37])
 
 
@@ -293,7 +293,7 @@ def air() -> Iterator[Row]:
     speeds = {"2.1+": 7.7, "legacy": 7.7, "kit": 8.7, "Brushless": 6.5}
     for name, speed in speeds.items():
         linear = make(name, {"drag.form": "linear", "drag.body": 0.0, "flight_moment.enabled": False})
-        # the dossier's kit is that of 37.9 g, its legacy one of 31.9 g
+        # the reference's kit is that of 37.9 g, its legacy one of 31.9 g
         mass = {"kit": 0.0379, "legacy": 0.0319}.get(name, linear.mass)
         push = mass * G * math.tan(tilt)
         level = root_of(lambda v, c=linear, p=push: p + wrench(c, (v, 0, 0))[0][0], 0, 30)
@@ -366,7 +366,7 @@ ASIDE = {
     0.5: {0.03: 6.5, 0.05: 4.8, 0.075: 2.7, 0.10: 1.5, 0.15: 0.3},
 }
 
-# there the formula is 2.1 and 2.0 g from the network, not 1.4 g as the dossier says of it
+# there the formula is 2.1 and 2.0 g from the network, not 1.4 g as docs/reference/vehicle.md#9 says of it
 ENDS = {(0.05, 0.0), (1.0, 0.0)}
 
 

@@ -38,7 +38,7 @@ cf_status_t cf_send_manual(cf_t *cf, float roll, float pitch, float yaw_rate, ui
                            bool rate);
 
 // Low-level setpoints have ended: the high-level commander may take over. It must be told what to
-// do within its next 10 ms, otherwise the motors stop (planner-commander dossier section 8.2).
+// do within its next 10 ms, otherwise the motors stop (docs/reference/planner-commander.md#8.2).
 void cf_notify_setpoint_stop(cf_t *cf);
 
 // High-level commander; heights [m], positions [m], yaw [rad], durations [s].

@@ -1,5 +1,5 @@
 /* The configuration block that a vehicle keeps in its EEPROM: radio channel, speed and address, and
- * the trims of the accelerometer (crtp-cflib dossier section 10.3).
+ * the trims of the accelerometer (docs/reference/crtp-cflib.md#10.3).
  *
  *   "0xBC", u8 version, u8 channel, u8 speed, f32 pitch trim, f32 roll trim, version 1 also: u8
  *   high byte and u32 low bytes of the address; u8 sum of all bytes before

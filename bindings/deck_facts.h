@@ -1,6 +1,6 @@
 /* Decks: the facts that their drivers and the plant must agree on, and what passes between them.
  *
- * Source: estimators dossier sections 13.1, 13.2, 13.4 and 13.5. */
+ * Source: docs/reference/estimators.md#13.1, #13.2, #13.4 and #13.5. */
 #ifndef CF_DECK_FACTS_H
 #define CF_DECK_FACTS_H
 

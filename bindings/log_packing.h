@@ -1,5 +1,5 @@
-/* Log data: variables of drones in packets, as the firmware's log task sends them (crtp-cflib
- * dossier section 8.3). */
+/* Log data: variables of drones in packets, as the firmware's log task sends them
+ * (docs/reference/crtp-cflib.md#8.3). */
 #ifndef CF_LOG_PACKING_H
 #define CF_LOG_PACKING_H
 

@@ -1,8 +1,8 @@
 /* The memories of a drone that clients read and write by type and address, apart from that of the
  * trajectories (`cf_write_trajectory`) and those that cannot be written.
  *
- * Types and layouts: crtp-cflib dossier section 10. The sizes of the EEPROM and of the LED timings
- * are not established; those chosen here hold what the client writes. */
+ * Types and layouts: docs/reference/crtp-cflib.md#10. The sizes of the EEPROM and of the LED
+ * timings are not established; those chosen here hold what the client writes. */
 #ifndef CF_MEMORIES_H
 #define CF_MEMORIES_H
 

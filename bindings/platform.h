@@ -1,6 +1,6 @@
 /* Airframes, and the facts about them that the onboard software and the plant must agree on.
  *
- * Source: control-pid dossier section 12, "Physical constants"; vehicle dossier section 3. */
+ * Source: docs/reference/control-pid.md#12, "Physical constants"; docs/reference/vehicle.md#3. */
 #ifndef CF_PLATFORM_H
 #define CF_PLATFORM_H
 

@@ -23,7 +23,7 @@
 
 #define CF_TRAJECTORY_MEMORY_BYTES 4096
 
-// Controller numbers of the firmware (control-pid dossier section 5).
+// Controller numbers of the firmware (docs/reference/control-pid.md#5).
 typedef enum {
   ControllerTypeAutoSelect  = 0,
   ControllerTypePID         = 1,

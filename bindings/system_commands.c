@@ -7,7 +7,7 @@
 
 #define PORT_HIGH_LEVEL 8
 
-// Commands of port 8 and the group of every vehicle (planner-commander dossier section 7.2).
+// Commands of port 8 and the group of every vehicle (docs/reference/planner-commander.md#7.2).
 #define SET_GROUP_MASK 0
 #define STOP 3
 #define GO_TO 4

@@ -5,7 +5,7 @@ Each airframe is two meshes: `<name>_body.obj`, whose colors come from one cell 
 `<name>_accent.obj` (front propellers and top plate), which takes the color of its drone.
 Two meshes and not thirty primitives, because every geom costs the physics 0.03 us per drone and step.
 
-Lengths in m, x forward, y left, z up, origin at the center of mass (dossier vehicle 1).
+Lengths in m, x forward, y left, z up, origin at the center of mass (docs/reference/vehicle.md#1).
 """
 
 import itertools

@@ -1,4 +1,4 @@
-/* The firmware's averager of three-axis samples, with its names (control-pid dossier section 15).
+/* The firmware's averager of three-axis samples, with its names (docs/reference/control-pid.md#15).
  */
 #ifndef AXIS3F_SUB_SAMPLER_H
 #define AXIS3F_SUB_SAMPLER_H

@@ -4,7 +4,7 @@
  * A drone keeps within a cell around itself: each other drone takes away the half of space that is
  * nearer to it, and a margin the size of an ellipsoid around the drone. What lies outside of the
  * cell is replaced by the nearest that is inside. All drones do so, and none needs to know what the
- * others want. Source: planner-commander dossier section 12. */
+ * others want. Source: docs/reference/planner-commander.md#12. */
 #ifndef COLLISION_AVOIDANCE_H
 #define COLLISION_AVOIDANCE_H
 

@@ -1,6 +1,6 @@
 /* The controller of Brescianini, Hehn and D'Andrea: a thrust direction from the position error,
- * body rates from a quaternion error, torques from the body rates (control-geometric dossier
- * section 7).
+ * body rates from a quaternion error, torques from the body rates
+ * (docs/reference/control-geometric.md#7).
  *
  * Reads every setpoint as a position with feed-forward: position, velocity, acceleration, yaw and
  * yaw rate, whatever the modes say; only mode.z = modeDisable counts, it stops the motors.

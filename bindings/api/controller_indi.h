@@ -1,6 +1,6 @@
 /* The INDI controller (incremental nonlinear dynamic inversion): attitude by increments of what the
- * motors do already, with position_controller_indi.h as outer loop (control-geometric dossier
- * sections 8 to 10).
+ * motors do already, with position_controller_indi.h as outer loop
+ * (docs/reference/control-geometric.md#8 to #10).
  *
  * Works in a body frame with x forward, y right and z down, and with attitudes in the legacy frame.
  *

@@ -1,5 +1,5 @@
 /* The controller of Lee, Leok and McClamroch, "Geometric tracking control of a quadrotor UAV on
- * SE(3)", with the firmware's names (control-geometric dossier section 11).
+ * SE(3)", with the firmware's names (docs/reference/control-geometric.md#11).
  *
  * It asks for newtons and newton meters. */
 #ifndef CONTROLLER_LEE_H

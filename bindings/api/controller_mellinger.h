@@ -1,5 +1,5 @@
 /* The controller of Mellinger and Kumar, "Minimum snap trajectory generation and control for
- * quadrotors", with the firmware's names (control-geometric dossier section 6, as of release
+ * quadrotors", with the firmware's names (docs/reference/control-geometric.md#6, as of release
  * 2026.08).
  *
  * It asks for counts, not newtons: massThrust converts, and gains of moments are counts too. */

@@ -1,5 +1,5 @@
-/* The firmware's low-pass filters, with its names (control-pid dossier section 7; the second-order
- * pair also in section 7 of the control-geometric dossier). */
+/* The firmware's low-pass filters, with its names (docs/reference/control-pid.md#7; the
+ * second-order pair also in docs/reference/control-geometric.md#7). */
 #ifndef FILTER_H
 #define FILTER_H
 

@@ -1,4 +1,5 @@
-/* Three-axis samples, with the names of the firmware's imu_types.h (control-pid dossier section 2).
+/* Three-axis samples, with the names of the firmware's imu_types.h
+ * (docs/reference/control-pid.md#2).
  */
 #ifndef IMU_TYPES_H
 #define IMU_TYPES_H

@@ -1,4 +1,5 @@
-/* The extended Kalman filter of the firmware, with its names (estimators dossier 3, 4 and 15).
+/* The extended Kalman filter of the firmware, with its names (docs/reference/estimators.md#3, #4
+ * and #15).
  *
  * Four things differ from upstream's header, none of them in a number. kalmanCoreData_t lacks
  * `Pm`, the matrix view of P: it would be a pointer into the struct itself, and our state is copied

@@ -1,8 +1,8 @@
 /* What a base station of the second generation sees of a point, with the firmware's name.
  *
- * Calibration enters by phase, tilt and gibbous terms, as the estimators dossier 5.11 has it; its
- * curve and ogee terms are not described there and are left out. The first generation would need
- * them, too. All zero describes ideal light planes. */
+ * Calibration enters by phase, tilt and gibbous terms, as docs/reference/estimators.md#5.11 has it;
+ * its curve and ogee terms are not described there and are left out. The first generation would
+ * need them, too. All zero describes ideal light planes. */
 #ifndef LIGHTHOUSE_CALIBRATION_H
 #define LIGHTHOUSE_CALIBRATION_H
 

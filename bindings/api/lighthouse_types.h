@@ -1,4 +1,5 @@
-/* Types of the lighthouse positioning system, with the firmware's names (control-pid dossier 2). */
+/* Types of the lighthouse positioning system, with the firmware's names
+ * (docs/reference/control-pid.md#2). */
 #ifndef LIGHTHOUSE_TYPES_H
 #define LIGHTHOUSE_TYPES_H
 

@@ -1,5 +1,6 @@
 /* Small vectors, matrices and quaternions by value, with the names and the rounding of the
- * firmware's math3d.h (control-geometric dossier section 4, planner-commander dossier section 3).
+ * firmware's math3d.h (docs/reference/control-geometric.md#4,
+ * docs/reference/planner-commander.md#3).
  *
  * Upstream's header is made of inline functions; these are ordinary ones, so that Python can call
  * them, and the link-time optimizer puts them where they are used. Nothing is guarded: what

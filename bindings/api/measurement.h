@@ -1,4 +1,4 @@
-/* What waits in the queue of the estimator (estimators dossier section 3.4). */
+/* What waits in the queue of the estimator (docs/reference/estimators.md#3.4). */
 #ifndef MEASUREMENT_H
 #define MEASUREMENT_H
 

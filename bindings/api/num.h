@@ -1,4 +1,4 @@
-/* The firmware's small number helpers, with its names (control-pid dossier section 8). */
+/* The firmware's small number helpers, with its names (docs/reference/control-pid.md#8). */
 #ifndef NUM_H
 #define NUM_H
 

@@ -1,4 +1,4 @@
-/* The firmware's gate for sweep angles, with its names (estimators dossier 6.3).
+/* The firmware's gate for sweep angles, with its names (docs/reference/estimators.md#6.3).
  *
  * Good samples close the gate for a while, up to 40 ms ahead; bad ones open it again, at twice the
  * speed. Open lets everything in, closed only what is good. */

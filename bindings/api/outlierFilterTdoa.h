@@ -1,4 +1,5 @@
-/* The firmware's gates for differences of distances, with its names (estimators dossier 6).
+/* The firmware's gates for differences of distances, with its names
+ * (docs/reference/estimators.md#6).
  *
  * Samples that fit the estimate fill a reservoir of time, others empty it. As long as it is nearly
  * empty everything is let in, so that a lost filter finds back; once it is nearly full only samples
@@ -27,8 +28,8 @@ bool outlierFilterTdoaValidateIntegrator(OutlierFilterTdoaState_t *this,
                                          uint32_t nowMs);
 
 // The deprecated gate: tolerances in steps, of which the smallest is used that most of the latest
-// samples kept to (dossier 6.2). No drone asks it; upstream builds it in on request, with this
-// state in file scope. All zero is the state after boot, and there is no reset.
+// samples kept to (docs/reference/estimators.md#6.2). No drone asks it; upstream builds it in on
+// request, with this state in file scope. All zero is the state after boot, and there is no reset.
 #define CF_TDOA_STEPS 5
 
 typedef struct {

@@ -1,4 +1,4 @@
-/* The firmware's PID block, with its names (control-pid dossier section 6).
+/* The firmware's PID block, with its names (docs/reference/control-pid.md#6).
  *
  * The derivative acts on the measurement, the integral never stops (it is only limited), and both
  * limits read 0 as "none". The gains are members so that a written parameter acts at the next

@@ -1,5 +1,5 @@
-/* The planner's states, with the names of the firmware's planner.h (planner-commander dossier
- * section 6.1). */
+/* The planner's states, with the names of the firmware's planner.h
+ * (docs/reference/planner-commander.md#6.1). */
 #ifndef PLANNER_H
 #define PLANNER_H
 

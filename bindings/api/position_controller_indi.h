@@ -1,5 +1,5 @@
-/* Outer loop of the INDI controller: position to roll, pitch and thrust (control-geometric dossier
- * section 10).
+/* Outer loop of the INDI controller: position to roll, pitch and thrust
+ * (docs/reference/control-geometric.md#10).
  *
  * From the wish for an acceleration and the acceleration that is felt, it computes by how much to
  * lean further and to push harder. All of it in a frame with x forward, y right and z down:

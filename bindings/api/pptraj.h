@@ -1,6 +1,6 @@
 /* Piecewise polynomial trajectories: types and functions with the names of the firmware's pptraj.h.
  *
- * Source: planner-commander dossier section 4. Meters, seconds, radians. */
+ * Source: docs/reference/planner-commander.md#4. Meters, seconds, radians. */
 #ifndef PPTRAJ_H
 #define PPTRAJ_H
 

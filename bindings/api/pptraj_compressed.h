@@ -10,9 +10,9 @@
  * Two differences from the firmware. A load is told how many bytes there are, and a piece that does
  * not end within them ends the trajectory, because no bytes can be trusted. And the play-head names
  * pieces by their offset, so that it may be kept in a drone's state. Yaw has the meaning that
- * clients send, stored * pi / 1800 (dossier section 5.6).
+ * clients send, stored * pi / 1800 (docs/reference/planner-commander.md#5.6).
  *
- * Source: planner-commander dossier section 5. Meters, seconds, radians. */
+ * Source: docs/reference/planner-commander.md#5. Meters, seconds, radians. */
 #ifndef PPTRAJ_COMPRESSED_H
 #define PPTRAJ_COMPRESSED_H
 

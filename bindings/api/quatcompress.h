@@ -2,7 +2,7 @@
  *
  * Order x, y, z, w. Bits 31 and 30 hold the index of the component with the largest magnitude,
  * which is left out; the other three follow in ascending order as a sign bit and nine bits of
- * magnitude, in steps of sqrt(1/2) / 511. Source: planner-commander dossier section 11. */
+ * magnitude, in steps of sqrt(1/2) / 511. Source: docs/reference/planner-commander.md#11. */
 #ifndef QUATCOMPRESS_H
 #define QUATCOMPRESS_H
 

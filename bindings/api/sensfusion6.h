@@ -1,5 +1,5 @@
-/* Attitude from gyroscope and accelerometer alone: Mahony's filter, or Madgwick's (estimators
- * dossier section 10.2).
+/* Attitude from gyroscope and accelerometer alone: Mahony's filter, or Madgwick's
+ * (docs/reference/estimators.md#10.2).
  *
  * The firmware keeps this state in a file, so that none of its functions is pure; here the same
  * functions take the state as their first argument. What upstream chooses at build time is a field:

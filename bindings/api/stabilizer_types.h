@@ -1,6 +1,6 @@
 /* The types that flow through the stabilizer loop, with the names, order and units of the firmware.
  *
- * Source: control-pid dossier section 2 (release 2026.08: with jerk, PWM mode and the named mode
+ * Source: docs/reference/control-pid.md#2 (release 2026.08: with jerk, PWM mode and the named mode
  * type). Attitudes are in degrees in the legacy frame of the Crazyflie 2, where a positive pitch
  * lifts the nose; quaternions are right-handed. World and body frames: x forward, y left, z up. */
 #ifndef STABILIZER_TYPES_H

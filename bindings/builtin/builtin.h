@@ -1,4 +1,4 @@
-/* Provider "builtin": the firmware's algorithms, written from the dossiers, with all state in one
+/* Provider "builtin": the firmware's algorithms, written from docs/reference, with all state in one
  * block. */
 #ifndef CF_BUILTIN_BUILTIN_H
 #define CF_BUILTIN_BUILTIN_H

@@ -1,4 +1,4 @@
-/* Gains and limits with which a platform boots (control-pid dossier section 12).
+/* Gains and limits with which a platform boots (docs/reference/control-pid.md#12).
  *
  * What the airframe itself is (mass, arm, thrust curve) stands in platform.h. */
 #ifndef CF_BUILTIN_PLATFORM_DEFAULTS_H

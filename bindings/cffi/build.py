@@ -15,7 +15,7 @@ ROOT = BINDINGS.parent
 SOURCES = (BINDINGS / "sources.txt").read_text().split()
 
 # the flags that decide the bits; -fno-builtin-*: with constant arguments gcc would fold these calls with another
-# rounding than libm's (control-pid dossier section 7), and the two providers would differ by an ulp
+# rounding than libm's (docs/reference/control-pid.md#7), and the two providers would differ by an ulp
 CFLAGS = ["-std=c11", *(BINDINGS / "cflags.txt").read_text().split()]
 
 # small functions in files of their own cost nothing when linked with LTO; to count executed lines they must stay apart

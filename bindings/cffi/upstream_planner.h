@@ -2,7 +2,7 @@
  * people who know it by upstream's names (crazychoir_fw.cffirmware). A drone uses
  * builtin/planning/planner.h, which plans the same pieces without pointers.
  *
- * Source: planner-commander dossier section 6. Meters, radians, float32 seconds. Functions that
+ * Source: docs/reference/planner-commander.md#6. Meters, radians, float32 seconds. Functions that
  * return int return 0 when the plan was made, 1 when it was refused. */
 #ifndef CF_CFFI_UPSTREAM_PLANNER_H
 #define CF_CFFI_UPSTREAM_PLANNER_H

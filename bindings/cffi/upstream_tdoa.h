@@ -1,5 +1,5 @@
 /* Two halves of a TDoA update that newer trees of the firmware offer to replay tools, over provider
- * builtin (cffirmware dossier section 10.12). */
+ * builtin (docs/reference/cffirmware-api.md#10.12). */
 #ifndef CF_CFFI_UPSTREAM_TDOA_H
 #define CF_CFFI_UPSTREAM_TDOA_H
 

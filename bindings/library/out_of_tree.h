@@ -1,5 +1,5 @@
 /* A user's own controller and estimator, by the names of the firmware's app layer
- * (control-geometric dossier section 3.5).
+ * (docs/reference/control-geometric.md#3.5).
  *
  * Here is what does not depend on the types of a checkout; controllerOutOfTree(),
  * estimatorOutOfTree() and estimatorDequeue() are the adapter's. */

@@ -34,7 +34,7 @@ void cf_motion_of(const drone_t *drone, const mjData *data, cf_motion_t *motion)
 }
 
 // Mean specific force over the time since the last sample: R^T ((v+ - v-) / h - g), right for every
-// integrator (vehicle dossier section 12.5).
+// integrator (docs/reference/vehicle.md#12.5).
 static void specific_force_of(const drone_t *drone, const mjModel *model, const mjData *data,
                               const cf_t *cf, double elapsed, cf_motion_t *motion) {
   const double *now = data->qvel + drone->dof_address;

@@ -60,7 +60,7 @@ static void read_weight(drone_t *drone, const mjModel *model) {
 }
 
 // The estimator starts where the model places the drone, as careful users set kalman.initial*
-// (estimators dossier 18).
+// (docs/reference/estimators.md#18).
 static void read_start_pose(drone_t *drone, const mjModel *model) {
   const double *pose = model->qpos0 + drone->qpos_address;
   for (int i = 0; i < 3; i++) {

@@ -1,5 +1,5 @@
 /* Estimate and setpoint in whole numbers, half as long: what the log groups stateEstimateZ and
- * ctrltargetZ hold (control-pid dossier section 16).
+ * ctrltargetZ hold (docs/reference/control-pid.md#16).
  *
  * Fractions are cut towards zero. What exceeds 16 bits (33 m) wraps around, as on the vehicle. */
 #ifndef CF_ONBOARD_COMPRESSED_H

@@ -1,7 +1,7 @@
 /* The console: text that the onboard software prints for whoever listens.
  *
  * A ring of the latest characters. Readers remember how many characters they have seen, so that
- * reading changes nothing on the drone (crtp-cflib dossier section 11). */
+ * reading changes nothing on the drone (docs/reference/crtp-cflib.md#11). */
 #ifndef CF_ONBOARD_CONSOLE_H
 #define CF_ONBOARD_CONSOLE_H
 

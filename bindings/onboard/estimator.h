@@ -1,5 +1,5 @@
 /* The front end of the state estimators: queue of measurements, choice of the estimator, and the
- * 1 kHz loop around the Kalman filter of a provider (estimators dossier 8, 9 and 10.1).
+ * 1 kHz loop around the Kalman filter of a provider (docs/reference/estimators.md#8, #9 and #10.1).
  *
  * In every tick of the stabilizer comes first the estimate (cf_estimator_update). The complementary
  * estimator and the user's own compute it there and then. The Kalman filter has a task of its own,

@@ -1,8 +1,8 @@
 /* The health tests: each motor is spun briefly while the accelerometer shakes, or all of them while
  * the battery sags.
  *
- * While one runs, the loop does nothing else (control-pid dossier section 4). Times and ratios:
- * control-pid dossier section 12, planner-commander dossier section 15. Not established, chosen
+ * While one runs, the loop does nothing else (docs/reference/control-pid.md#4). Times and ratios:
+ * docs/reference/control-pid.md#12, docs/reference/planner-commander.md#15. Not established, chosen
  * here: the ratio of the brushless propeller test, the sag that a good battery may have, the names
  * of the log variables, and that a request in flight is dropped. */
 #ifndef CF_ONBOARD_HEALTH_H

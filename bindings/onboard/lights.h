@@ -1,6 +1,6 @@
 /* What clients have written for the LED ring: its colors, and a show of colors by time. Both are
  * kept as they were written and nothing on board looks at them; who draws the drone may
- * (crtp-cflib dossier section 10.3). */
+ * (docs/reference/crtp-cflib.md#10.3). */
 #ifndef CF_ONBOARD_LIGHTS_H
 #define CF_ONBOARD_LIGHTS_H
 

@@ -6,8 +6,8 @@
 
 #include "onboard/firmware_modules.h"
 
-#define SENSORS_START_UP 1000     // [ms], estimators dossier section 12.1
-#define SUPPLY_START 4.2f         // [V], control-pid dossier section 14
+#define SENSORS_START_UP 1000     // [ms], docs/reference/estimators.md#12.1
+#define SUPPLY_START 4.2f         // [V], docs/reference/control-pid.md#14
 #define SUPPLY_FILTER_GAIN 0.01f  // per control of the motors
 #define LOOP_RATE_INTERVAL 500    // [ms]
 #define EXT_POS_STD_DEV 0.01f     // [m]
@@ -256,7 +256,7 @@ static bool run_health_test(cf_onboard_t *onboard) {
   return is_running;
 }
 
-// One iteration, in the order of the firmware (control-pid dossier section 4).
+// One iteration, in the order of the firmware (docs/reference/control-pid.md#4).
 static void iterate(cf_onboard_t *onboard, const cf_provider_t *provider, void *provider_state) {
   if (run_health_test(onboard)) {
     return;

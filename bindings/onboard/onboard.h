@@ -1,8 +1,8 @@
 /* The onboard software of one Crazyflie around a provider: the stabilizer loop and everything it
  * drives.
  *
- * Source: control-pid dossier section 4, planner-commander dossier section 8.5, estimators dossier
- * sections 8 and 13.3. */
+ * Source: docs/reference/control-pid.md#4, docs/reference/planner-commander.md#8.5,
+ * docs/reference/estimators.md#8 and #13.3. */
 #ifndef CF_ONBOARD_ONBOARD_H
 #define CF_ONBOARD_ONBOARD_H
 

@@ -1,4 +1,4 @@
-// Parameters and log variables of the loop itself (control-pid dossier section 17).
+// Parameters and log variables of the loop itself (docs/reference/control-pid.md#17).
 
 #include "onboard/onboard.h"
 #include "variable_row.h"

@@ -1,7 +1,7 @@
 /* Where the other drones are, as far as this one has been told: a table of ten.
  *
  * Nothing in it grows old or is thrown out by itself; who reads it looks at the timestamps. Source:
- * planner-commander dossier section 13. */
+ * docs/reference/planner-commander.md#13. */
 #ifndef CF_ONBOARD_PEER_LOCALIZATION_H
 #define CF_ONBOARD_PEER_LOCALIZATION_H
 

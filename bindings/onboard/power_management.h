@@ -1,9 +1,9 @@
 /* What the onboard software knows of its battery: state of charge in words and in tenths.
  *
- * Limits: control-pid dossier section 12. The meaning of the numbers of pm.state: crtp-cflib
- * dossier section 20.1. How the level is read off the voltage is not established; here it is the
- * open-circuit curve of a generic cell (vehicle dossier section 6), so that a loaded battery reads
- * lower. */
+ * Limits: docs/reference/control-pid.md#12. The meaning of the numbers of pm.state:
+ * docs/reference/crtp-cflib.md#20.1. How the level is read off the voltage is not established; here
+ * it is the open-circuit curve of a generic cell (docs/reference/vehicle.md#6), so that a loaded
+ * battery reads lower. */
 #ifndef CF_ONBOARD_POWER_MANAGEMENT_H
 #define CF_ONBOARD_POWER_MANAGEMENT_H
 

@@ -5,7 +5,7 @@
 
 #include "variable_row.h"
 
-// BMI088 on the Crazyflie 2.1 and later (estimators dossier section 12.1)
+// BMI088 on the Crazyflie 2.1 and later (docs/reference/estimators.md#12.1)
 #define GYRO_DEG_PER_LSB (4000.0f / 65536.0f)
 #define ACC_G_PER_LSB (48.0f / 65536.0f)
 #define SAMPLE_RATE 1000.0f       // [Hz]

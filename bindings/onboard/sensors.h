@@ -2,7 +2,7 @@
  * the height above sea level out.
  *
  * One call per millisecond, as the gyro's data-ready interrupt drives it on the vehicle, and one
- * per sample of the barometer (estimators dossier section 12, BMI088 and BMP388). There is no
+ * per sample of the barometer (docs/reference/estimators.md#12, BMI088 and BMP388). There is no
  * magnetometer: it reads zero. */
 #ifndef CF_ONBOARD_SENSORS_H
 #define CF_ONBOARD_SENSORS_H

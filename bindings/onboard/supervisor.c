@@ -6,7 +6,7 @@
 #include "api/planner.h"
 #include "variable_row.h"
 
-// Dossier sections 8.3, 14.2 and 14.3.
+// docs/reference/planner-commander.md#8.3, #14.2 and #14.3.
 #define SETPOINT_WARNING_MS 500
 #define SETPOINT_TIMEOUT_MS 2000
 #define IS_FLYING_HYSTERESIS_MS 2000

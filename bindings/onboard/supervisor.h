@@ -1,8 +1,8 @@
 /* The supervisor: decides 25 times a second whether the motors may run, and overrides setpoints
  * that are too old.
  *
- * Without the spin-up state "arming" of the trees of mid 2026. Source: planner-commander dossier
- * section 14. Ticks are [ms]. */
+ * Without the spin-up state "arming" of the trees of mid 2026. Source:
+ * docs/reference/planner-commander.md#14. Ticks are [ms]. */
 #ifndef CF_ONBOARD_SUPERVISOR_H
 #define CF_ONBOARD_SUPERVISOR_H
 

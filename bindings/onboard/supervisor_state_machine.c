@@ -9,7 +9,8 @@
 #define NONE(negated_) {supervisorAll, 0, (negated_)}
 #define ANY_OR_NOT(bits_, negated_) {supervisorAny, (bits_), (negated_)}
 
-// Rows: where to, trigger, blocker; the first that matches wins. Dossier section 14.5.
+// Rows: where to, trigger, blocker; the first that matches wins.
+// docs/reference/planner-commander.md#14.5.
 
 static const supervisorTransition_t NOT_INITIALIZED[] = {
     {supervisorStatePreFlChecksNotPassed, ALWAYS, NEVER},

@@ -1,8 +1,8 @@
 /* Parameters and log variables that clients look for and nothing on board computes with: identity,
- * lights, sound, self-tests, radio statistics (crtp-cflib dossier section 20).
+ * lights, sound, self-tests, radio statistics (docs/reference/crtp-cflib.md#20).
  *
  * Lights and sound keep what is written to them; nothing shines or sounds in the simulation. The
- * types of names that the dossier marks as not read again are its own guesses. */
+ * types of names that that page marks as not read again are guesses. */
 #ifndef CF_ONBOARD_SYSTEM_VARIABLES_H
 #define CF_ONBOARD_SYSTEM_VARIABLES_H
 

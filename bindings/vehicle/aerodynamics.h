@@ -1,7 +1,7 @@
 /* What the air does to the body: drag of rotors and frame, and the moment of forward flight.
  *
  * wrench.c adds them up. Velocities are relative to the air; body frame x forward, y left, z up
- * (vehicle dossier section 7). */
+ * (docs/reference/vehicle.md#7). */
 #ifndef CF_VEHICLE_AERODYNAMICS_H
 #define CF_VEHICLE_AERODYNAMICS_H
 

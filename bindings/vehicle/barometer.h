@@ -1,5 +1,5 @@
-/* The BMP388: pressure of the air at 50 Hz, with noise and drift (estimators dossier section 12.1,
- * vehicle dossier section 10).
+/* The BMP388: pressure of the air at 50 Hz, with noise and drift
+ * (docs/reference/estimators.md#12.1, docs/reference/vehicle.md#10).
  *
  * The pressure is that of the standard atmosphere which the onboard software takes for granted, so
  * that an ideal sensor gives back the height, in steps of 5 mm. Near the floor the wash of the

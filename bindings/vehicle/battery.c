@@ -7,7 +7,7 @@
 // The charge moves in steps of 0.1 s: one step of 1 ms would drown in the rounding of a float.
 #define CHARGE_TICKS 100
 
-// Open-circuit voltage [V] every 0.05 of charge from -0.2 to 1 (vehicle dossier section 6; values
+// Open-circuit voltage [V] every 0.05 of charge from -0.2 to 1 (docs/reference/vehicle.md#6; values
 // between its rows and below zero continue its lines).
 #define KNOTS_PER_CHARGE 20.0f
 #define LOWEST_CHARGE -0.2f

@@ -2,9 +2,9 @@
  *
  *   V = OCV(charge) - I R0 - v1,  dv1/dt = (I R1 - v1) / T1,  I = P / V
  *
- * with the power P that the electronics and the rotors draw (vehicle dossier section 6). Below zero
- * charge the open-circuit voltage goes on falling at its last slope, so that an exhausted drone
- * comes down. */
+ * with the power P that the electronics and the rotors draw (docs/reference/vehicle.md#6). Below
+ * zero charge the open-circuit voltage goes on falling at its last slope, so that an exhausted
+ * drone comes down. */
 #ifndef CF_VEHICLE_BATTERY_H
 #define CF_VEHICLE_BATTERY_H
 

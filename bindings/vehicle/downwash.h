@@ -1,4 +1,4 @@
-/* The force of one drone's wash on another one below it (vehicle dossier section 9).
+/* The force of one drone's wash on another one below it (docs/reference/vehicle.md#9).
  *
  *   F_z = -peak * strength * exp(-((dz - height) / depth)^2) * exp(-(r / w)^2 / 2),
  *   w = width - narrowing * dz

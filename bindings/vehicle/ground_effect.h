@@ -1,4 +1,4 @@
-/* More thrust near a surface: one factor per rotor (vehicle dossier section 8).
+/* More thrust near a surface: one factor per rotor (docs/reference/vehicle.md#8).
  *
  *   T / T_free = 1 / (1 - (R / 4z)^2 - R^2 z / (d^2 + 4 z^2)^1.5
  *                       - (R^2 / 2) z / (2 d^2 + 4 z^2)^1.5 - 2 R^2 K_b z / (b^2 + 4 z^2)^1.5)

@@ -13,8 +13,8 @@
  * number: that is how `rest` and `flight` are made, at the price of one of them.
  *
  * Ranges and steps are those of the onboard front end: +-2000 deg/s and +-24 g over 16 bits, with g
- * = 9.81 m/s^2 (estimators dossier section 12.1, vehicle dossier section 10). Left out: drift with
- * temperature, misalignment, sensitivity of the gyroscope to acceleration. */
+ * = 9.81 m/s^2 (docs/reference/estimators.md#12.1, docs/reference/vehicle.md#10). Left out: drift
+ * with temperature, misalignment, sensitivity of the gyroscope to acceleration. */
 #ifndef CF_VEHICLE_IMU_H
 #define CF_VEHICLE_IMU_H
 

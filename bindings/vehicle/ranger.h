@@ -1,10 +1,10 @@
 /* VL53L1x: the chip that measures distances on the flow deck, the z-ranger and the multi-ranger.
  *
- * Whole millimeters along one axis of the body, from its origin (estimators dossier section 13.1,
- * vehicle dossier section 10). Its field of view is 27 degrees: walls and floors are measured along
- * the axis, as their strongest echo is; a drone, which is small, is seen anywhere in that cone by
- * the sideways chips. The chip that looks down has the filter's model of a flat floor to agree with
- * and sees what is on its axis only. */
+ * Whole millimeters along one axis of the body, from its origin (docs/reference/estimators.md#13.1,
+ * docs/reference/vehicle.md#10). Its field of view is 27 degrees: walls and floors are measured
+ * along the axis, as their strongest echo is; a drone, which is small, is seen anywhere in that
+ * cone by the sideways chips. The chip that looks down has the filter's model of a flat floor to
+ * agree with and sees what is on its axis only. */
 #ifndef CF_VEHICLE_RANGER_H
 #define CF_VEHICLE_RANGER_H
 

@@ -1,9 +1,9 @@
 /* Lines in the spectrum of the IMU: what four rotors that are out of balance shake it with.
  *
  * Each rotor adds, at its own speed W, a vector that turns in the x-y plane, and at 2 W (two blades
- * pass) a shake along z, both growing with W^2. Vehicle dossier section 10 knows amplitudes of 0.1
- * to 0.5 m/s^2 at W and 2 W; how they spread over the axes is not established and chosen here. Off
- * by default: the noise in flight of imu.h holds on average what the lines would add. */
+ * pass) a shake along z, both growing with W^2. docs/reference/vehicle.md#10 knows amplitudes of
+ * 0.1 to 0.5 m/s^2 at W and 2 W; how they spread over the axes is not established and chosen here.
+ * Off by default: the noise in flight of imu.h holds on average what the lines would add. */
 #ifndef CF_VEHICLE_ROTOR_VIBRATION_H
 #define CF_VEHICLE_ROTOR_VIBRATION_H
 

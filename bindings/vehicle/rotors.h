@@ -1,6 +1,6 @@
 /* Four motors with propellers: from the duty that the onboard software sets to speed and thrust.
  *
- * One step of 1 ms (vehicle dossier sections 3, 4, 5 and 13):
+ * One step of 1 ms (docs/reference/vehicle.md#3, #4, #5 and #13):
  *
  *   duty  = level / top level, level = ratio >> (16 - duty_bits)
  *   V     = duty * V_pack

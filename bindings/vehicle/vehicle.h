@@ -1,6 +1,6 @@
 /* What the firmware does not know of one Crazyflie: battery, rotors, air, sensors.
  *
- * Order of one tick of 1 ms (vehicle dossier section 13): the onboard software sets its motors,
+ * Order of one tick of 1 ms (docs/reference/vehicle.md#13): the onboard software sets its motors,
  * `actuate` turns them, `wrench` is what the body feels during the following physics step, then the
  * sensors read the new motion. One flat struct, no pointers: copy it with memcpy. */
 #ifndef CF_VEHICLE_VEHICLE_H

@@ -1,4 +1,4 @@
-/* The air moves: steady wind, turbulence, and a gust on command (vehicle dossier section 7).
+/* The air moves: steady wind, turbulence, and a gust on command (docs/reference/vehicle.md#7).
  *
  * Turbulence is that of a room (each axis a first-order process) or Dryden's model for low
  * altitude. Each drone has its own; the steady wind is the same everywhere. It is felt through drag

@@ -1,7 +1,7 @@
 """The high-level commander under the names of `pycffirmware`, which upstream's module does not have.
 
-It asks the planner of the provider; what it does with the answers is that of the firmware (planner-commander dossier
-section 7), with a clock that the caller sets.
+It asks the planner of the provider; what it does with the answers is that of the firmware
+(docs/reference/planner-commander.md#7), with a clock that the caller sets.
 """
 
 from __future__ import annotations

@@ -107,7 +107,9 @@ def angle_rates(rpy: Array, rates: Array) -> Array:
 
 
 def legacy_rates(rpy: Array, rates: Array) -> Array:
-    """Return the body rates that the original integrator published for angle rates (features dossier 4.4, 11).
+    """Return the body rates that the original integrator published for angle rates.
+
+    docs/reference/crazychoir.md#4.4, #11.
 
     It inverts a matrix whose entry (2, 3) is the negative sine of the pitch in place of the roll.
     """

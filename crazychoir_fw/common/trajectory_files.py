@@ -2,7 +2,7 @@
 
 A file has one line per piece: its duration, then the coefficients in ascending powers of time, axis after axis,
 `duration, x^0 … x^7, y^0 … y^7, z^0 … z^7, yaw^0 … yaw^7` (33 columns, after a heading). A piece in the trajectory
-memory of a Crazyflie holds the same numbers with the duration last (planner-commander dossier 4.1).
+memory of a Crazyflie holds the same numbers with the duration last (docs/reference/planner-commander.md#4.1).
 """
 
 import math

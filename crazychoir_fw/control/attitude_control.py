@@ -1,4 +1,4 @@
-"""Geometric attitude law: the error of rotation matrices becomes body rates (features dossier 4.4)."""
+"""Geometric attitude law: the error of rotation matrices becomes body rates (docs/reference/crazychoir.md#4.4)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`CrazyflieController`: what all controllers of a drone share (features dossier 4.1, 4.2)."""
+"""`CrazyflieController`: what all controllers of a drone share (docs/reference/crazychoir.md#4.1, #4.2)."""
 
 from __future__ import annotations
 

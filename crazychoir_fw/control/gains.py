@@ -1,4 +1,7 @@
-"""Gains of the control laws, by name: those of the original (features dossier 4.3 to 4.5) and one for our plant."""
+"""Gains of the control laws, by name: those of the original and one for our plant.
+
+docs/reference/crazychoir.md#4.3 to #4.5.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`HierarchicalController`: position, then attitude, then a command (features dossier 4.2)."""
+"""`HierarchicalController`: position, then attitude, then a command (docs/reference/crazychoir.md#4.2)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Flatness laws: a force, and the thrust and attitude that make it (features dossier 4.3)."""
+"""Flatness laws: a force, and the thrust and attitude that make it (docs/reference/crazychoir.md#4.3)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class FlatnessCtrl(PositionCtrlStrategy):
 
     With z along the force, x and y follow from the heading. When the reference has a jerk or a yaw rate,
     `desired_rates` are those at which this attitude turns: F' = m jerk makes p = -y.F'/|F| and q = x.F'/|F|, and r is
-    what keeps y level (features dossier 4.3; Mellinger and Kumar 2011).
+    what keeps y level (docs/reference/crazychoir.md#4.3; Mellinger and Kumar 2011).
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""`SafeHierarchicalController`: its position law knows who is near (features dossier 4.1, 9)."""
+"""`SafeHierarchicalController`: its position law knows who is near (docs/reference/crazychoir.md#4.1, #9)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Flatness laws whose horizontal acceleration passes a safety filter (features dossier 4.3, 9).
+r"""Flatness laws whose horizontal acceleration passes a safety filter (docs/reference/crazychoir.md#4.3, #9).
 
 The filter speaks of accelerations of the drone, the laws of forces of its rotors. Between them stand the mass and a
 disturbance d that is estimated from how the velocity follows the force:

@@ -1,4 +1,7 @@
-"""What is sent to a drone: thrust with body rates, thrust with angles, or a velocity (features dossier 5)."""
+"""What is sent to a drone: thrust with body rates, thrust with angles, or a velocity.
+
+docs/reference/crazychoir.md#5.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Velocity law and `VelocityController`: position errors become a velocity (features dossier 4.5)."""
+"""Velocity law and `VelocityController`: position errors become a velocity (docs/reference/crazychoir.md#4.5)."""
 
 from __future__ import annotations
 

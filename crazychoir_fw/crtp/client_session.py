@@ -2,7 +2,7 @@
 
 UDP has no connections, and cflib says neither hello nor goodbye: each of its connections comes from a new address,
 begins with a request for the link source that is never repeated, and ends with a set-point of zeros; in between it
-pings ten times a second (crtp-cflib dossier sections 2 to 4). Two clients cannot share a drone, because both number
+pings ten times a second (docs/reference/crtp-cflib.md#2 to #4). Two clients cannot share a drone, because both number
 their log blocks from 1. So a drone belongs to one address at a time:
 
 - A drone that belongs to nobody goes to the first that sends a packet.

@@ -12,7 +12,7 @@ from crazychoir_fw.crtp.token_bucket import TokenBucket
 
 LOG_RATE, LOG_BURST = 5000.0, 100.0
 """Log data and console text: 16 blocks at 100 Hz are 1600 packets a second; a client takes 5000 evenly, and bursts of
-256 at most, replies among them (crtp-cflib dossier section 3.4)."""
+256 at most, replies among them (docs/reference/crtp-cflib.md#3.4)."""
 CLIENT_RATE, CLIENT_BURST = 20000.0, 2000.0
 """What the drone takes from its client."""
 STRANGER_RATE, STRANGER_BURST = 1000.0, 200.0

@@ -1,4 +1,4 @@
-"""What a drone knows of its radio: log groups crtp and radio (crtp-cflib dossier section 20.1).
+"""What a drone knows of its radio: log groups crtp and radio (docs/reference/crtp-cflib.md#20.1).
 
 Counted over half seconds of simulated time. The numbers reach the drone through its uplink, so that they stand in the
 journal: a replay, which has no client, shows the same ones.

@@ -1,4 +1,4 @@
-"""CRTP packets as they travel: one header byte and up to 30 bytes of payload (crtp-cflib dossier section 3.1)."""
+"""CRTP packets as they travel: one header byte and up to 30 bytes of payload (docs/reference/crtp-cflib.md#3.1)."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.crtp.client_session import Address
 
 RECEIVE_BUFFER_BYTES = 1 << 20
-"""A burst of all clients at once; the usual buffer holds 256 packets (crtp-cflib dossier section 3.4)."""
+"""A burst of all clients at once; the usual buffer holds 256 packets (docs/reference/crtp-cflib.md#3.4)."""
 MAX_PORT = 65535
 
 LONGEST = 64

@@ -1,6 +1,6 @@
 """Tables of contents as clients fetch them: what there is, by number, and a checksum of all of it.
 
-Logs and parameters answer alike (crtp-cflib dossier sections 8.1, 8.4 and 9.2); every reply is made beforehand.
+Logs and parameters answer alike (docs/reference/crtp-cflib.md#8.1, #8.4 and #9.2); every reply is made beforehand.
 """
 
 from __future__ import annotations

@@ -18,7 +18,7 @@ from crazychoir_fw.firmware.kconfig import read_kconfig
 FILE_NAME = "autoconf.h"
 PLATFORM_PREFIX = "CONFIG_PLATFORM_"
 
-# what Kconfig gives on every platform, where the defconfig is silent (upstream-shape dossier section 4)
+# what Kconfig gives on every platform, where the defconfig is silent (docs/reference/upstream-shape.md#4)
 _COMMON = {
     "CONFIG_CONTROLLER_AUTO_SELECT": "1",
     "CONFIG_ESTIMATOR_AUTO_SELECT": "1",
@@ -34,7 +34,7 @@ _COMMON = {
     "CONFIG_POWER_DISTRIBUTION_QUADROTOR": "1",
 }
 
-# the same for each platform (upstream-build dossier section 3.3, control-pid dossier sections 13 and 14)
+# the same for each platform (docs/reference/upstream-build.md#3.3, docs/reference/control-pid.md#13 and #14)
 _STOCK: dict[str, dict[str, str]] = {
     "cf2": {
         **_COMMON,

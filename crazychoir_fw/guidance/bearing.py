@@ -1,4 +1,4 @@
-"""Geometry of bearing formations (features dossier sections 8.2 and 23).
+"""Geometry of bearing formations (docs/reference/crazychoir.md#8.2 and #23).
 
 The bearing from i to j is g_ij = (d_j - d_i)/|d_j - d_i|, and P_ij = I - g_ij g_ij' takes away what lies along it. The
 bearing Laplacian has the blocks -P_ij and, on its diagonal, their sums. Leaders stay; what followers do is decided by

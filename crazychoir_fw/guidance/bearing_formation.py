@@ -1,4 +1,4 @@
-"""`BearingFormation`: a formation given by the directions between neighbors (features dossier section 8.2).
+"""`BearingFormation`: a formation given by the directions between neighbors (docs/reference/crazychoir.md#8.2).
 
 Followers ask for the acceleration
 

@@ -1,4 +1,6 @@
-"""Exchange between an agent and its neighbors, in lock-step rounds or asynchronously (features dossier section 17.2).
+"""Exchange between an agent and its neighbors, in lock-step rounds or asynchronously.
+
+docs/reference/crazychoir.md#17.2.
 
 A round has a label. A message with label k belongs to round k and to no other: one that comes early waits, one that
 comes late is dropped, and neither takes a turn. A round ends when every neighbor's message is there, or at its

@@ -1,4 +1,4 @@
-"""What algorithms ask of a communicator, and what each of them counts (features dossier section 17.2)."""
+"""What algorithms ask of a communicator, and what each of them counts (docs/reference/crazychoir.md#17.2)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`Containment`: followers gather among leaders (features dossier section 17.4).
+"""`Containment`: followers gather among leaders (docs/reference/crazychoir.md#17.4).
 
 Leaders stay or fly trajectories; followers ask for the velocity
 

@@ -1,4 +1,4 @@
-"""`FormationControl`: a formation given by the distances between neighbors (features dossier section 17.4).
+"""`FormationControl`: a formation given by the distances between neighbors (docs/reference/crazychoir.md#17.4).
 
 Each drone asks for the velocity
 

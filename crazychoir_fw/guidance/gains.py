@@ -1,4 +1,4 @@
-"""Gains of the bearing formation by name (features dossier section 8.2)."""
+"""Gains of the bearing formation by name (docs/reference/crazychoir.md#8.2)."""
 
 from __future__ import annotations
 

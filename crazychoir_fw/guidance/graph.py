@@ -1,4 +1,4 @@
-"""Who hears whom, at rest and as it changes (features dossier sections 16 to 18 and 23)."""
+"""Who hears whom, at rest and as it changes (docs/reference/crazychoir.md#16 to #18 and #23)."""
 
 from __future__ import annotations
 

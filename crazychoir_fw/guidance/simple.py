@@ -1,4 +1,4 @@
-"""Guidance without neighbors (features dossier section 8.1)."""
+"""Guidance without neighbors (docs/reference/crazychoir.md#8.1)."""
 
 from __future__ import annotations
 
@@ -191,7 +191,7 @@ class TargetListGuidance(CFGuidance):
 
 
 class SimpleDIControl(CFGuidance):
-    """Flies to one goal as a double integrator: u = k_p (goal - p) - k_d v (features dossier section 17.4)."""
+    """Flies to one goal as a double integrator: u = k_p (goal - p) - k_d v (docs/reference/crazychoir.md#17.4)."""
 
     kind = "acceleration"
 

@@ -1,4 +1,4 @@
-"""`VelocityFeedback`: feedback on what neighbors send, that asks for velocities (features dossier section 17.4)."""
+"""`VelocityFeedback`: feedback on what neighbors send, that asks for velocities (docs/reference/crazychoir.md#17.4)."""
 
 from __future__ import annotations
 

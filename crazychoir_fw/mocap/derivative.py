@@ -1,4 +1,4 @@
-"""The derivative with a low-pass behind it, by which velocities come out of poses (features dossier section 10)."""
+"""The derivative with a low-pass behind it, by which velocities come out of poses (docs/reference/crazychoir.md#10)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`Estimator`: velocities and angular velocities from the poses of motion capture (features dossier section 10)."""
+"""`Estimator`: velocities and angular velocities from the poses of motion capture (docs/reference/crazychoir.md#10)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from crazychoir_fw.mocap.derivative import LEGACY_STEP, TIME_CONSTANT, FilteredD
 
 Array = NDArray[np.float64]
 
-_MIN_NORM = 0.8  # of a quaternion, features dossier section 10
+_MIN_NORM = 0.8  # of a quaternion, docs/reference/crazychoir.md#10
 _LARGEST_NORM = 1.25
 _POSITION_MARGIN = 0.02  # [m], by which noise alone may move a pose
 _ATTITUDE_MARGIN = 0.05  # [rad]

@@ -1,4 +1,4 @@
-"""`SingleStagePredictor`: position and velocity in the plane from positions (features dossier section 10)."""
+"""`SingleStagePredictor`: position and velocity in the plane from positions (docs/reference/crazychoir.md#10)."""
 
 from __future__ import annotations
 

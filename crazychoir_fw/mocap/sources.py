@@ -202,6 +202,6 @@ def _pose(numbers: Any, now: float) -> Pose | None:
         return None
     turn = np.array(values[3:] or (0.0, 0.0, 0.0, 1.0))
     length = float(np.linalg.norm(turn))
-    if not 0.8 <= length <= 1.25:  # features dossier section 10
+    if not 0.8 <= length <= 1.25:  # docs/reference/crazychoir.md#10
         return None
     return Pose(position=np.array(values[:3]), orientation=turn / length, time=now)

@@ -3,7 +3,7 @@
 A `Poly4D` has 8 coefficients per axis and takes 132 bytes. The compressed form has Bézier control points in 16 bits:
 a start, then segments whose axes are constant (no number), linear (the end point), cubic (3 control points) or of
 degree 7 (7 control points); the first control point of a segment is the end of the one before
-(planner-commander dossier 4.1 and 5.1). Positions are meters, yaw radians, durations seconds.
+(docs/reference/planner-commander.md#4.1 and #5.1). Positions are meters, yaw radians, durations seconds.
 """
 
 from __future__ import annotations

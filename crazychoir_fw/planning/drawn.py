@@ -2,7 +2,7 @@
 
 A file has one sample per line: ``x, y, t`` or ``x, y, z, t`` (m, s), or, under a heading that names them, any order of
 those columns; without a time, points are flown through as fast as limits allow. What the original draws is relative to
-its first point, so that it begins with ``0, 0, 0`` (features dossier section 15.1).
+its first point, so that it begins with ``0, 0, 0`` (docs/reference/crazychoir.md#15.1).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Trajectories for the memory of a Crazyflie, and for missions (planner-commander dossier sections 4.1 and 5.1).
+"""Trajectories for the memory of a Crazyflie, and for missions (docs/reference/planner-commander.md#4.1 and #5.1).
 
 The memory holds pieces of degree 7 of x, y, z and yaw. Curves of at most that degree fit exactly; a yaw along the path,
 and curves of more pieces than there is room for, are fitted, and what is lost is measured.

@@ -78,8 +78,8 @@ class Limits:
         """Return what an airframe can fly.
 
         Thrust is 80 % of its full thrust, and no less than its rotors give when they idle. 2 m/s^2 is
-        what the authors of CrazyChoir tell users (features dossier section 22, number 7), 20 deg the largest tilt that
-        the onboard PID controller asks for; 1 m/s and 200 deg/s are choices.
+        what the authors of CrazyChoir tell users (docs/reference/crazychoir.md#22, number 7), 20 deg the largest tilt
+        that the onboard PID controller asks for; 1 m/s and 200 deg/s are choices.
 
         Args:
             platform: ``cf2`` or ``cf21bl``.

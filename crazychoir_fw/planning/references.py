@@ -1,4 +1,4 @@
-"""What a controller keeps of the references that it receives (features dossier section 6)."""
+"""What a controller keeps of the references that it receives (docs/reference/crazychoir.md#6)."""
 
 from __future__ import annotations
 

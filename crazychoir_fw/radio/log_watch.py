@@ -14,10 +14,10 @@ _PERIODS = 3.0
 class LogWatch:
     """Sees to it that a drone goes on logging.
 
-    A drone that hears nothing for a second deletes its log blocks (crtp-cflib dossier, 3.4). When that was because this
-    program stood still (it was stopped, collected garbage, or had no processor), the link lives on afterwards, cflib
-    says nothing, and nothing is ever logged again. So when the fastest block is silent the drone is asked to start all
-    of them, and those that it no longer has are made anew.
+    A drone that hears nothing for a second deletes its log blocks (docs/reference/crtp-cflib.md#3.4). When that was
+    because this program stood still (it was stopped, collected garbage, or had no processor), the link lives on
+    afterwards, cflib says nothing, and nothing is ever logged again. So when the fastest block is silent the drone is
+    asked to start all of them, and those that it no longer has are made anew.
 
     A block that a drone still has begins its period anew when it is asked for. One that is slow, because simulated time
     is, would never end it; so every question doubles the time to the next one, and the time that passes between two

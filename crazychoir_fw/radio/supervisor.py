@@ -61,8 +61,8 @@ def supervisor_bits(cf: LinkedCrazyflie) -> int | None:
 def follows_planner(bits: int) -> bool | None:
     """Tell whether a drone flies what its planner says, by its supervisor; None when it cannot be known.
 
-    A reset on the floor while motors begin to turn leaves it "flying" for 2 s with its motors off (planner-commander
-    dossier, 14.2).
+    A reset on the floor while motors begin to turn leaves it "flying" for 2 s with its motors off
+    (docs/reference/planner-commander.md#14.2).
     """
     if not bits & IS_FLYING:
         return False

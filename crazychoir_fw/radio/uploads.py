@@ -1,4 +1,7 @@
-"""Trajectories on their way into the memory of a drone (crtp-cflib dossier, memory port; planner-commander 4.1)."""
+"""Trajectories on their way into the memory of a drone.
+
+The memory port is docs/reference/crtp-cflib.md#10, the bytes are docs/reference/planner-commander.md#4.1.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """What of a flight log goes into which ROS 2 message.
 
 Units and frames are those of ROS (m, rad, V, A; world ``world``, body ``{id}``), except that the linear velocity of an
-odometry is in the world frame, as CrazyChoir's nodes have it (crazychoir-features dossier 2.2).
+odometry is in the world frame, as CrazyChoir's nodes have it (docs/reference/crazychoir.md#2.2).
 """
 
 from __future__ import annotations

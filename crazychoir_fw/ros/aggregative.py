@@ -1,4 +1,6 @@
-"""Target surveillance as ROS 2 nodes, with the class names and arguments of the original (dossier section 8.3).
+"""Target surveillance as ROS 2 nodes, with the class names and arguments of the original.
+
+docs/reference/crazychoir.md#8.3.
 
 Take-off and landing go to the trajectory handler; references of the flight go straight to the topic ``position``, as in
 the original, or to the handler as well. Rounds never wait in a callback; see `crazychoir_fw.ros.guidance_node`.

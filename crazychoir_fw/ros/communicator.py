@@ -1,6 +1,6 @@
 """`RosTransport`: messages between agents as ROS topics, for the communicators of `crazychoir_fw.guidance`.
 
-Topics are those of the features dossier, section 17.2: ``/agent_{i}/communicator``, or ``/agent_{i}/communicator_{j}``
+Topics are those of docs/reference/crazychoir.md#17.2: ``/agent_{i}/communicator``, or ``/agent_{i}/communicator_{j}``
 with one topic per receiver. A message is a ``std_msgs/UInt8MultiArray`` whose only dimension is labeled with the number
 of the round.
 

@@ -1,4 +1,4 @@
-"""Controllers as ROS 2 nodes, with the class names and arguments of the paper (features dossier section 4)."""
+"""Controllers as ROS 2 nodes, with the class names and arguments of the paper (docs/reference/crazychoir.md#4)."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ from crazychoir_fw.ros.names import BODY_FRAME, ODOM_FRAME, REFERENCES, WORLD_FR
 
 Array = NDArray[np.float64]
 
-_MIN_NORM = 0.8  # of a quaternion: less is a lost sample (features dossier section 10)
+_MIN_NORM = 0.8  # of a quaternion: less is a lost sample (docs/reference/crazychoir.md#10)
 _LARGEST_TIME = 2**31  # [s], of the 32 bits that messages have
 
 

@@ -1,4 +1,4 @@
-"""`CrazyflieIntegrator` as a ROS 2 node: drones without firmware, one or several (features dossier section 11)."""
+"""`CrazyflieIntegrator` as a ROS 2 node: drones without firmware, one or several (docs/reference/crazychoir.md#11)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The table of topics (features dossier section 2.2): names, message types and queue depths, in one place.
+"""The table of topics (docs/reference/crazychoir.md#2.2): names, message types and queue depths, in one place.
 
 Names without a leading slash live in the namespace of a drone, ``agent_{i}``.
 """

@@ -1,4 +1,4 @@
-"""Who is near whom, found by one node for all and told to each on ``closest_robots`` (features dossier section 9).
+"""Who is near whom, found by one node for all and told to each on ``closest_robots`` (docs/reference/crazychoir.md#9).
 
 The message is a `std_msgs/UInt8MultiArray` whose label is the time (ns) of the poses, and whose data are numbers,
 positions (m) and velocities (m/s) of those nearby, nearest first, as `crazychoir_fw.guidance.serialization` writes

@@ -1,4 +1,4 @@
-"""`PointToPointPlanner_2D`: go-tos in the plane, one at a time (features dossier section 7).
+"""`PointToPointPlanner_2D`: go-tos in the plane, one at a time (docs/reference/crazychoir.md#7).
 
 The original serves an action of its own type, ``positionaction``. Standard messages have none like it, so here a goal
 is a ``geometry_msgs/PoseStamped`` on ``goal_pose``, as RViz sends it, and that it was reached is told by a

@@ -1,4 +1,4 @@
-"""Radio handlers as ROS 2 nodes, one per Crazyradio, with the names of the original (features dossier section 13).
+"""Radio handlers as ROS 2 nodes, one per Crazyradio, with the names of the original (docs/reference/crazychoir.md#13).
 
 A handler has threads of its own. What they hear goes through a queue, and is published by the node's executor; what may
 take seconds, such as a take-off, is done in a thread beside it.

@@ -1,4 +1,4 @@
-"""Collision avoidance as ROS 2 nodes, with the class names of the original (features dossier section 9).
+"""Collision avoidance as ROS 2 nodes, with the class names of the original (docs/reference/crazychoir.md#9).
 
 Who is near whom is found by one node for all drones, see `crazychoir_fw.ros.neighbor_sensing`.
 

@@ -206,7 +206,7 @@ class TaskTable(LayerNode):
 
 
 class PositionTaskTable(TaskTable):
-    """The table of random points of the original (features dossier section 17.5)."""
+    """The table of random points of the original (docs/reference/crazychoir.md#17.5)."""
 
     def __init__(self, N: int | None = None, *, context: Context | None = None, **options: Any) -> None:
         """Make the node.

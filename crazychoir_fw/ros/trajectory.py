@@ -1,4 +1,4 @@
-"""Trajectory handlers as ROS 2 nodes: points on ``traj_params`` in, references out (features dossier section 7)."""
+"""Trajectory handlers as ROS 2 nodes: points on ``traj_params`` in, references out (docs/reference/crazychoir.md#7)."""
 
 from __future__ import annotations
 

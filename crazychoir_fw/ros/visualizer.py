@@ -1,4 +1,4 @@
-"""Markers for RViz: where drones are, were and should be (features dossier section 11).
+"""Markers for RViz: where drones are, were and should be (docs/reference/crazychoir.md#11).
 
 Frame `world`, which is the fixed frame of the configuration `rviz_config`: nobody has to broadcast it.
 """
@@ -27,7 +27,7 @@ from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 
 SHAPES = ("sphere", "arrow")
-_DIAMETER = 0.2  # [m], features dossier section 11
+_DIAMETER = 0.2  # [m], docs/reference/crazychoir.md#11
 _ARROW = (0.24, 0.04, 0.04)  # [m]
 _LINE = 0.01  # [m]
 _NAME = 0.08  # [m], height of letters

@@ -42,7 +42,7 @@ _THREE = struct.Struct("<3d")
 _COVARIANCE = 36 * 8
 # one transform, one velocity, one acceleration, and a duration, each list with its length and what aligns it
 _FULLSTATE = struct.Struct("<2s2xI4x7dI4x6dI4x6diI")
-MIN_NORM = 0.8  # of a quaternion: less is a lost sample (features dossier section 10)
+MIN_NORM = 0.8  # of a quaternion: less is a lost sample (docs/reference/crazychoir.md#10)
 
 
 def odometry_layout(frame_id: str = ODOM_FRAME, child_frame_id: str = BODY_FRAME) -> CdrLayout:

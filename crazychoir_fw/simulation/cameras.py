@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 FPV_SIZE = (324, 244)
 """Width and height of an onboard picture (pixels), as the camera of the AI deck gives them."""
 FPV_FOV_DEG = 55.0
-"""Vertical field of view of the onboard camera (deg): a lens like the AI deck's. No dossier has the exact figure."""
+"""Vertical field of view of the onboard camera (deg): a lens like the AI deck's. The exact figure was not found."""
 CHASE_SIZE = (640, 360)
 _CHASE_FOV_DEG = 45.0
 _LARGEST = 4096  # [pixels]

@@ -2,7 +2,7 @@
 
 It does so 30 s after the drone became ready without flying, again and again, and 3 s after a landing; a drone that must
 be armed is disarmed then. For some 0.1 s the motors may not run and commands of the planner are refused; and what the
-planner was told just before is dropped (planner-commander dossier, 14.2, 14.5, 14.6).
+planner was told just before is dropped (docs/reference/planner-commander.md#14.2, #14.5, #14.6).
 """
 
 from __future__ import annotations

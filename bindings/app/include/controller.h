@@ -1,5 +1,5 @@
 /* The firmware's controller.h for apps: the functions that an app brings to fly as controller
- * "OutOfTree", and which controller flies (control-geometric dossier section 3). */
+ * "OutOfTree", and which controller flies (docs/reference/control-geometric.md#3). */
 #ifndef CF_APP_CONTROLLER_H
 #define CF_APP_CONTROLLER_H
 

@@ -1,5 +1,5 @@
 /* The firmware's estimator.h for apps: the functions that an app brings to fly as estimator
- * "OutOfTree", and the queue that it reads (estimators dossier sections 9 and 11). */
+ * "OutOfTree", and the queue that it reads (docs/reference/estimators.md#9 and #11). */
 #ifndef CF_APP_ESTIMATOR_H
 #define CF_APP_ESTIMATOR_H
 

@@ -1,7 +1,7 @@
 /* The firmware's log.h for apps: types, flags and functions. What LOG_* declares is caught by
  * library/include/tables.h.
  *
- * Types and flags are those of the firmware's tables (crtp-cflib dossier section 8.1). */
+ * Types and flags are those of the firmware's tables (docs/reference/crtp-cflib.md#8.1). */
 #ifndef CF_APP_LOG_H
 #define CF_APP_LOG_H
 

@@ -1,7 +1,7 @@
 /* The firmware's param.h for apps: types, flags and functions. What PARAM_* declares is caught by
  * library/include/tables.h.
  *
- * Types and flags are those of the firmware's tables (crtp-cflib dossier section 9.1). */
+ * Types and flags are those of the firmware's tables (docs/reference/crtp-cflib.md#9.1). */
 #ifndef CF_APP_PARAM_H
 #define CF_APP_PARAM_H
 

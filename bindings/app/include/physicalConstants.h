@@ -1,4 +1,4 @@
-// The firmware's physicalConstants.h for apps (control-geometric dossier section 5).
+// The firmware's physicalConstants.h for apps (docs/reference/control-geometric.md#5).
 #ifndef CF_APP_PHYSICAL_CONSTANTS_H
 #define CF_APP_PHYSICAL_CONSTANTS_H
 

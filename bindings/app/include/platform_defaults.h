@@ -1,5 +1,5 @@
-/* The firmware's platform_defaults.h for apps: what the airframe is (control-pid dossier section
- * 12, "Physical constants").
+/* The firmware's platform_defaults.h for apps: what the airframe is
+ * (docs/reference/control-pid.md#12, "Physical constants").
  *
  * Where the library is built for one platform, CONFIG_PLATFORM_CF2 or CONFIG_PLATFORM_CF21BL is
  * defined, as in the firmware, and these are constants. A library for every platform looks at the

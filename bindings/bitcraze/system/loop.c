@@ -104,7 +104,7 @@ supervisorState_t __wrap_supervisorStateUpdate(const supervisorState_t         s
 #include "bitcraze/rtos/hardware.h"
 
 #define PRIORITY 5
-#define SUPPLY_START 4.2f         // [V], control-pid dossier section 14
+#define SUPPLY_START 4.2f         // [V], docs/reference/control-pid.md#14
 #define SUPPLY_FILTER_GAIN 0.01f  // per control of the motors
 
 void     stabilizerInit(StateEstimatorType estimator);
@@ -140,7 +140,7 @@ static void control_motors(void) {
   }
 }
 
-// One iteration, in the order of control-pid dossier section 4.
+// One iteration, in the order of docs/reference/control-pid.md#4.
 static void iterate(stabilizerStep_t step) {
 #if HAVE_SENSORS_ACQUIRE_TICK
   sensorsAcquire(&sensors, step);

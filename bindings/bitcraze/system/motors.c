@@ -8,7 +8,7 @@
 #include "bitcraze/rtos/hardware.h"
 
 // How the health test turns a motor: on and off [ms], when the variance is measured from [ms], and
-// the ratios of the tests of propellers and battery (control-pid dossier section 4; brushless
+// the ratios of the tests of propellers and battery (docs/reference/control-pid.md#4; brushless
 // motors take longer to settle).
 typedef struct {
   uint16_t on;

@@ -1,5 +1,5 @@
-/* The complementary estimator: attitude at 250 Hz, height at 100 Hz (estimators dossier section
- * 10.1). It knows no horizontal position. */
+/* The complementary estimator: attitude at 250 Hz, height at 100 Hz
+ * (docs/reference/estimators.md#10.1). It knows no horizontal position. */
 #ifndef CF_BUILTIN_COMPLEMENTARY_COMPLEMENTARY_H
 #define CF_BUILTIN_COMPLEMENTARY_COMPLEMENTARY_H
 

@@ -1,5 +1,5 @@
-/* Height and climb rate from barometer or range finder, and the vertical acceleration (estimators
- * dossier section 10.3).
+/* Height and climb rate from barometer or range finder, and the vertical acceleration
+ * (docs/reference/estimators.md#10.3).
  *
  * Without a range finder the height is that of the barometer, above sea level. With the first
  * useful range it becomes the distance to the ground, for the rest of the run. */

@@ -1,5 +1,5 @@
 /* Attitude and rate loops: degrees to body rates, body rates to actuator counts, at 500 Hz
- * (control-pid dossier section 9).
+ * (docs/reference/control-pid.md#9).
  *
  * Angles are in the legacy frame: a positive pitch lifts the nose. */
 #ifndef CF_BUILTIN_CONTROL_ATTITUDE_CONTROLLER_H

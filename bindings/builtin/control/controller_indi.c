@@ -65,8 +65,8 @@ bool controllerINDITest(const controllerINDI_t *self) {
 // ------------------------------------------------------------------------------------ the targets
 
 // Without the outer loop the PID position controller gives degrees, and with a yaw rate the target
-// is turned into radians once more at every step: both as upstream does it (control-geometric
-// dossier section 14, items 8 and 9).
+// is turned into radians once more at every step: both as upstream does it
+// (docs/reference/control-geometric.md#14, items 8 and 9).
 static void update_targets(controllerINDI_t *self, cf_controller_pid_t *pid,
                            const setpoint_t *setpoint, const sensorData_t *sensors,
                            const state_t *state, stabilizerStep_t step) {

@@ -1,5 +1,5 @@
-/* The cascaded PID controller: position -> velocity -> attitude -> rates -> actuators (control-pid
- * dossier section 11, as of release 2026.08).
+/* The cascaded PID controller: position -> velocity -> attitude -> rates -> actuators
+ * (docs/reference/control-pid.md#11, as of release 2026.08).
  *
  * Gains and limits are members of the two loops, where the parameter tables point. */
 #ifndef CF_BUILTIN_CONTROL_CONTROLLER_PID_H

@@ -1,5 +1,5 @@
-/* Position and velocity loops: meters to m/s, m/s to lean angles and thrust, at 100 Hz (control-pid
- * dossier section 10).
+/* Position and velocity loops: meters to m/s, m/s to lean angles and thrust, at 100 Hz
+ * (docs/reference/control-pid.md#10).
  *
  * They work in the frame that turns with the vehicle's yaw but stays level, called "body" in the
  * names of the logs. A lean of positive roll drives along -y, of positive (legacy) pitch along -x.

@@ -1,5 +1,5 @@
-/* Distances to radio anchors, linearized at a state: what plain and robust models share (estimators
- * dossier 5.4 and 5.9). Internal to C. */
+/* Distances to radio anchors, linearized at a state: what plain and robust models share
+ * (docs/reference/estimators.md#5.4 and #5.9). Internal to C. */
 #ifndef CF_BUILTIN_KALMAN_ANCHORS_H
 #define CF_BUILTIN_KALMAN_ANCHORS_H
 

@@ -1,4 +1,4 @@
-/* Numbers that the parts of the filter share (estimators dossier 2). Internal to C. */
+/* Numbers that the parts of the filter share (docs/reference/estimators.md#2). Internal to C. */
 #ifndef CF_BUILTIN_KALMAN_CONSTANTS_H
 #define CF_BUILTIN_KALMAN_CONSTANTS_H
 

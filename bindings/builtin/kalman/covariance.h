@@ -1,4 +1,5 @@
-/* The covariance between its symmetry and its bounds (estimators dossier 4.3). Internal to C.
+/* The covariance between its symmetry and its bounds (docs/reference/estimators.md#4.3). Internal
+ * to C.
  *
  * Products of the filter accumulate from k = 0 upward in float32, as the firmware's do, but leave
  * out terms with a factor that is zero by structure. That keeps every finite number: a sum that

@@ -1,5 +1,5 @@
-/* Optical flow with the place of the sensor, and with what the log shows of it (estimators dossier
- * 5.7). */
+/* Optical flow with the place of the sensor, and with what the log shows of it
+ * (docs/reference/estimators.md#5.7). */
 #ifndef CF_BUILTIN_KALMAN_MM_FLOW_H
 #define CF_BUILTIN_KALMAN_MM_FLOW_H
 

@@ -1,7 +1,7 @@
 #include "builtin/kalman/scalar_update.h"
 
 // The rotation from the estimated to the measured attitude, in the body frame: the conjugate of the
-// estimate times the measurement (estimators dossier 5.8). Neither is normalized.
+// estimate times the measurement (docs/reference/estimators.md#5.8). Neither is normalized.
 static quaternion_t attitude_residual(const float q[4], const quaternion_t *measured) {
   const quaternion_t a = {.x = -q[1], .y = -q[2], .z = -q[3], .w = q[0]};
   const quaternion_t b = *measured;

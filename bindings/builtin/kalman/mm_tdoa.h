@@ -1,4 +1,4 @@
-/* Difference of distances, with what the log shows of it (estimators dossier 5.9). */
+/* Difference of distances, with what the log shows of it (docs/reference/estimators.md#5.9). */
 #ifndef CF_BUILTIN_KALMAN_MM_TDOA_H
 #define CF_BUILTIN_KALMAN_MM_TDOA_H
 

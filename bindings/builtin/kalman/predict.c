@@ -121,8 +121,8 @@ static void predict_flying(kalmanCoreData_t *self, const kalmanCoreParams_t *par
   const float displacement[3] = {px * dt, py * dt, pz * dt + az * dt2 / 2.0f};
   move(self, displacement, dt2);
 
-  // drag acts on the velocity of the center of pressure, p + w x c (dossier 4.4.6: the sign of the
-  // second part is not settled there)
+  // drag acts on the velocity of the center of pressure, p + w x c
+  // (docs/reference/estimators.md#4.4.6: the sign of the second part is not settled there)
   const float ox = w[1] * params->cop_z - w[2] * params->cop_y;
   const float oy = w[2] * params->cop_x - w[0] * params->cop_z;
   const float oz = w[0] * params->cop_y - w[1] * params->cop_x;

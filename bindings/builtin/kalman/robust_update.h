@@ -1,5 +1,6 @@
-/* Updates that trust an odd measurement less, and the state more (estimators dossier 5.10): weights
- * of Geman and McClure, found in two rounds. Internal to C. */
+/* Updates that trust an odd measurement less, and the state more
+ * (docs/reference/estimators.md#5.10): weights of Geman and McClure, found in two rounds. Internal
+ * to C. */
 #ifndef CF_BUILTIN_KALMAN_ROBUST_UPDATE_H
 #define CF_BUILTIN_KALMAN_ROBUST_UPDATE_H
 

@@ -1,4 +1,4 @@
-/* P = (K H - I) P (K H - I)' + K r K' (estimators dossier 4.6).
+/* P = (K H - I) P (K H - I)' + K r K' (docs/reference/estimators.md#4.6).
  *
  * M = K H - I has entries only on its diagonal and in the columns where H has one. Both products
  * use only those, in the order of k, which keeps the bits (see covariance.h) and saves most of the

@@ -1,4 +1,4 @@
-/* Tells when the filter has gone astray (estimators dossier 7). */
+/* Tells when the filter has gone astray (docs/reference/estimators.md#7). */
 #ifndef CF_BUILTIN_KALMAN_SUPERVISOR_H
 #define CF_BUILTIN_KALMAN_SUPERVISOR_H
 

@@ -1,4 +1,5 @@
-/* Sine and cosine by table, as the filter of the firmware takes them (estimators dossier 2).
+/* Sine and cosine by table, as the filter of the firmware takes them
+ * (docs/reference/estimators.md#2).
  *
  * They are off by up to 2e-5 from the true values, far more than float rounding, so that libm is no
  * substitute where the bits shall agree. */

@@ -1,6 +1,6 @@
 """Writes sine_table.c: `python bindings/builtin/math/sine_table.py > bindings/builtin/math/sine_table.c`.
 
-Entry k is the float nearest to sin(2 pi k / 512) after rounding to 8 decimals (estimators dossier 2).
+Entry k is the float nearest to sin(2 pi k / 512) after rounding to 8 decimals (docs/reference/estimators.md#2).
 """
 
 import math

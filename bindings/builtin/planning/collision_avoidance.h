@@ -1,7 +1,7 @@
 /* Collision avoidance on the drone: parameters colAv.*, memory, and the peers that count.
  *
- * The law itself is in api/collision_avoidance.h. Source: planner-commander dossier sections 12.1,
- * 12.6 and 16. */
+ * The law itself is in api/collision_avoidance.h. Source: docs/reference/planner-commander.md#12.1,
+ * #12.6 and #16. */
 #ifndef CF_BUILTIN_PLANNING_COLLISION_AVOIDANCE_H
 #define CF_BUILTIN_PLANNING_COLLISION_AVOIDANCE_H
 

@@ -147,7 +147,7 @@ int cf_planner_start_trajectory(cf_planner_t *planner, const uint8_t *memory,
     return 0;
   }
   // the shift is found before the turn: a turned trajectory that does not begin at the origin of
-  // the world starts beside from->pos (dossier section 6.6)
+  // the world starts beside from->pos (docs/reference/planner-commander.md#6.6)
   const struct traj_eval first = evaluate(planner, memory, t);
   planner->shift               = vsub(from->pos, first.pos);
   if (trajectory->relative_yaw && !is_compressed) {

@@ -6,7 +6,7 @@
  * every call. Uncompressed pieces must lie in it at an offset that is a multiple of 4 (the
  * high-level commander checks that); compressed ones are checked here, at every read.
  *
- * Source: planner-commander dossier section 6. */
+ * Source: docs/reference/planner-commander.md#6. */
 #ifndef CF_BUILTIN_PLANNING_PLANNER_H
 #define CF_BUILTIN_PLANNING_PLANNER_H
 

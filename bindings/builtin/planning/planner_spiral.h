@@ -5,8 +5,8 @@
 #include "api/pptraj.h"
 #include "provider.h"
 
-// Fills the one piece of a spiral that starts at from->pos and from->yaw (planner-commander dossier
-// section 6.5).
+// Fills the one piece of a spiral that starts at from->pos and from->yaw
+// (docs/reference/planner-commander.md#6.5).
 void cf_plan_spiral(struct poly4d *piece, const cf_plan_start_t *from, const cf_spiral_t *spiral);
 
 #endif  // CF_BUILTIN_PLANNING_PLANNER_SPIRAL_H

@@ -1,5 +1,5 @@
 /* Piecewise trajectories: which piece answers at t, and the one piece that the planner makes itself
- * (planner-commander dossier sections 4.4, 4.7 and 4.8). */
+ * (docs/reference/planner-commander.md#4.4, #4.7 and #4.8). */
 #include "api/pptraj.h"
 
 #include <string.h>

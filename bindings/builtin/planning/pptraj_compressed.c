@@ -1,4 +1,4 @@
-/* Compressed trajectories (planner-commander dossier section 5). Whatever the bytes are: all that
+/* Compressed trajectories (docs/reference/planner-commander.md#5). Whatever the bytes are: all that
  * is read lies within them, every step of the play-head consumes at least a header, and 16-bit
  * integers are finite. */
 #include "api/pptraj_compressed.h"

@@ -1,5 +1,5 @@
 /* Pieces of a trajectory: x, y, z and yaw together, and what a quadrotor must do to follow them
- * (planner-commander dossier sections 4.5 and 4.6). */
+ * (docs/reference/planner-commander.md#4.5 and #4.6). */
 #include <math.h>
 
 #include "api/math3d.h"

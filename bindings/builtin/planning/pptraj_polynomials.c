@@ -1,4 +1,4 @@
-/* Polynomials of degree 7 in one variable (planner-commander dossier sections 4.2 to 4.4). */
+/* Polynomials of degree 7 in one variable (docs/reference/planner-commander.md#4.2 to #4.4). */
 #include <string.h>
 
 #include "api/pptraj.h"

@@ -1,5 +1,5 @@
-/* Thrust to duty: which share of the supply makes a motor push as commanded (control-pid dossier
- * section 14, current formula). */
+/* Thrust to duty: which share of the supply makes a motor push as commanded
+ * (docs/reference/control-pid.md#14, current formula). */
 #ifndef CF_BUILTIN_POWER_BATTERY_COMPENSATION_H
 #define CF_BUILTIN_POWER_BATTERY_COMPENSATION_H
 

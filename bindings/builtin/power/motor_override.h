@@ -1,4 +1,4 @@
-/* The test override of the motors: parameters motorPowerSet.* (control-pid dossier section 14).
+/* The test override of the motors: parameters motorPowerSet.* (docs/reference/control-pid.md#14).
  *
  * It acts on every duty that is set, also on those that stop the motors. */
 #ifndef CF_BUILTIN_POWER_MOTOR_OVERRIDE_H

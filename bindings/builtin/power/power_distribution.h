@@ -1,5 +1,5 @@
-/* From the controller's output to four motors: mixer, battery compensation, cap (control-pid
- * dossier sections 13 and 14).
+/* From the controller's output to four motors: mixer, battery compensation, cap
+ * (docs/reference/control-pid.md#13 and #14).
  *
  * M1 front right, M2 back right, M3 back left, M4 front left. Counts run from 0 to 65535 and mean
  * thrust before compensation, duty after it. Fractions are cut towards zero; a number too large for

@@ -1,6 +1,6 @@
 /* The commander: holds the one setpoint that is flown, and lets only its owner change it.
  *
- * Source: planner-commander dossier section 8. Ticks are [ms]. */
+ * Source: docs/reference/planner-commander.md#8. Ticks are [ms]. */
 #ifndef CF_ONBOARD_COMMANDER_COMMANDER_H
 #define CF_ONBOARD_COMMANDER_COMMANDER_H
 

@@ -1,5 +1,5 @@
 /* Emulation of a remote control: sticks as pulse lengths become a setpoint, scaled by the
- * parameters cppm.* (planner-commander dossier section 9.1). */
+ * parameters cppm.* (docs/reference/planner-commander.md#9.1). */
 #ifndef CF_ONBOARD_COMMANDER_CPPM_H
 #define CF_ONBOARD_COMMANDER_CPPM_H
 

@@ -5,7 +5,7 @@
  * must be, or out of range; CF_ERR_BLOCKED while the motors may not run; CF_ERR_STATE when the
  * planner refuses (a take-off while flying, a landing while landing). Time is [us].
  *
- * Source: planner-commander dossier section 7. Three deliberate deviations: starting a trajectory
+ * Source: docs/reference/planner-commander.md#7. Three deliberate deviations: starting a trajectory
  * that is not defined is CF_ERR_UNKNOWN, where the firmware reports success and does nothing;
  * definitions are checked against the size of the memory; and a goal with any number that is not
  * finite disables the planner, where the firmware looks at the position only. */

@@ -8,7 +8,8 @@
 
 #include "onboard/commander/high_level_commander.h"
 
-// The planner's clock: one division in double, rounded to float32 (dossier section 2).
+// The planner's clock: one division in double, rounded to float32
+// (docs/reference/planner-commander.md#2).
 static inline float cf_high_level_seconds(uint64_t now_us) {
   return (float)((double)now_us / 1e6);
 }

@@ -1,5 +1,5 @@
 /* The trajectory memory of the high-level commander: its bytes, what is defined in them, and the
- * start of a trajectory (planner-commander dossier sections 7.3 and 7.6). */
+ * start of a trajectory (docs/reference/planner-commander.md#7.3 and #7.6). */
 #include <string.h>
 
 #include "api/pptraj_compressed.h"

@@ -1,8 +1,8 @@
 /* The legacy command roll, pitch, yaw, thrust, and the flight modes that give its four numbers
  * another meaning (parameters flightmode.*).
  *
- * Source: planner-commander dossier section 10. One deliberate deviation: in the carefree yaw mode,
- * which halts the firmware, the command is refused. */
+ * Source: docs/reference/planner-commander.md#10. One deliberate deviation: in the carefree yaw
+ * mode, which halts the firmware, the command is refused. */
 #ifndef CF_ONBOARD_COMMANDER_RPYT_H
 #define CF_ONBOARD_COMMANDER_RPYT_H
 

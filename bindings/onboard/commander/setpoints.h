@@ -7,7 +7,7 @@
  * send_setpoint_manual, and in no other call. Yaw rates are those of cflib's current packets,
  * positive to the left. The legacy command of attitude and thrust lives in rpyt.h.
  *
- * Source: planner-commander dossier section 9. */
+ * Source: docs/reference/planner-commander.md#9. */
 #ifndef CF_ONBOARD_COMMANDER_SETPOINTS_H
 #define CF_ONBOARD_COMMANDER_SETPOINTS_H
 

@@ -1,6 +1,6 @@
 /* Driver of the flow deck: registers in, flow for the estimator out.
  *
- * Estimators dossier section 13.2. Its range finder is read by ranger_driver.h. */
+ * docs/reference/estimators.md#13.2. Its range finder is read by ranger_driver.h. */
 #ifndef CF_ONBOARD_DECKS_FLOW_DRIVER_H
 #define CF_ONBOARD_DECKS_FLOW_DRIVER_H
 

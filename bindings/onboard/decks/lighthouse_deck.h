@@ -6,7 +6,7 @@
  * float32 (three planes in, 1 m^2 had become less than 1e-6 m^2), and some starts went astray.
  * Method 0 crosses the beams of both base stations and enqueues a position, the median of what the
  * sensors say. Either adds how far the heading is off, when all four sensors have seen both planes
- * of a base station (estimators dossier sections 5.5, 5.11, 13.4). */
+ * of a base station (docs/reference/estimators.md#5.5, #5.11, #13.4). */
 #ifndef CF_ONBOARD_DECKS_LIGHTHOUSE_DECK_H
 #define CF_ONBOARD_DECKS_LIGHTHOUSE_DECK_H
 

@@ -1,5 +1,6 @@
-/* What the onboard software knows of the base stations, as the bytes of a memory (crtp-cflib
- * dossier section 10.3): one page for the geometry of each and one for its calibration.
+/* What the onboard software knows of the base stations, as the bytes of a memory
+ * (docs/reference/crtp-cflib.md#10.3): one page for the geometry of each and one for its
+ * calibration.
  *
  *   0x0000 + k * 0x100  origin 3 f32, rotation 9 f32 row by row, u8 valid
  *   0x1000 + k * 0x100  twice phase, tilt, curve, gibmag, gibphase, ogeemag, ogeephase f32; u32

@@ -1,8 +1,8 @@
 /* Driver of the loco positioning deck: rangings in, measurements for the estimator out.
  *
  * Standard deviations are those of the firmware: 0.25 m for a distance, 0.15 m for a difference
- * (estimators dossier section 13.5). In two dimensions every ranging brings the known height along;
- * the firmware chooses that when it is built. */
+ * (docs/reference/estimators.md#13.5). In two dimensions every ranging brings the known height
+ * along; the firmware chooses that when it is built. */
 #ifndef CF_ONBOARD_DECKS_LOCO_DECK_H
 #define CF_ONBOARD_DECKS_LOCO_DECK_H
 

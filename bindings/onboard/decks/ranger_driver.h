@@ -1,7 +1,7 @@
 /* Driver of everything that measures distances: keeps the latest for the log, and hands those that
  * look down to the estimator.
  *
- * Estimators dossier section 13.1. */
+ * docs/reference/estimators.md#13.1. */
 #ifndef CF_ONBOARD_DECKS_RANGER_DRIVER_H
 #define CF_ONBOARD_DECKS_RANGER_DRIVER_H
 

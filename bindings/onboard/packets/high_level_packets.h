@@ -1,5 +1,5 @@
 /* Packets of CRTP port 8 for the high-level commander: a command byte, then a packed little-endian
- * record, answered by four bytes (planner-commander dossier sections 7.1 and 7.2).
+ * record, answered by four bytes (docs/reference/planner-commander.md#7.1 and #7.2).
  *
  * Every byte is checked before it is used. Deviations from the firmware, which does not check: a
  * record that is too short, a number that is not finite, a duration or timescale that is not

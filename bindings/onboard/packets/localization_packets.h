@@ -2,7 +2,7 @@
  * emergency stop of older clients.
  *
  * A packet of a wrong length, or with a number that is not finite, is CF_ERR_VALUE as a whole; the
- * firmware takes such numbers into its estimator. Source: crtp-cflib dossier section 14. */
+ * firmware takes such numbers into its estimator. Source: docs/reference/crtp-cflib.md#14. */
 #ifndef CF_ONBOARD_PACKETS_LOCALIZATION_PACKETS_H
 #define CF_ONBOARD_PACKETS_LOCALIZATION_PACKETS_H
 

@@ -1,4 +1,4 @@
-/* What may come back when a drone receives a packet (crtp-cflib dossier sections 3.1, 7 and 14). */
+/* What may come back when a drone receives a packet: docs/reference/crtp-cflib.md#3.1, #7, #14. */
 #ifndef CF_ONBOARD_PACKETS_PACKET_H
 #define CF_ONBOARD_PACKETS_PACKET_H
 

@@ -3,7 +3,7 @@
  *
  * A packet whose length is not exactly that of its type, or in which a number is not finite, is
  * CF_ERR_VALUE and writes nothing; the firmware halts on the one and flies the other. Source:
- * planner-commander dossier sections 8.4, 9 and 10, crtp-cflib dossier section 12. */
+ * docs/reference/planner-commander.md#8.4, #9 and #10, docs/reference/crtp-cflib.md#12. */
 #ifndef CF_ONBOARD_PACKETS_SETPOINT_PACKETS_H
 #define CF_ONBOARD_PACKETS_SETPOINT_PACKETS_H
 

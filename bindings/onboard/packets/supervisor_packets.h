@@ -1,5 +1,5 @@
-/* The supervisor as bytes, port 9: questions on channel 0, commands on channel 1 (planner-commander
- * dossier section 14.10, crtp-cflib dossier section 7). */
+/* The supervisor as bytes, port 9: questions on channel 0, commands on channel 1
+ * (docs/reference/planner-commander.md#14.10, docs/reference/crtp-cflib.md#7). */
 #ifndef CF_ONBOARD_PACKETS_SUPERVISOR_PACKETS_H
 #define CF_ONBOARD_PACKETS_SUPERVISOR_PACKETS_H
 

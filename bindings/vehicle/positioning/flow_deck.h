@@ -1,9 +1,9 @@
 /* The flow deck: a VL53L1x looking down at 40 Hz and a PMW3901 counting pixels at 100 Hz.
  *
  * Range: along body -z, whole millimeters (vehicle/ranger.h). Flow: whole counts, the inverse of
- * the filter's model (estimators dossier sections 5.7, 13.1 and 13.2). What is below is taken for
- * level, at the height that the range found last. Readings are the registers of the chips; what the
- * drivers make of them is onboard/decks/flow_driver.h and ranger_driver.h. */
+ * the filter's model (docs/reference/estimators.md#5.7, #13.1 and #13.2). What is below is taken
+ * for level, at the height that the range found last. Readings are the registers of the chips; what
+ * the drivers make of them is onboard/decks/flow_driver.h and ranger_driver.h. */
 #ifndef CF_VEHICLE_POSITIONING_FLOW_DECK_H
 #define CF_VEHICLE_POSITIONING_FLOW_DECK_H
 

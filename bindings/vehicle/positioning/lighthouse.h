@@ -2,8 +2,8 @@
  * on the deck feel their light.
  *
  * Each rotor carries two light planes, tilted by -30 and +30 degrees and a third of a turn apart;
- * a plane that passes the deck gives one angle per sensor (estimators dossier sections 5.11 and
- * 13.4, vehicle dossier section 10). The stations turn at slightly different speeds, as channels
+ * a plane that passes the deck gives one angle per sensor (docs/reference/estimators.md#5.11 and
+ * #13.4, docs/reference/vehicle.md#10). The stations turn at slightly different speeds, as channels
  * do. A sensor is hit when it is in front of the station within 75 degrees to the sides and 55 up
  * and down, at most 7 m away, and when the light falls on the top of the deck at 5 degrees or
  * more. The drone itself casts no shadow. */

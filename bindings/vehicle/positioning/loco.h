@@ -2,7 +2,7 @@
  *
  * A packet of an anchor arrives as if the anchor were `bias` and `noise` farther away than it is,
  * and now and then much farther, because something stands in the way (NLOS). Three modes of the air
- * (vehicle dossier section 10, estimators dossier section 13.5):
+ * (docs/reference/vehicle.md#10, docs/reference/estimators.md#13.5):
  *   TWR    the drone asks one anchor after the other for the distance;
  *   TDoA2  the anchors speak in turn; each packet is compared with the one just before it;
  *   TDoA3  the anchors speak at random; each packet is compared with the last one of some other. */

@@ -1,8 +1,8 @@
 /* Motion capture and the radio behind it: poses at a rate, with noise, some milliseconds late.
  *
  * Now and then a frame is lost, or shows a wrong marker somewhere around the drone.
- * Vehicle dossier sections 10 and 11; standard deviations told to the filter: estimators dossier
- * section 13.3. */
+ * docs/reference/vehicle.md#10 and #11; standard deviations told to the filter:
+ * docs/reference/estimators.md#13.3. */
 #ifndef CF_VEHICLE_POSITIONING_MOCAP_H
 #define CF_VEHICLE_POSITIONING_MOCAP_H
 

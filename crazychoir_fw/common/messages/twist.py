@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 @dataclass(frozen=True)
 class Twist:
-    """Two vectors, whose meaning depends on the sender (features dossier section 2.2).
+    """Two vectors, whose meaning depends on the sender (docs/reference/crazychoir.md#2.2).
 
     FPQR: thrust (N) in linear z, body rates (rad/s) in angular. FRPY: thrust (N) in linear z, roll, pitch, yaw (rad) in
     angular. Vel: velocity (m/s, world) in linear, yaw rate (rad/s) in angular z.

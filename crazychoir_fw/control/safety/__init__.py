@@ -1,6 +1,6 @@
 """Safety filters: they change what drones are told as little as possible, so that none comes too near another.
 
-They work in the horizontal plane, whatever the heights are; z passes through (features dossier section 9).
+They work in the horizontal plane, whatever the heights are; z passes through (docs/reference/crazychoir.md#9).
 """
 
 from crazychoir_fw.control.safety.barrier_filter import BarrierFilter

@@ -1,4 +1,7 @@
-"""Filters between a controller and its drone: what goes in is desired, what comes out is safe (dossier section 9)."""
+"""Filters between a controller and its drone: what goes in is desired, what comes out is safe.
+
+docs/reference/crazychoir.md#9.
+"""
 
 from __future__ import annotations
 

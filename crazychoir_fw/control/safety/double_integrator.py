@@ -1,4 +1,4 @@
-r"""Safety filter of accelerations (features dossier section 9).
+r"""Safety filter of accelerations (docs/reference/crazychoir.md#9).
 
 Barrier of two agents, with :math:`\Delta p, \Delta v` from the other to oneself and
 :math:`D = |\Delta p| - d`: they can still stop in time while

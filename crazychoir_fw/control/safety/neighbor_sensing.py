@@ -1,4 +1,4 @@
-"""Who is near whom: what safety filters look at (features dossier section 9)."""
+"""Who is near whom: what safety filters look at (docs/reference/crazychoir.md#9)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-r"""Safety filter of velocities (features dossier section 9).
+r"""Safety filter of velocities (docs/reference/crazychoir.md#9).
 
 Barrier of two agents, with :math:`\Delta p` from the other to oneself: :math:`h = |\Delta p|^2 - d^2` (m^2). Each of
 the two keeps its half of :math:`\dot h \ge -2 \gamma h^3`, that is :math:`-2 \Delta p^T u \le \gamma h^3`.

@@ -27,7 +27,7 @@ LOG_BYTES = 31
 """A full log packet with its header."""
 
 PING_RATE = 10.0
-"""So often cflib asks a connected drone for an echo (Hz), crtp-cflib dossier section 3.3; 10 bytes both ways."""
+"""So often cflib asks a connected drone for an echo (Hz), docs/reference/crtp-cflib.md#3.3; 10 bytes both ways."""
 
 COMFORTABLE = 0.7
 """Share of its turns that a drone may use; above it, every burst makes a queue."""

@@ -28,7 +28,7 @@ class RadioConfig:
     """One Crazyradio and its drones.
 
     Defaults are those of a dongle at a desk with good reception. Sources: cflib's radio driver for `retries`,
-    `link_tries` and `idle_poll_ms`; the firmware for `link_timeout` (crtp-cflib dossier section 2); the others are
+    `link_tries` and `idle_poll_ms`; the firmware for `link_timeout` (docs/reference/crtp-cflib.md#2); the others are
     typical, and adjustable because of that.
 
     Raises:
@@ -49,7 +49,7 @@ class RadioConfig:
 
     turnaround_ms: float = ruled(Number(0.05, 100.0, "ms"), 0.4)
     """Time of USB and host around every exchange with a drone. With 0.4 ms at 2M a dongle echoes 1200 to 1600 packets
-    a second, as the system tests of cflib ask for (crtp-cflib dossier section 23)."""
+    a second, as the system tests of cflib ask for (docs/reference/crtp-cflib.md#23)."""
 
     latency_ms: float = ruled(Number(0.0, 10000.0, "ms"), 0.5)
     """What else a packet needs one way: threads of the host, and the way between the two processors of the drone."""

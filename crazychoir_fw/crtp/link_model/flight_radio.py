@@ -49,7 +49,7 @@ PACKET_BYTES = {
     "feed_watchdog": 2,
     "param": 7,
 }
-"""Header and payload of what cflib sends (crtp-cflib dossier sections 12 to 14)."""
+"""Header and payload of what cflib sends (docs/reference/crtp-cflib.md#12 to #14)."""
 
 FULL_BYTES = 31
 """Of whatever else there is."""

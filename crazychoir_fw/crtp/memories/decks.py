@@ -16,7 +16,7 @@ class Deck(NamedTuple):
     name: str
     """Name of the board, as in the parameters of group ``deck``."""
     product: int
-    """Product id among those of the vendor 0xBC. General knowledge, not from the dossiers."""
+    """Product id among those of the vendor 0xBC. General knowledge, not from docs/reference."""
 
 
 LOCO = Deck("bcDWM1000", 0x06)

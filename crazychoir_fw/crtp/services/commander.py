@@ -1,4 +1,4 @@
-"""Ports 3 and 7: setpoints (crtp-cflib dossier section 12, planner-commander dossier sections 8.4, 9 and 10)."""
+"""Ports 3 and 7: setpoints (docs/reference/crtp-cflib.md#12, docs/reference/planner-commander.md#8.4, #9 and #10)."""
 
 from __future__ import annotations
 

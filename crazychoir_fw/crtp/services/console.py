@@ -1,4 +1,4 @@
-"""Port 0, the console: what the onboard software prints (crtp-cflib dossier section 11)."""
+"""Port 0, the console: what the onboard software prints (docs/reference/crtp-cflib.md#11)."""
 
 from __future__ import annotations
 

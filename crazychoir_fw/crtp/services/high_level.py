@@ -1,4 +1,4 @@
-"""Port 8: the high-level commander (crtp-cflib dossier section 13, planner-commander dossier section 7)."""
+"""Port 8: the high-level commander (docs/reference/crtp-cflib.md#13, docs/reference/planner-commander.md#7)."""
 
 from __future__ import annotations
 

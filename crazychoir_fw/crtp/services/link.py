@@ -1,4 +1,4 @@
-"""Port 15, the link service: echo, source and sink (crtp-cflib dossier section 5)."""
+"""Port 15, the link service: echo, source and sink (docs/reference/crtp-cflib.md#5)."""
 
 from __future__ import annotations
 

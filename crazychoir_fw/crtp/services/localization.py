@@ -1,4 +1,4 @@
-"""Port 6: positions from outside, what positioning decks measure, emergency stop (crtp-cflib dossier section 14)."""
+"""Port 6: positions from outside, what positioning decks measure, emergency stop (docs/reference/crtp-cflib.md#14)."""
 
 from __future__ import annotations
 

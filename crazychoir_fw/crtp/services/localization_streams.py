@@ -1,4 +1,4 @@
-"""What positioning decks measure, as packets for clients (crtp-cflib dossier section 14).
+"""What positioning decks measure, as packets for clients (docs/reference/crtp-cflib.md#14).
 
 Asked a hundred times a second; a stream whose parameter is off costs one look at it. Angles are those of cflib's
 `LighthouseBsVector`: to the left and upward from where the base station looks.

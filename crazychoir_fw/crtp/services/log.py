@@ -1,4 +1,7 @@
-"""Port 5, the log service: what can be logged, and blocks of it sent again and again (crtp-cflib dossier section 8)."""
+"""Port 5, the log service: what can be logged, and blocks of it sent again and again.
+
+docs/reference/crtp-cflib.md#8.
+"""
 
 from __future__ import annotations
 

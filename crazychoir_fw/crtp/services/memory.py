@@ -1,4 +1,4 @@
-"""Port 4: what memories there are, and bytes out of them and into them (crtp-cflib dossier section 10.1)."""
+"""Port 4: what memories there are, and bytes out of them and into them (docs/reference/crtp-cflib.md#10.1)."""
 
 from __future__ import annotations
 

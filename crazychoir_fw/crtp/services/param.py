@@ -1,4 +1,4 @@
-"""Port 2, parameters (crtp-cflib dossier section 9).
+"""Port 2, parameters (docs/reference/crtp-cflib.md#9).
 
 Choices where the firmware has none, or is known to be wrong:
 

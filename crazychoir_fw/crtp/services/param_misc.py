@@ -1,4 +1,4 @@
-"""Channel 3 of port 2: what can be asked about parameters beyond their values (crtp-cflib dossier section 9.5)."""
+"""Channel 3 of port 2: what can be asked about parameters beyond their values (docs/reference/crtp-cflib.md#9.5)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Port 13, the platform service: versions, old requests, and the app channel (crtp-cflib dossier section 6)."""
+"""Port 13, the platform service: versions, old requests, and the app channel (docs/reference/crtp-cflib.md#6)."""
 
 from __future__ import annotations
 

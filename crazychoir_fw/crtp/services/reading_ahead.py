@@ -20,7 +20,7 @@ from crazychoir_fw.crtp.services.service import Reply
 from crazychoir_fw.crtp.toc import ITEM, TableOfContents
 
 AHEAD = 128
-"""So many items are under way at most: the socket of a client holds 256 packets (crtp-cflib dossier section 3.4), a
+"""So many items are under way at most: the socket of a client holds 256 packets (docs/reference/crtp-cflib.md#3.4), a
 burst of log data among them."""
 IN_A_ROW = 4
 """So many items somebody asks for, one after the other, before the next ones come unasked."""

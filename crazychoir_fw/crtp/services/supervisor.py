@@ -1,4 +1,4 @@
-"""Port 9: the supervisor (crtp-cflib dossier section 7, planner-commander dossier section 14.10)."""
+"""Port 9: the supervisor (docs/reference/crtp-cflib.md#7, docs/reference/planner-commander.md#14.10)."""
 
 from __future__ import annotations
 

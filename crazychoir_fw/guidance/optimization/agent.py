@@ -25,7 +25,7 @@ class Schedule(Protocol):
 
 
 class Agent:
-    """An agent with the attributes and methods that DISROPT's has (features dossier section 18).
+    """An agent with the attributes and methods that DISROPT's has (docs/reference/crazychoir.md#18).
 
     Attributes:
         id: Number of the agent, its communicator's rank.

@@ -1,4 +1,4 @@
-r"""Aggregative gradient tracking (features dossier section 8.3).
+r"""Aggregative gradient tracking (docs/reference/crazychoir.md#8.3).
 
 Everybody has a decision of its own, and costs that also depend on the mean of all decisions:
 minimize :math:`\sum_i f_i(x_i, \sigma)` with :math:`\sigma = \frac{1}{N} \sum_j x_j`.

@@ -1,4 +1,4 @@
-"""Who does which task, as a linear program for `DistributedSimplex` (features dossier section 17.5).
+"""Who does which task, as a linear program for `DistributedSimplex` (docs/reference/crazychoir.md#17.5).
 
 Each agent does one task, each task is done by one agent, at the least sum of costs. An agent's columns are the tasks it
 can do. Where not all can be served, as many as possible are, and the others get none.

@@ -1,4 +1,4 @@
-"""Distributed simplex: a linear program whose columns the agents share (features dossier section 18).
+"""Distributed simplex: a linear program whose columns the agents share (docs/reference/crazychoir.md#18).
 
 Minimize c^T x where A x = b, x >= 0; everybody knows b and has some of the columns. Agents tell each other their best
 bases; each solves the program of its own columns and all bases it heard. The lexicographic rules leave one best basis

@@ -1,4 +1,4 @@
-"""Graphs and weights as matrices, under DISROPT's names (features dossier sections 18 and 23).
+"""Graphs and weights as matrices, under DISROPT's names (docs/reference/crazychoir.md#18 and #23).
 
 An entry (i, j) that is not zero is an edge from j to i: row i tells whom agent i hears. `crazychoir_fw.guidance.Graph`
 is the same thing as an object.

@@ -18,7 +18,7 @@ from crazychoir_fw.common.errors import CrazychoirError, StateError
 Array = NDArray[np.float64]
 
 TOLERANCE = 1e-6
-"""What counts as zero among reduced costs and directions (features dossier section 18)."""
+"""What counts as zero among reduced costs and directions (docs/reference/crazychoir.md#18)."""
 
 _TIE = 1e-9
 _MAX_PIVOTS = 10_000

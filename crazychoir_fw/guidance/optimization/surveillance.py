@@ -1,4 +1,4 @@
-r"""Cost of a defender between an intruder and the target that all of them guard (features dossier section 8.3).
+r"""Cost of a defender between an intruder and the target that all of them guard (docs/reference/crazychoir.md#8.3).
 
 .. math::
     f_i(x, \sigma) = \gamma_{intr} |x - r_i|^2 + \gamma_{targ} |\sigma - b|^2 + \gamma_{shape} |x - \sigma|^2

@@ -1,4 +1,4 @@
-"""Target surveillance: defenders place themselves between intruders and a target (features dossier section 8.3).
+"""Target surveillance: defenders place themselves between intruders and a target (docs/reference/crazychoir.md#8.3).
 
 Each defender knows its own intruder and the target. Aggregative tracking finds where everybody should be, one exchange
 with the neighbors per iteration, and what the iteration has reached so far is where the defender flies.

@@ -1,4 +1,4 @@
-"""`MPCGuidance`: sequential distributed model predictive control (features dossier section 17.4).
+"""`MPCGuidance`: sequential distributed model predictive control (docs/reference/crazychoir.md#17.4).
 
 Time goes in periods. During each, agents plan the next one after another, by number: each takes the plans that those
 before it have just made and those that the others made a period ago, and keeps what couples it to them. Whoever plans

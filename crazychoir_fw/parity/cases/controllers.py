@@ -177,7 +177,7 @@ def _extreme_rows() -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
 
 
 # (position, velocity, roll pitch yaw [rad], rates [rad/s], reference position, velocity, acceleration, yaw [deg],
-# yaw rate [deg/s], repeats, jerk); cffirmware-api dossier section 12
+# yaw rate [deg/s], repeats, jerk); docs/reference/cffirmware-api.md#12
 _GOLDEN: tuple[tuple[Any, ...], ...] = (
     ((0, 0, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0), 0, 0, 1, (0, 0, 0)),
     (

@@ -1,4 +1,4 @@
-"""Cubic splines with velocity and acceleration given at both ends (features dossier section 7.3)."""
+"""Cubic splines with velocity and acceleration given at both ends (docs/reference/crazychoir.md#7.3)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Degree-7 polynomials from boundary values (features dossier section 7.2)."""
+"""Degree-7 polynomials from boundary values (docs/reference/crazychoir.md#7.2)."""
 
 from __future__ import annotations
 

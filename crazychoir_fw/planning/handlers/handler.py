@@ -1,4 +1,4 @@
-"""From points to references: what all trajectory handlers share (features dossier section 7.1)."""
+"""From points to references: what all trajectory handlers share (docs/reference/crazychoir.md#7.1)."""
 
 from __future__ import annotations
 

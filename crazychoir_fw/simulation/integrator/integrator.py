@@ -1,4 +1,4 @@
-"""`CrazyflieIntegrator`: the light alternative to the simulated vehicle (features dossier section 11)."""
+"""`CrazyflieIntegrator`: the light alternative to the simulated vehicle (docs/reference/crazychoir.md#11)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 DEFAULT_MASS = 0.038
 """Mass of the vehicle where nobody names another or a platform (kg): that of the original."""
 
-_LEGACY_GRAVITY = 9.80665  # m/s^2, by which the dossier's numbers of the original come out
+_LEGACY_GRAVITY = 9.80665  # m/s^2, by which the numbers of the original come out
 _STATES = 9
 _ROOM = 3.0  # [m], in which drones without a start position begin
 

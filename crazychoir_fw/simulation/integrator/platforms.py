@@ -9,7 +9,7 @@ _DRAG = {
     "cf2": (0.01351483, 0.01351483, 0.01677452),
     "cf21bl": (0.02149163, 0.02149163, 0.02359736),
 }
-"""Linear drag along body x, y, z (N s/m): flight fits of the vehicle dossier, section 7."""
+"""Linear drag along body x, y, z (N s/m): flight fits of docs/reference/vehicle.md#7."""
 
 
 def platform_mass(platform: str) -> float:

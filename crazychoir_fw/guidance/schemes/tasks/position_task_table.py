@@ -1,4 +1,7 @@
-"""`PositionTaskTable`: random points to be visited, always as many as there are agents (features dossier 17.5)."""
+"""`PositionTaskTable`: random points to be visited, always as many as there are agents.
+
+docs/reference/crazychoir.md#17.5.
+"""
 
 from __future__ import annotations
 

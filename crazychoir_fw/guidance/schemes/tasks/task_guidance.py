@@ -1,4 +1,4 @@
-"""`TaskGuidance`: dynamic task assignment (features dossier section 17.5)."""
+"""`TaskGuidance`: dynamic task assignment (docs/reference/crazychoir.md#17.5)."""
 
 from __future__ import annotations
 
