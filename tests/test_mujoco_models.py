@@ -1,4 +1,4 @@
-"""Vehicles and scenes against the numbers of the vehicle dossier, sections 1, 2, 12.4 and 18."""
+"""Vehicles and scenes against the numbers of docs/reference/vehicle.md#1, #2, #12.4 and #18."""
 
 import runpy
 
@@ -41,7 +41,7 @@ def test_an_unknown_model_is_refused_with_the_known_ones(name):
 
 
 @pytest.mark.parametrize("name", VEHICLES)
-def test_mass_and_inertia_are_those_of_the_dossier(name):
+def test_mass_and_inertia_are_those_of_the_reference(name):
     model = vehicle(name)
     mass, inertia, _, _ = NUMBERS[name]
     body = model.body("crazyflie")
@@ -117,7 +117,7 @@ def test_meshes_are_those_that_the_drawing_script_writes():
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_physics_options_are_those_of_the_dossier(name):
+def test_physics_options_are_those_of_the_reference(name):
     option = mujoco.MjModel.from_xml_path(str(model_path(name))).opt
     assert option.timestep == 0.001
     assert option.integrator == mujoco.mjtIntegrator.mjINT_EULER

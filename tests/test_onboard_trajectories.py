@@ -1,4 +1,4 @@
-"""Bytes of trajectory memory as cflib packs them (crtp-cflib dossier sections 10.3 and 21)."""
+"""Bytes of trajectory memory as cflib packs them (docs/reference/crtp-cflib.md#10.3 and #21)."""
 
 import math
 from pathlib import Path

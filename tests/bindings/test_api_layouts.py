@@ -1,7 +1,7 @@
 """Numbers that are part of the firmware's C API: sizes, places, enumerators, rates.
 
-control-pid dossier sections 2, 3, 5 and 7, planner-commander dossier sections 4.1, 5.1, 6.1, 7.6, 8.1 and 12.1.
-Places are those of a host with enumerations of 4 bytes.
+docs/reference/control-pid.md#2, #3, #5 and #7, docs/reference/planner-commander.md#4.1, #5.1, #6.1, #7.6, #8.1 and
+#12.1. Places are those of a host with enumerations of 4 bytes.
 """
 
 import pytest
@@ -50,7 +50,7 @@ LAYOUTS = {
     "struct poly4d": (132, {"p": 0, "duration": 128}),
 }
 
-# section of the control-pid dossier, unless another is named
+# sections of docs/reference/control-pid.md, unless another page is named
 NUMBERS = {
     # 2
     "STABILIZER_NR_OF_MOTORS": 4,
@@ -68,20 +68,20 @@ NUMBERS = {
     "RATE_SUPERVISOR": 25,
     # 7
     "IIR_SHIFT": 8,
-    # planner-commander dossier 4.1
+    # docs/reference/planner-commander.md#4.1
     "PP_DEGREE": 7,
     "PP_SIZE": 8,
-    # planner-commander dossier 5.1
+    # docs/reference/planner-commander.md#5.1
     "PPTRAJ_STORAGE_CONSTANT": 0,
     "PPTRAJ_STORAGE_LINEAR": 1,
     "PPTRAJ_STORAGE_BEZIER": 2,
     "PPTRAJ_STORAGE_FULL": 3,
-    # planner-commander dossier 6.1
+    # docs/reference/planner-commander.md#6.1
     "TRAJECTORY_STATE_IDLE": 0,
     "TRAJECTORY_STATE_FLYING": 1,
     "TRAJECTORY_STATE_LANDING": 3,
     "TRAJECTORY_STATE_DISABLED": 4,
-    # planner-commander dossier 7.6
+    # docs/reference/planner-commander.md#7.6
     "CF_TRAJECTORY_MEMORY_BYTES": 4096,
     "CF_TRAJECTORY_DEFINITIONS": 31,
     "CF_TRAJECTORY_PIECES": 31,
@@ -89,43 +89,43 @@ NUMBERS = {
     "CF_TRAJECTORY_LOCATION_MEMORY": 1,
     "CF_TRAJECTORY_TYPE_POLY4D": 0,
     "CF_TRAJECTORY_TYPE_POLY4D_COMPRESSED": 1,
-    # planner-commander dossier 8.1
+    # docs/reference/planner-commander.md#8.1
     "COMMANDER_PRIORITY_DISABLE": 0,
     "COMMANDER_PRIORITY_LOWEST": 1,
     "COMMANDER_PRIORITY_HIGHLEVEL": 1,
     "COMMANDER_PRIORITY_CRTP": 2,
     "COMMANDER_PRIORITY_EXTRX": 3,
-    # planner-commander dossier 10.1
+    # docs/reference/planner-commander.md#10.1
     "CF_STABILIZE_RATE": 0,
     "CF_STABILIZE_ANGLE": 1,
     "CF_YAW_MODE_CAREFREE": 0,
     "CF_YAW_MODE_PLUS": 1,
     "CF_YAW_MODE_X": 2,
-    # planner-commander dossier 13
+    # docs/reference/planner-commander.md#13
     "PEER_LOCALIZATION_MAX_NEIGHBORS": 10,
 }
 
 
 @pytest.mark.parametrize(("type", "size", "members"), [(name, *layout) for name, layout in LAYOUTS.items()])
-def test_type_has_the_size_and_the_places_of_the_dossier(type, size, members):
-    """control-pid dossier 2, planner-commander dossier 4.1."""
+def test_type_has_the_size_and_the_places_of_the_reference(type, size, members):
+    """docs/reference/control-pid.md#2, docs/reference/planner-commander.md#4.1."""
     assert ffi.sizeof(type) == size
     assert {name: ffi.offsetof(type, name) for name in members} == members
 
 
 @pytest.mark.parametrize(("name", "number"), NUMBERS.items())
-def test_number_has_the_value_of_the_dossier(name, number):
+def test_number_has_the_value_of_the_reference(name, number):
     assert getattr(lib, name) == number
 
 
 def test_modes_of_a_setpoint_stand_in_the_order_of_the_firmware():
-    """control-pid dossier 2."""
+    """docs/reference/control-pid.md#2."""
     modes = [name for name, _ in ffi.typeof("setpoint_mode_t").fields]
     assert modes == ["x", "y", "z", "roll", "pitch", "yaw", "quat"]
 
 
 def test_members_of_a_pid_and_of_its_filter_stand_in_the_order_of_the_firmware():
-    """control-pid dossier 6 and 7."""
+    """docs/reference/control-pid.md#6 and #7."""
     pid = "desired error prevMeasured integ deriv kp ki kd kff outP outI outD outFF iLimit outputLimit dt dFilter"
     assert [name for name, _ in ffi.typeof("PidObject").fields] == [*pid.split(), "enableDFilter"]
     low_pass = "a1 a2 b0 b1 b2 delay_element_1 delay_element_2"
@@ -133,6 +133,6 @@ def test_members_of_a_pid_and_of_its_filter_stand_in_the_order_of_the_firmware()
 
 
 def test_a_logged_thrust_shares_its_place_with_a_torque():
-    """control-pid dossier 2: the views overlap."""
+    """docs/reference/control-pid.md#2: the views overlap."""
     control = ffi.new("control_t *", {"torqueY": 0.25})
     assert control.thrust == 0.25

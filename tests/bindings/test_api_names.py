@@ -1,7 +1,7 @@
-"""Types, enumerations and functions of bindings/api against the dossiers' lists.
+"""Types, enumerations and functions of bindings/api against the reference's lists.
 
-Estimators dossier 3.1 to 3.4 and 15; control-geometric dossier 2.2, 2.4, 3.2, 4.1 to 4.9, 6.1, 6.2, 7.1, 8, 9.1, 10.1
-and 11.1, 11.2.
+docs/reference/estimators.md#3.1 to #3.4 and #15; docs/reference/control-geometric.md#2.2, #2.4, #3.2, #4.1 to #4.9,
+#6.1, #6.2, #7.1, #8, #9.1, #10.1 and #11.1, #11.2.
 """
 
 import pytest

@@ -1,4 +1,7 @@
-"""Packets that a whole drone receives (planner-commander dossier 8.4, crtp-cflib dossier 12 and 14)."""
+"""Packets that a whole drone receives.
+
+docs/reference/planner-commander.md#8.4, docs/reference/crtp-cflib.md#12 and #14.
+"""
 
 import struct
 

@@ -1,6 +1,7 @@
-"""Tables of parameters and log variables: estimators dossier 14, control-geometric dossier 6.5, 7.6, 9.4, 10.3, 11.4.
+"""Tables of parameters and log variables of estimators and controllers.
 
-Every group of both dossiers that the builtin provider has, row by row: name, type, flags, value after boot, order.
+docs/reference/estimators.md#14, docs/reference/control-geometric.md#6.5, #7.6, #9.4, #10.3, #11.4.
+Every group of both pages that the builtin provider has, row by row: name, type, flags, value after boot, order.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ BUILTIN = 0
 
 @dataclass(frozen=True)
 class Row:
-    """What a dossier says about a variable: type as numpy calls it, c core, p persistent, r read-only."""
+    """What a page says about a variable: type as numpy calls it, c core, p persistent, r read-only."""
 
     name: str
     kind: str
@@ -159,7 +160,7 @@ LOGS = [
     *rows("ctrlLee", "omegax omegay omegaz omegarx omegary omegarz"),
 ]
 
-# what the two dossiers say nothing about, or belongs to other tables: mixer/PID dossier 17
+# what the two pages say nothing about, or belongs to other tables: docs/reference/control-pid.md#17
 ELSEWHERE = {"gyro.x", "gyro.y", "gyro.z"}
 
 TABLES = {"parameters": (PARAMETERS, parameter_table), "logs": (LOGS, log_table)}
@@ -181,7 +182,7 @@ def booted() -> dict[tuple[str, str], dict[str, float]]:
 
 
 @pytest.mark.parametrize(("what", "row"), EVERY_ROW)
-def test_variable_has_type_flags_and_factory_value_of_the_dossier(booted, what, row):
+def test_variable_has_type_flags_and_factory_value_of_the_reference(booted, what, row):
     found = TABLES[what][1](BUILTIN)[row.name]
     assert (found.dtype.str[1:], flags(found)) == (row.kind, row.flags)
     for platform in ("cf2", "cf21bl"):
@@ -201,7 +202,7 @@ def group_of(name: str) -> str:
         for group in dict.fromkeys(group_of(row.name) for row in told)
     ],
 )
-def test_group_is_complete_and_in_the_order_of_the_dossier(what, group):
+def test_group_is_complete_and_in_the_order_of_the_reference(what, group):
     told, table = TABLES[what]
     found = [name for name in table(BUILTIN) if group_of(name) == group and name not in ELSEWHERE]
     assert found == [row.name for row in told if group_of(row.name) == group]

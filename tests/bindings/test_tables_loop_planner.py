@@ -1,7 +1,8 @@
 """Every parameter and log variable of the loop, the PID controller, the motors, the planner and the commanders.
 
-Rows typed from the control-pid dossier section 17, the planner-commander dossier section 16 and the crtp-cflib dossier
-sections 14 and 20: name, type, flags, value after boot. Decks, lighthouse, loco and ranging have tests of their own.
+Rows typed from docs/reference/control-pid.md#17, docs/reference/planner-commander.md#16 and
+docs/reference/crtp-cflib.md#14 and #20: name, type, flags, value after boot. Decks, lighthouse, loco and ranging have
+tests of their own.
 """
 
 import numpy as np
@@ -218,8 +219,8 @@ def boot():
 
 
 @pytest.mark.parametrize(("group", "lines"), groups(PARAMETERS).items(), ids=groups(PARAMETERS))
-def test_parameters_have_order_types_flags_and_values_of_the_dossier(boot, group, lines):
-    """control-pid dossier 17, planner-commander dossier 16."""
+def test_parameters_have_order_types_flags_and_values_of_the_reference(boot, group, lines):
+    """docs/reference/control-pid.md#17, docs/reference/planner-commander.md#16."""
     found = [
         (*shown(row).split(), boot["cf2"][row.name], boot["cf21bl"][row.name])
         for row in in_groups(parameter_table(), group)
@@ -228,22 +229,25 @@ def test_parameters_have_order_types_flags_and_values_of_the_dossier(boot, group
 
 
 @pytest.mark.parametrize(("group", "lines"), groups(LOGS).items(), ids=groups(LOGS))
-def test_logs_have_types_and_flags_of_the_dossier(group, lines):
-    """control-pid dossier 17, planner-commander dossier 16. Where two files make one group, their order is free."""
+def test_logs_have_types_and_flags_of_the_reference(group, lines):
+    """Where two files make one group, their order is free.
+
+    docs/reference/control-pid.md#17, docs/reference/planner-commander.md#16.
+    """
     found = [shown(row) for row in in_groups(log_table(), group)]
     assert sorted(found) == sorted(lines)
     if group not in ("controller", "motor"):
         assert found == lines
 
 
-def test_gyro_logs_begin_with_what_the_dossier_lists():
-    """Behind them come raw samples and variances (estimators dossier)."""
+def test_gyro_logs_begin_with_what_the_reference_lists():
+    """Behind them come raw samples and variances (docs/reference/estimators.md#14.3)."""
     assert [shown(row) for row in in_groups(log_table(), "gyro")][:3] == names("gyro", "x y z", "float", "core").split(
         "\n"
     )
 
 
-# ---------------------------------------------------------------- what clients look for, crtp-cflib dossier 14 and 20
+# ------------------------------------------------- what clients look for, docs/reference/crtp-cflib.md#14 and #20
 
 # name, type; R for read-only, P for persistent
 CLIENT_PARAMETERS = """
@@ -315,7 +319,7 @@ def lines_of(text):
 
 @pytest.mark.parametrize(("name", "type", "flag"), [(*row, "")[:3] for row in lines_of(CLIENT_PARAMETERS)])
 def test_parameter_that_clients_look_for_has_its_type(name, type, flag):
-    """crtp-cflib dossier 14 and 20.2."""
+    """docs/reference/crtp-cflib.md#14 and #20.2."""
     row = parameter_table()[name]
     assert row.dtype == np.dtype(TYPES[type])
     assert row.is_read_only == (flag == "R")
@@ -324,19 +328,19 @@ def test_parameter_that_clients_look_for_has_its_type(name, type, flag):
 
 @pytest.mark.parametrize(("name", "type"), lines_of(CLIENT_LOGS))
 def test_log_that_clients_look_for_has_its_type(name, type):
-    """crtp-cflib dossier 14 and 20.1."""
+    """docs/reference/crtp-cflib.md#14 and #20.1."""
     assert log_table()[name].dtype == np.dtype(TYPES[type])
 
 
-def test_external_positioning_has_the_deviations_of_the_dossier(boot):
-    """crtp-cflib dossier 14."""
+def test_external_positioning_has_the_deviations_of_the_reference(boot):
+    """docs/reference/crtp-cflib.md#14."""
     for values in boot.values():
         assert values["locSrv.extPosStdDev"] == np.float32(0.01)
         assert values["locSrv.extQuatStdDev"] == np.float32(4.5e-3)
 
 
 def test_battery_limits_are_those_of_the_platform(boot):
-    """control-pid dossier 12."""
+    """docs/reference/control-pid.md#12."""
     limits = {platform: (values["pm.lowVoltage"], values["pm.criticalLowVoltage"]) for platform, values in boot.items()}
     low = {"cf2": np.float32(3.2), "cf21bl": np.float32(3.35)}
     assert limits == {platform: (voltage, 3.0) for platform, voltage in low.items()}
@@ -352,11 +356,11 @@ def test_battery_limits_are_those_of_the_platform(boot):
     ],
 )
 def test_blocks_that_clients_ask_for_fit_into_a_packet(fetched, rest):
-    """26 bytes of values at most (crtp-cflib dossier 8.2, 19 and 20)."""
+    """26 bytes of values at most (docs/reference/crtp-cflib.md#8.2, #19 and #20)."""
     assert fetched + sum(log_table()[name].dtype.itemsize for name in rest.split()) <= 26
 
 
 @pytest.mark.parametrize("table", [parameter_table, log_table])
 def test_names_fit_into_a_packet_of_the_table_of_contents(table):
-    """At most 24 characters in group and name (crtp-cflib dossier 8.1), in ASCII."""
+    """At most 24 characters in group and name (docs/reference/crtp-cflib.md#8.1), in ASCII."""
     assert [name for name in table() if len(name) - 1 > 24 or not name.isascii() or name.count(".") != 1] == []

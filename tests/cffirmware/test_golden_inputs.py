@@ -1,4 +1,4 @@
-"""The public input cases of the dossier through both providers (cffirmware-api dossier section 12).
+"""Public input cases through both providers (docs/reference/cffirmware-api.md#12).
 
 Upstream's outputs for them are not public, so each provider is the other's reference. Where a checkout of the firmware
 is at hand, `crazychoir firmware parity` compares more than that.

@@ -1,4 +1,4 @@
-"""The filter as upstream's replay tools drive it (cffirmware-api dossier sections 10.12, 10.13 and 13)."""
+"""The filter as upstream's replay tools drive it (docs/reference/cffirmware-api.md#10.12, #10.13 and #13)."""
 
 import math
 

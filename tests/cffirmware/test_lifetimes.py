@@ -1,4 +1,4 @@
-"""Memory of C lives as long as Python can reach it (cffirmware-api dossier section 14, points 5 and 6)."""
+"""Memory of C lives as long as Python can reach it (docs/reference/cffirmware-api.md#14, points 5 and 6)."""
 
 import copy
 import gc

@@ -1,4 +1,4 @@
-"""Every name of the dossier's lists is there (cffirmware-api dossier sections 4 to 7 and 9.4)."""
+"""Every name of upstream's module is there (docs/reference/cffirmware-api.md#4 to #7 and #9.4)."""
 
 import inspect
 import math

@@ -1,4 +1,4 @@
-"""Old and new call forms, over old and new releases (cffirmware-api dossier section 8)."""
+"""Old and new call forms, over old and new releases (docs/reference/cffirmware-api.md#8)."""
 
 import gc
 

@@ -1,4 +1,4 @@
-"""Structs as SWIG presents them, and what goes beyond (cffirmware-api dossier section 3)."""
+"""Structs as SWIG presents them, and what goes beyond (docs/reference/cffirmware-api.md#3)."""
 
 import copy
 import pickle

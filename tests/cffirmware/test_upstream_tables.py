@@ -1,4 +1,4 @@
-"""Upstream's own tests of its module, with its inputs and tolerances (cffirmware-api dossier sections 10 and 11)."""
+"""Upstream's own tests of its module, with its inputs and tolerances (docs/reference/cffirmware-api.md#10 and #11)."""
 
 import math
 

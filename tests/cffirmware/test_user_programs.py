@@ -1,4 +1,4 @@
-"""Programs in the manner of those who use upstream's module (cffirmware-api dossier section 9).
+"""Programs in the manner of those who use upstream's module (docs/reference/cffirmware-api.md#9).
 
 They are written for these tests; only which functions they call, and how, is theirs.
 """

@@ -1,4 +1,4 @@
-"""`vec` in Python: arithmetic against NumPy, indexing, conversion (cffirmware-api dossier section 7)."""
+"""`vec` in Python: arithmetic against NumPy, indexing, conversion (docs/reference/cffirmware-api.md#7)."""
 
 import numpy as np
 import pytest

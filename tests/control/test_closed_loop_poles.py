@@ -1,4 +1,4 @@
-"""Poles of the closed loop in hover, with ideal body rates: those of the dossier (section 4.4)."""
+"""Poles of the closed loop in hover, with ideal body rates (docs/reference/crazychoir.md#4.4)."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Ports 3, 7 and 8: setpoints and the high-level commander (crtp-cflib dossier sections 12, 13 and 21)."""
+"""Ports 3, 7 and 8: setpoints and the high-level commander (docs/reference/crtp-cflib.md#12, #13 and #21)."""
 
 import struct
 
@@ -44,7 +44,7 @@ def flying(station):
     return station
 
 
-# ------------------------------------------------------------------- bytes of cflib, dossier 21
+# ------------------------------------------------------------------- bytes of cflib, docs/reference/crtp-cflib.md#21
 
 SETPOINTS = [
     ("send_setpoint", (1, 2, 3, 40000), 3, 0, "0000803F 000000C0 00004040 409C"),
@@ -116,7 +116,7 @@ def test_what_cflib_flies_is_flown(flying):
 
 
 def test_zero_setpoint_at_the_end_of_a_session_unlocks_and_owns(flying):
-    """What `close_link` sends (dossier 12 and 21)."""
+    """What `close_link` sends (docs/reference/crtp-cflib.md#12 and #21)."""
     assert send(flying, 3, 0, bytes(14)) == []
     onboard = flying.context.drone.struct.onboard
     assert (onboard.commander.priority, onboard.rpyt.thrust_is_locked) == (2, False)

@@ -1,4 +1,4 @@
-"""What is printed on board reaches the client line by line (crtp-cflib dossier section 11)."""
+"""What is printed on board reaches the client line by line (docs/reference/crtp-cflib.md#11)."""
 
 import pytest
 from cflib_client import Client

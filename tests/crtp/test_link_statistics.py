@@ -1,4 +1,4 @@
-"""Log groups crtp and radio (crtp-cflib dossier section 20.1)."""
+"""Log groups crtp and radio (docs/reference/crtp-cflib.md#20.1)."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Port 6: positions from outside and streams of positioning decks (crtp-cflib dossier sections 14 and 21)."""
+"""Port 6: positions from outside and streams of positioning decks (docs/reference/crtp-cflib.md#14 and #21)."""
 
 import struct
 from itertools import pairwise

@@ -1,4 +1,4 @@
-"""The real client's log service against ours (crtp-cflib dossier sections 4, 8 and 19)."""
+"""The real client's log service against ours (docs/reference/crtp-cflib.md#4, #8 and #19)."""
 
 import numpy as np
 import pytest

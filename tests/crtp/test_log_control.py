@@ -1,4 +1,4 @@
-"""Log blocks are put together, and every refusal has its number (crtp-cflib dossier sections 8.2, 22)."""
+"""Log blocks are put together, and every refusal has its number (docs/reference/crtp-cflib.md#8.2, #22)."""
 
 import errno
 import struct

@@ -1,4 +1,4 @@
-"""Values of log blocks: read as they are stored, sent as the client wants them (crtp-cflib dossier section 8.3)."""
+"""Values of log blocks: read as they are stored, sent as the client wants them (docs/reference/crtp-cflib.md#8.3)."""
 
 import struct
 

@@ -1,4 +1,4 @@
-"""Log blocks are sampled by simulated time (crtp-cflib dossier section 8.3)."""
+"""Log blocks are sampled by simulated time (docs/reference/crtp-cflib.md#8.3)."""
 
 import sys
 import threading

@@ -1,4 +1,4 @@
-"""The table of contents of log variables (crtp-cflib dossier sections 8.1 and 8.4)."""
+"""The table of contents of log variables (docs/reference/crtp-cflib.md#8.1 and #8.4)."""
 
 import struct
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Port 2: parameters (crtp-cflib dossier section 9)."""
+"""Port 2: parameters (docs/reference/crtp-cflib.md#9)."""
 
 import json
 import math
@@ -402,7 +402,7 @@ def test_cflib_knows_writes_and_stores_all_parameters(bench, client):
 def test_cflib_writes_by_name(bench):
     client = Client(bench.station)
     client.cf.param.set_value_raw("kalman.resetEstimation", 0x08, 1)
-    assert client.link.sent == [(2, 3, b"\0kalman\0resetEstimation\0\x08\1")]  # dossier section 21
+    assert client.link.sent == [(2, 3, b"\0kalman\0resetEstimation\0\x08\1")]  # docs/reference/crtp-cflib.md#21
     assert client.link.arrived.get()[1:] == b"\0kalman\0resetEstimation\0\0"
     bench.context.carry_out()
     assert bench.drone.param["kalman.resetEstimation"] == 1

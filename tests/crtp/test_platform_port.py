@@ -1,4 +1,4 @@
-"""The platform service (crtp-cflib dossier section 6)."""
+"""The platform service (docs/reference/crtp-cflib.md#6)."""
 
 import pytest
 from cflib_client import Client

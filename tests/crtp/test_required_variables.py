@@ -1,4 +1,4 @@
-"""What clients look for is there, with the firmware's types (crtp-cflib dossier section 20)."""
+"""What clients look for is there, with the firmware's types (docs/reference/crtp-cflib.md#20)."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from crazychoir_fw.onboard.variables import log_table, parameter_table
 
 TYPES = {"u8": "u1", "u16": "u2", "u32": "u4", "i8": "i1", "i16": "i2", "i32": "i4", "f32": "f4"}
 
-# group, type, names. Types of what only certain decks have, and which the dossier calls integers, are our choice.
+# group, type, names. Types of what only certain decks have, and which the reference calls integers, are our choice.
 LOGS = """
 stateEstimate f32 x y z vx vy vz roll pitch yaw qx qy qz qw ax ay az
 stateEstimateZ i16 x y z vx vy vz ax ay az rateRoll ratePitch rateYaw

@@ -1,4 +1,4 @@
-"""Port 9: the supervisor (crtp-cflib dossier section 7)."""
+"""Port 9: the supervisor (docs/reference/crtp-cflib.md#7)."""
 
 import pytest
 from cflib_client import Client

@@ -1,4 +1,4 @@
-"""Tables of contents (crtp-cflib dossier 8.1, 8.4, 9.1 and 9.2)."""
+"""Tables of contents (docs/reference/crtp-cflib.md#8.1, #8.4, #9.1 and #9.2)."""
 
 import struct
 import zlib

@@ -50,7 +50,7 @@ def test_flight_succeeds_with_small_errors(flown):
         assert drone["max_error_m"] < LARGEST_ERROR[mission.stem]
         assert drone["endpoint_error_m"] < LARGEST_END_ERROR.get(mission.stem, 0.05)
         assert drone["estimator_rms_m"] < LARGEST_ESTIMATE_ERROR.get(mission.stem, 0.03)
-        # vehicle dossier 14.1: 59 % in theory, the battery sags and the integrators trim; none for those in newtons
+        # docs/reference/vehicle.md#14.1: 59 % in theory, battery and integrators differ; none for those in newtons
         if not drone["id"].startswith(("lee", "brescianini")):
             assert 50 < drone["hover_thrust_percent"] < 70
         assert 3.3 < drone["battery_V"] < 4.2

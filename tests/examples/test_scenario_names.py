@@ -9,7 +9,7 @@ from crazychoir_fw.mission.schema import LayeredMission
 
 FOLDER = Path(__file__).parents[2] / "examples" / "crazychoir"
 
-# drones of each, features dossier section 16
+# drones of each, docs/reference/crazychoir.md#16
 SCENARIOS = {
     "formation_rviz": 4,
     "formation_webots": 4,

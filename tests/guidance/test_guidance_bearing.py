@@ -1,4 +1,4 @@
-"""Geometry of bearings: the dossier's eigenvalues, rigidity, errors."""
+"""Geometry of bearings: eigenvalues (docs/reference/crazychoir.md#23), rigidity, errors."""
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def test_eigenvalue_and_mode_of_the_letter():
 
 
 def test_eigenvalue_and_modes_of_the_grid():
-    # the dossier does not give the graph: this one has the same number of edges
+    # the reference does not give the graph: this one has the same number of edges
     values = follower_eigenvalues(GRID, grid_graph(), [0, 1])
     assert values[0] == pytest.approx(0.00348, abs=1e-4)
     assert modes(values, 0.2, 1.0)[0].real == pytest.approx(-0.0017, abs=1e-4)

@@ -1,4 +1,4 @@
-"""Formations on double integrators: the dossier's numbers, laws, phases, and swarms that lose members."""
+"""Formations on double integrators: published numbers, laws, phases, and swarms that lose members."""
 
 import numpy as np
 import pytest
@@ -42,10 +42,10 @@ def error(swarm):
     return bearing_error_deg(swarm.position, swarm.formation, swarm.graph.pairs)
 
 
-# ------------------------------------------------------------------ numbers of the dossier, section 23
+# ------------------------------------------------------------------ docs/reference/crazychoir.md#23
 
 
-def test_four_drones_are_where_the_dossier_says():
+def test_four_drones_are_where_the_reference_says():
     swarm, expected = (
         square(dt=0.01),
         {
@@ -80,7 +80,7 @@ def test_formation_rviz_settles_on_the_unit_square():
         ("vicon", (3, 3, 10), 3.0, (0, 0, 1), [(7.2, 7.2, 30), (3.6, 3.6, 12), (0, 0, 1)]),
     ],
 )
-def test_gains_are_the_dossiers(name, k_p, k_v, k_i, takeoff):
+def test_gains_are_the_originals(name, k_p, k_v, k_i, takeoff):
     gains = FORMATION_GAINS[name]
     for value, expected in [(gains.k_p, k_p), (gains.k_v, k_v), (gains.k_i, k_i)]:
         np.testing.assert_array_equal(value, np.broadcast_to(expected, 3))

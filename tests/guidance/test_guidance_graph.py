@@ -9,12 +9,12 @@ from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.guidance import Graph, RandomEdges, TimedGraphs, WithinDistance
 
 
-def test_binomial_graphs_are_the_dossiers():
+def test_binomial_graphs_are_the_originals():
     assert Graph.binomial(6, 0.2, 3).pairs == ((0, 3), (1, 4), (2, 5), (3, 5), (4, 5))
     assert Graph.binomial(3, 0.5, 3) == Graph.path(3)
 
 
-def test_metropolis_hastings_weights_are_the_dossiers():
+def test_metropolis_hastings_weights_are_the_originals():
     weights = Graph.binomial(3, 0.5, 3).metropolis_hastings()
     np.testing.assert_allclose(weights, np.array([[2, 1, 0], [1, 1, 1], [0, 1, 2]]) / 3.0)
 

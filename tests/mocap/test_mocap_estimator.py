@@ -1,4 +1,4 @@
-"""Velocities from the poses of motion capture: numbers of the features dossier sections 10 and 23."""
+"""Velocities from the poses of motion capture: numbers of docs/reference/crazychoir.md#10 and #23."""
 
 import cmath
 import math

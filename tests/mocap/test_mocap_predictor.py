@@ -1,4 +1,4 @@
-"""The Kalman predictor of the features dossier section 10."""
+"""The Kalman predictor of docs/reference/crazychoir.md#10."""
 
 import numpy as np
 import pytest
@@ -7,7 +7,7 @@ from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.mocap import SingleStagePredictor
 
 
-def test_steady_gain_of_the_dossier():
+def test_steady_gain_of_the_reference():
     predictor = SingleStagePredictor()
     for _ in range(200):
         predictor.step((0.0, 0.0))

@@ -1,4 +1,4 @@
-"""Cubic splines (features dossier sections 7.3, 21 and 23)."""
+"""Cubic splines (docs/reference/crazychoir.md#7.3, #21 and #23)."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Drawn curves: files, thinning, fitting (features dossier section 15.1)."""
+"""Drawn curves: files, thinning, fitting (docs/reference/crazychoir.md#15.1)."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Curves as values, and degree 7 from point to point (features dossier sections 7.2 and 23)."""
+"""Curves as values, and degree 7 from point to point (docs/reference/crazychoir.md#7.2 and #23)."""
 
 from itertools import pairwise
 

@@ -1,4 +1,4 @@
-"""References on the side of the controller (features dossier section 6)."""
+"""References on the side of the controller (docs/reference/crazychoir.md#6)."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Handlers: from points to references (features dossier sections 7.1, 7.3 and 21)."""
+"""Handlers: from points to references (docs/reference/crazychoir.md#7.1, #7.3 and #21)."""
 
 import numpy as np
 import pytest

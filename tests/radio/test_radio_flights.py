@@ -353,7 +353,10 @@ def test_logs_go_on_after_a_program_that_stood_still(real_time):
 
 @pytest.mark.parametrize("before_ms", [-80, -40, 0, 20, 40, 80])
 def test_no_goal_is_lost_to_a_reset_on_the_floor(flight, before_ms):
-    """planner-commander dossier 14.6: a drone that has waited for its pre-flight time-out forgets what it is told."""
+    """A drone that has waited for its pre-flight time-out forgets what it is told.
+
+    docs/reference/planner-commander.md#14.6.
+    """
     air = flight(starts={"cf1": (0.0, 0.0)})
     swarm = air.connect(RadioHandlerXYZ, logger=False, odometry_hz=0)
     with air.going_on():

@@ -103,7 +103,10 @@ def test_a_drone_that_was_disarmed_by_the_reset_is_armed_again(fly, air, clock):
 
 
 def test_a_drone_that_flies_with_its_motors_off_is_told_again(fly, air, clock):
-    """planner-commander dossier 14.2: a reset while motors begin to turn leaves it in the state Flying for 2 s."""
+    """A reset while motors begin to turn leaves it in the state Flying for 2 s.
+
+    docs/reference/planner-commander.md#14.2.
+    """
     drone = air["fake://0"]
     swarm = fly(RadioHandlerXYZ)
     drone.commands_to_drop = 1

@@ -1,4 +1,4 @@
-"""What every handler sends, byte for byte (crtp-cflib dossier sections 12 to 14 and 21)."""
+"""What every handler sends, byte for byte (docs/reference/crtp-cflib.md#12 to #14 and #21)."""
 
 import math
 import struct

@@ -91,7 +91,7 @@ def test_the_command_is_that_of_the_plain_controller(bench):
     plain.set_reference(reference)
     twist, message = plain.step(1.01), desk.commanded(1)
     assert message.linear.z == pytest.approx(twist.linear[2], rel=1e-9)
-    # the number of the features dossier section 23
+    # the number of docs/reference/crazychoir.md#23
     assert message.linear.z == pytest.approx(0.4991406701, abs=1e-6)
     got = [message.angular.x, message.angular.y, message.angular.z]
     np.testing.assert_allclose(got, twist.angular, rtol=1e-6)

@@ -158,7 +158,7 @@ def test_buttons_call_with_the_time(bench):
         node.on_buttons(explode=print)
 
 
-def test_the_table_is_that_of_the_dossier():
+def test_the_table_is_that_of_the_original():
     depths = {topic.name: (topic.publish_depth, topic.subscribe_depth) for topic in TOPICS}
     assert len(depths) == len(TOPICS)
     assert depths["odom"] == (10, 10) and depths["cmd_vel"] == (1, 1) and depths["acceleration"] == (1, 1)

@@ -29,7 +29,7 @@ def test_a_goal_becomes_a_go_to_and_is_reached_once(bench):
         goals.publish(goal(*place))
     bench.until(lambda: len(points) == 2)
     (point,) = points[-1].points
-    # the numbers of the features dossier, sections 7 and 24: 0.5 + 0.15 i, 20 s
+    # the numbers of docs/reference/crazychoir.md#7 and #24: 0.5 + 0.15 i, 20 s
     np.testing.assert_allclose(point.positions, [1.0, -1.0, 0.8])
     assert point.time_from_start.sec == 20
 

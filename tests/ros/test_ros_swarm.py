@@ -88,7 +88,7 @@ TABLE = {
     "/clock": "rosgraph_msgs/msg/Clock",
     **{name: EMPTY for name in ("/takeoff", "/land", "/stop", "/experiment_trigger")},
 }
-"""Section 2.2 of the features dossier, as far as this mission has it; a fullstate is a standard message."""
+"""docs/reference/crazychoir.md#2.2, as far as this mission has it; a fullstate is a standard message."""
 
 DEPTHS = {"cmd_vel": 1, "acceleration": 1, "fullstate": 1, "traj_params": 1, "odom": 10}
 """Of publishers."""

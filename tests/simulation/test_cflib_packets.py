@@ -277,7 +277,7 @@ def test_client_disarms_and_recovers(drone) -> None:
     assert not drone.is_crashed
 
 
-# ---------------------------------------------------------------------------- bytes of the dossier
+# ---------------------------------------------------------------------------- bytes of the reference
 
 
 @pytest.mark.parametrize(
@@ -304,7 +304,7 @@ def test_client_disarms_and_recovers(drone) -> None:
     ],
 )
 def test_client_sends_the_captured_bytes(drone, call, packet) -> None:
-    """crtp-cflib dossier section 21; the packets of the other calls are in tests/bindings/onboard."""
+    """docs/reference/crtp-cflib.md#21; the packets of the other calls are in tests/bindings/onboard."""
     link = FakeCrazyflie(drone)
     call(link)
     assert [(port, channel, data.hex()) for port, channel, data in link.sent] == [packet]

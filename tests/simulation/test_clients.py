@@ -79,7 +79,7 @@ def test_low_level_setpoints_fly_after_the_high_level_commander_gave_way(hoverin
 
 
 def test_silence_after_low_level_setpoints_levels_out_then_locks(hovering_world):
-    """planner-commander dossier section 18, quirk 1."""
+    """docs/reference/planner-commander.md#18, quirk 1."""
     drone = hovering_world.drones[0]
     drone.commander.send_position_setpoint(0, 0, 0.5, 0)
     hovering_world.run(0.6)
@@ -143,7 +143,7 @@ def test_compressed_trajectory_is_flown(hovering_world):
 
 
 def test_shorter_upload_leaves_no_stale_pieces(ready_world):
-    """cflib appends no end marker, so that there the drone flies on (planner-commander dossier section 5.1)."""
+    """cflib appends no end marker, so that there the drone flies on (docs/reference/planner-commander.md#5.1)."""
     commander = ready_world.drones[0].high_level_commander
     segment = CompressedSegment(1.0, [0.1], [], [], [])
     commander.upload_compressed_trajectory(1, CompressedStart(0, 0, 0, 0), [segment] * 5)
@@ -203,7 +203,7 @@ def test_commands_with_a_speed_take_off_and_land(ready_world):
 def test_packets_of_port_8_command_the_drone(ready_world):
     drone = ready_world.drones[0]
     reply = ffi.new("uint8_t[4]")
-    # crtp-cflib dossier section 21: takeoff(1.0, 2.0)
+    # docs/reference/crtp-cflib.md#21: takeoff(1.0, 2.0)
     takeoff = bytes.fromhex("07 00 0000803F 00000000 00 00000040")
     assert [lib.cf_high_level_packet(drone.struct, takeoff, len(takeoff), reply) for _ in range(2)] == [4, 4]
     assert list(reply) == [7, 0, 0, lib.CF_HIGH_LEVEL_REPLY_REFUSED]  # the second one

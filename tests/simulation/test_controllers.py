@@ -1,4 +1,7 @@
-"""Which controller flies: words before boot, numbers of the firmware at run time (control-geometric dossier 3.4)."""
+"""Which controller flies: words before boot, numbers of the firmware at run time.
+
+docs/reference/control-geometric.md#3.4.
+"""
 
 import numpy as np
 import pytest

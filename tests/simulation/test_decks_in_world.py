@@ -25,7 +25,7 @@ def make(positioning, position=(0.0, 0.0), seed=1, **attributes):
 def test_deck_flags_follow_the_positioning(positioning):
     _, drone = make(positioning)
     names = [name for name in drone.param if name.startswith("deck.")]
-    # crtp-cflib dossier section 20.2: the client falls over when one of these is missing
+    # docs/reference/crtp-cflib.md#20.2: the client falls over when one of these is missing
     assert {"deck.bcFlow", "deck.bcFlow2", "deck.bcLighthouse4", "deck.bcLoco", "deck.bcDWM1000"} <= set(names)
     mounted = {name.removeprefix("deck.") for name in names if drone.param[name]}
     assert mounted == FLAGS.get(positioning, set())

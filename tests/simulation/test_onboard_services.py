@@ -6,7 +6,7 @@ from worlds import make_world
 
 from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
 
-# clients fail when one of these is missing (crtp-cflib dossier section 20)
+# clients fail when one of these is missing (docs/reference/crtp-cflib.md#20)
 PARAMETERS = [
     "system.selftestPassed",
     "firmware.revision0",

@@ -109,7 +109,7 @@ def test_remote_control_packets_lean_the_drone(hovering_world) -> None:
 
 
 def test_packet_of_a_closing_client_cuts_the_motors(hovering_world) -> None:
-    """planner-commander dossier section 18, quirk 1: even under the high-level commander."""
+    """docs/reference/planner-commander.md#18, quirk 1: even under the high-level commander."""
     drone = hovering_world.drones[0]
     drone.receive_packet(RPYT, 0, bytes(14))
     hovering_world.run(0.02)

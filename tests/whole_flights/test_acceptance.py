@@ -1,4 +1,4 @@
-"""Whole flights against the closed-loop table of the control-pid dossier (section 19, "Closed-loop reference").
+"""Whole flights against the table "Closed-loop reference" of docs/reference/control-pid.md#19.
 
 The table was computed with 29 g, first-order motors of 0.07 s, linear drag 0.0135 / 0.0168 N s/m, a supply of 4.0 V,
 gyro noise 0.1 deg/s, accelerometer noise 0.02 g and poses at 100 Hz with 1 mm and 2 mrad. `REFERENCE` is that vehicle.
@@ -179,7 +179,7 @@ def test_hover_for_a_minute(platform):
     error = samples[:, :3] - [0.3, -0.2, 1.0]
     assert np.sqrt(np.mean(np.sum(error**2, axis=1))) < 0.02
     assert np.abs(samples[:, 3]).max() < 1.0
-    # vehicle dossier section 14.1: hover thrust before compensation, in counts
+    # docs/reference/vehicle.md#14.1: hover thrust before compensation, in counts
     hover = {"cf2": 38841, "cf21bl": 31582}[platform]
     assert np.mean(samples[:, 4]) == pytest.approx(hover, rel=0.03)
 

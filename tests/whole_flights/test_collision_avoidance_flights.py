@@ -1,4 +1,4 @@
-"""Drones that swap places through one point, against the closed-loop table of the planner-commander dossier 12.5.
+"""Drones that swap places through one point, against the closed-loop table of docs/reference/planner-commander.md#12.5.
 
 The ellipsoids of two drones touch at 0.6 m; the table has 0.72 and 0.80 m for a pair and 0.53 to 0.60 m for eight
 drones, and asks for 0.5 m with full dynamics. Here the full vehicle flies, with its noise, under the stock PID.

@@ -17,8 +17,9 @@ from crazychoir_fw.simulation.recorder import roll_pitch_yaw_deg
 
 COMPLEMENTARY, KALMAN = 1, 2
 
-# deg: a turn-on error of 20 mg tilts the accelerometer's idea of level by 1.15 deg per axis (vehicle dossier 10), and
-# while the drone gathers speed along this tilt gravity seems to be where the estimate has it; seen: up to 1.5
+# deg: a turn-on error of 20 mg tilts the accelerometer's idea of level by 1.15 deg per axis
+# (docs/reference/vehicle.md#10), and while the drone gathers speed along this tilt gravity seems to be where the
+# estimate has it; seen: up to 1.5
 TILT_ERROR = 1.7
 
 

@@ -1,6 +1,6 @@
-"""Flights with the controllers INDI and Brescianini against section 16 of the control-geometric dossier.
+"""Flights with the controllers INDI and Brescianini against docs/reference/control-geometric.md#16.
 
-The dossier's loop has true state, no sensors and motors of 30 ms; `IDEAL` comes as near to it as a whole drone can.
+The loop there has true state, no sensors and motors of 30 ms; `IDEAL` comes as near to it as a whole drone can.
 """
 
 import numpy as np

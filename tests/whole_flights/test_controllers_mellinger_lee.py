@@ -1,6 +1,6 @@
 """The controllers of Mellinger and Lee in flight: motion capture, Kalman filter, selected by parameter.
 
-What they reach follows from section 16 of the control-geometric dossier: Lee has the right mass and no vertical
+What they reach follows from docs/reference/control-geometric.md#16: Lee has the right mass and no vertical
 integral, Mellinger converts newtons to counts with one number for all airframes, 132000, which is meant for 0.124 N per
 motor: nearly right for the 2.1+ (0.12 N), 61 % too much for the Brushless (0.2 N), which hovers 0.10 m too high.
 """

@@ -1,4 +1,4 @@
-"""What users should know about the Kalman filter, flown: estimators dossier 18.13 to 18.15."""
+"""What users should know about the Kalman filter, flown: docs/reference/estimators.md#18.13 to #18.15."""
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ def yaw_error_deg(drone) -> float:
     return (drone.log["stateEstimate.yaw"] - yaw_deg(drone) + 180.0) % 360.0 - 180.0
 
 
-# Yaw (rad), time until the estimate stays within 2 deg (s), and how far noise may change that. For 2.5 rad the dossier
+# Yaw (rad), time until the estimate stays within 2 deg (s), and how far noise may change that. For 2.5 rad the page
 # has 0.18 s; ours is 0.24 to 0.26, with noise or without.
 HEADINGS = [
     (0.3, 0.018, 0.1),

@@ -1,4 +1,4 @@
-"""The dossier's figure-8, flown from trajectory memory (control-pid dossier section 19, "figure-8")."""
+"""The figure-8 of upstream's tests, flown from trajectory memory (docs/reference/control-pid.md#19, "figure-8")."""
 
 from pathlib import Path
 

@@ -54,7 +54,10 @@ def test_flight_is_as_good_as_the_page_says(airframe, controller, positioning, h
 
 
 def test_nobody_hovers_worse_than_the_vehicle_is_known_to():
-    """0.15 m anywhere; 0.03 m with poses, but for Mellinger on the Brushless (control-geometric dossier section 16)."""
+    """0.15 m anywhere; 0.03 m with poses, but for Mellinger on the Brushless.
+
+    docs/reference/control-geometric.md#16.
+    """
     for airframe, controller, positioning, hover, _ in documented():
         assert hover < 150
         if positioning == "mocap" and (airframe, controller) != ("cf21bl", "mellinger"):

@@ -1,4 +1,4 @@
-"""Spirals and compressed trajectories flown by a simulated drone (planner-commander dossier sections 5 and 6.5)."""
+"""Spirals and compressed trajectories flown by a simulated drone (docs/reference/planner-commander.md#5 and #6.5)."""
 
 import math
 from pathlib import Path

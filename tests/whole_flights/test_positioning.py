@@ -1,4 +1,4 @@
-"""Hovering on every positioning system, with the errors that it has in a room (vehicle dossier section 10)."""
+"""Hovering on every positioning system, with the errors that it has in a room (docs/reference/vehicle.md#10)."""
 
 import numpy as np
 import pytest
@@ -104,7 +104,7 @@ def test_every_third_reading_may_be_lost(positioning):
 
 
 def test_reflections_do_not_reach_the_position():
-    """The filter's gate lets in what is within 5 cm once it has settled (estimators dossier 6.3)."""
+    """The filter's gate lets in what is within 5 cm once it has settled (docs/reference/estimators.md#6.3)."""
     clean, _, _ = hover("lighthouse", lighthouse_outlier=0.0)
     dirty, _, _ = hover("lighthouse", lighthouse_outlier=0.02)
     assert np.abs(dirty.mean(axis=0) - clean.mean(axis=0)).max() < 0.02

@@ -1,7 +1,7 @@
 """Who may fly, and for how long: time lines of commander and supervisor through a whole world.
 
-planner-commander dossier sections 7.4, 8.2, 14.2, 14.6 and 18 (quirks 1 and 6), control-pid dossier section 11,
-crtp-cflib dossier sections 7, 12 and 15.
+docs/reference/planner-commander.md#7.4, #8.2, #14.2, #14.6 and #18 (quirks 1 and 6), docs/reference/control-pid.md#11,
+docs/reference/crtp-cflib.md#7, #12 and #15.
 """
 
 import struct
@@ -59,7 +59,7 @@ def fresh_world(platform="cf2"):
 
 @pytest.mark.parametrize(("gap_ms", "sag_mm"), [(0, 0), (20, 68), (50, 137), (100, 270)])
 def test_vehicle_sags_between_a_relax_and_the_next_command(gap_ms, sag_mm):
-    """planner-commander dossier 8.2: null setpoints until a high-level command arrives."""
+    """docs/reference/planner-commander.md#8.2: null setpoints until a high-level command arrives."""
     world, drone = streaming(hold_position)
     height = drone.true_position[2]
     drone.commander.send_notify_setpoint_stop()
@@ -71,14 +71,14 @@ def test_vehicle_sags_between_a_relax_and_the_next_command(gap_ms, sag_mm):
 
 @pytest.mark.parametrize("command", [hold_position, hold_height])
 def test_change_of_mode_costs_the_vertical_integral(command):
-    """control-pid dossier 11: 35 to 50 mm of height, back after about 2 s."""
+    """docs/reference/control-pid.md#11: 35 to 50 mm of height, back after about 2 s."""
     world, drone = streaming(command)
     other = hold_height if command is hold_position else hold_position
     height = drone.true_position[2]
     times, z = record(world, 4.0, lambda: drone.true_position[2], lambda: other(drone))
     assert 35.0 <= 1000 * (height - z.min()) <= 50.0
     back = times[np.flatnonzero(np.abs(z - height) > 0.01)[-1]]
-    # to within 10 mm, which the dossier does not say: 2.1 to 2.3 s over six seeds, to the planner's mode 2.3 to 2.5 s
+    # to within 10 mm, which the reference does not say: 2.1 to 2.3 s over six seeds, to the planner's mode 2.3 to 2.5 s
     assert back == pytest.approx(2.0, abs=0.5)
 
 
@@ -92,7 +92,7 @@ def test_equal_modes_cost_nothing():
 
 
 def test_high_level_command_under_low_level_setpoints_is_lost():
-    """planner-commander dossier 8.2, "the other order does not work"."""
+    """docs/reference/planner-commander.md#8.2, "the other order does not work"."""
     world, drone = streaming(hold_position, settle=1.0)
     drone.high_level_commander.go_to(1.0, 0.0, 1.0, 0.0, 2.0)
     world.step(10)
@@ -107,7 +107,7 @@ def test_high_level_command_under_low_level_setpoints_is_lost():
 
 
 def test_late_relax_takes_a_hidden_plan_up_in_its_middle():
-    """planner-commander dossier 8.2: a step to wherever the polynomial of the take-off has got to."""
+    """docs/reference/planner-commander.md#8.2: a step to wherever the polynomial of the take-off has got to."""
     world, drone = fresh_world()
     world.wait_until_ready()
     drone.commander.send_stop_setpoint()
@@ -126,7 +126,10 @@ def test_late_relax_takes_a_hidden_plan_up_in_its_middle():
 
 
 def test_silence_levels_out_then_falls_then_locks():
-    """planner-commander dossier 18, quirk 1: the first multiples of 40 ms after 0.5 s and after 2.0 s, then 40 ms."""
+    """The first multiples of 40 ms after 0.5 s and after 2.0 s, then 40 ms.
+
+    docs/reference/planner-commander.md#18, quirk 1.
+    """
     world, drone = streaming(hold_position)
     height = drone.true_position[2]
     hold_position(drone)
@@ -148,7 +151,7 @@ def test_silence_levels_out_then_falls_then_locks():
 
 
 def test_level_out_ends_with_the_next_setpoint():
-    """planner-commander dossier 14.5: from "Warning, level out" back to "Flying"."""
+    """docs/reference/planner-commander.md#14.5: from "Warning, level out" back to "Flying"."""
     world, drone = streaming(hold_height, settle=2.0)
     world.run(1.5)
     assert drone.supervisor_state == "Warning, level out"
@@ -159,7 +162,7 @@ def test_level_out_ends_with_the_next_setpoint():
 
 
 def test_setpoints_five_times_a_second_are_enough():
-    """crtp-cflib dossier 15: the rhythm of cflib's MotionCommander."""
+    """docs/reference/crtp-cflib.md#15: the rhythm of cflib's MotionCommander."""
     world, drone = streaming(hold_height, settle=1.0)
     for _ in range(25):
         hold_height(drone)
@@ -174,7 +177,10 @@ TAKEOFF = bytes.fromhex("07 00 0000003F 00000000 01 0000803F")  # to 0.5 m in 1 
 
 
 def test_second_client_of_one_boot_finds_a_drone_that_does_not_obey():
-    """planner-commander dossier 18, quirk 1: the last packet of a client raises the priority, and nobody relaxes it."""
+    """The last packet of a client raises the priority, and nobody relaxes it.
+
+    docs/reference/planner-commander.md#18, quirk 1.
+    """
     world, drone = fresh_world()
     world.wait_until_ready()
     drone.receive_packet(3, 0, CLOSE_LINK)
@@ -196,7 +202,10 @@ def test_second_client_of_one_boot_finds_a_drone_that_does_not_obey():
 
 
 def test_preflight_timeout_takes_the_motors_away_for_80_ms():
-    """planner-commander dossier 14.6: an auto-armed vehicle that waits for 30 s on the floor is armed anew."""
+    """An auto-armed vehicle that waits for 30 s on the floor is armed anew.
+
+    docs/reference/planner-commander.md#14.6.
+    """
     world, drone = fresh_world()
     world.wait_until_ready()
     world.run(30.0 + 1.4 - world.time)
@@ -214,7 +223,10 @@ def test_preflight_timeout_takes_the_motors_away_for_80_ms():
 
 @pytest.mark.parametrize("platform", ["cf2", "cf21bl"])
 def test_landed_vehicle_disarms_after_its_time(platform):
-    """planner-commander dossier 14.2 and 14.5: landed 2 s after the last thrust, at rest 3 s later; brushed rearm."""
+    """Landed 2 s after the last thrust, at rest 3 s later; brushed rearm.
+
+    docs/reference/planner-commander.md#14.2 and #14.5.
+    """
     world, drone = fresh_world(platform)
     world.wait_until_ready()
     drone.high_level_commander.takeoff(0.4, 1.0)
@@ -239,7 +251,10 @@ def test_landed_vehicle_disarms_after_its_time(platform):
 
 
 def test_landing_cuts_the_motors_at_its_end_whatever_the_height():
-    """planner-commander dossier 7.4 and 18, quirk 6: within 10 ms, and a landing to 0.4 m drops the vehicle."""
+    """Within 10 ms, and a landing to 0.4 m drops the vehicle.
+
+    docs/reference/planner-commander.md#7.4 and #18, quirk 6.
+    """
     world = reference_world()
     drone = hovering(world, settle=4.0)
     drone.high_level_commander.land(0.4, 2.0)
@@ -257,7 +272,10 @@ def test_landing_cuts_the_motors_at_its_end_whatever_the_height():
 
 @pytest.mark.parametrize(("port", "channel"), [(6, 1), (9, 1)])
 def test_watchdog_stops_a_second_after_its_last_notification(port, channel):
-    """planner-commander dossier 14.2, crtp-cflib dossier 7 and 14; the byte is the same on both ports."""
+    """The byte is the same on both ports.
+
+    docs/reference/planner-commander.md#14.2, docs/reference/crtp-cflib.md#7 and #14.
+    """
     world, drone = fresh_world()
     world.wait_until_ready()
     drone.high_level_commander.takeoff(0.5, 1.0)
@@ -287,7 +305,10 @@ def stop_by_parameter(drone):
     ids=["port 6", "port 9", "call", "stabilizer.stop"],
 )
 def test_emergency_stop_latches_until_a_reboot(stop):
-    """control-pid dossier 4, planner-commander dossier 14.2, crtp-cflib dossier 7 and 14."""
+    """Only a reboot undoes it.
+
+    docs/reference/control-pid.md#4, docs/reference/planner-commander.md#14.2, docs/reference/crtp-cflib.md#7 and #14.
+    """
     world, drone = fresh_world()
     world.wait_until_ready()
     drone.high_level_commander.takeoff(0.5, 1.0)
@@ -310,7 +331,10 @@ def test_emergency_stop_latches_until_a_reboot(stop):
 
 
 def test_fallen_drone_crashes_and_recovers_by_packets():
-    """planner-commander dossier 14.3, 14.5 and 14.10: 100 ms upside down, then only an upright one recovers."""
+    """100 ms upside down, then only an upright one recovers.
+
+    docs/reference/planner-commander.md#14.3, #14.5 and #14.10.
+    """
     world, drone = fresh_world()
     world.wait_until_ready()
     drone.high_level_commander.takeoff(0.3, 1.0)
@@ -336,7 +360,7 @@ def test_fallen_drone_crashes_and_recovers_by_packets():
 
 
 def test_bitfield_of_a_flight():
-    """crtp-cflib dossier 7, planner-commander dossier 14.7."""
+    """docs/reference/crtp-cflib.md#7, docs/reference/planner-commander.md#14.7."""
     world, drone = fresh_world("cf21bl")
 
     def bits():
@@ -362,7 +386,7 @@ def test_bitfield_of_a_flight():
 
 
 def test_manual_setpoint_scales_its_percents_as_cflib_does():
-    """crtp-cflib dossier 12: 10001 counts and 499.99 for each percent."""
+    """docs/reference/crtp-cflib.md#12: 10001 counts and 499.99 for each percent."""
     _, drone = fresh_world()
     for percent, counts in [(0, 10001), (50, 35000), (100, 60000)]:
         drone.commander.send_setpoint_manual(0.0, 0.0, 0.0, percent, False)

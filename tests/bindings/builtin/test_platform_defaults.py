@@ -1,4 +1,4 @@
-"""Facts, gains and limits of a platform (control-pid dossier section 12, control-geometric dossier section 5)."""
+"""Facts, gains and limits of a platform (docs/reference/control-pid.md#12, docs/reference/control-geometric.md#5)."""
 
 import numpy as np
 import pytest
@@ -125,7 +125,7 @@ def test_an_unknown_platform_has_no_defaults():
     assert lib.cf_platform_defaults(lib.CF_PLATFORM_COUNT) == ffi.NULL
 
 
-# control-pid dossier section 12, "Physical constants": 2.1+ propellers, and the brushless
+# docs/reference/control-pid.md#12, "Physical constants": 2.1+ propellers, and the brushless
 CONSTANTS = {
     "cf2": {
         "mass": 0.029,
@@ -155,8 +155,8 @@ CONSTANTS = {
 
 
 @pytest.mark.parametrize("platform", PLATFORMS)
-def test_platform_has_the_constants_of_the_dossier(platform):
-    """control-pid dossier 12; the low-battery limits stand in its table of limits."""
+def test_platform_has_the_constants_of_the_reference(platform):
+    """docs/reference/control-pid.md#12; the low-battery limits stand in its table of limits."""
     facts = lib.cf_platform_facts(platform)
     expected = CONSTANTS[ffi.string(facts.name).decode()]
     found = {name: getattr(facts.thrust if hasattr(facts.thrust, name) else facts, name) for name in expected}
@@ -164,8 +164,8 @@ def test_platform_has_the_constants_of_the_dossier(platform):
 
 
 @pytest.mark.parametrize(("platform", "counts"), [(lib.CF_PLATFORM_CF2, 38800), (lib.CF_PLATFORM_CF21BL, 31600)])
-def test_hover_takes_the_counts_of_the_dossier(platform, counts):
-    """control-pid dossier 12, "Hover check"; the base thrust of the platform is a guess of it."""
+def test_hover_takes_the_counts_of_the_reference(platform, counts):
+    """docs/reference/control-pid.md#12, "Hover check"; the base thrust of the platform is a guess of it."""
     facts = lib.cf_platform_facts(platform)
     hover = facts.mass * 9.81 / 4 / facts.thrust.thrust_max * 65535
     assert hover == pytest.approx(counts, abs=50)
@@ -173,7 +173,7 @@ def test_hover_takes_the_counts_of_the_dossier(platform, counts):
 
 
 def test_idle_duty_is_less_than_the_least_thrust_that_is_commanded():
-    """control-pid dossier 13: 7000 on the brushless is 10.7 % of the supply, 0.45 V and 0.006 N at 4.2 V."""
+    """docs/reference/control-pid.md#13: 7000 on the brushless is 10.7 % of the supply, 0.45 V and 0.006 N at 4.2 V."""
     facts = lib.cf_platform_facts(lib.CF_PLATFORM_CF21BL)
     curve = facts.thrust
     duty = lib.cf_platform_defaults(lib.CF_PLATFORM_CF21BL).idle_thrust / 65535

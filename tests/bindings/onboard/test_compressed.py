@@ -1,4 +1,4 @@
-"""Estimate and setpoint in whole numbers (control-pid dossier 16)."""
+"""Estimate and setpoint in whole numbers (docs/reference/control-pid.md#16)."""
 
 import numpy as np
 import pytest

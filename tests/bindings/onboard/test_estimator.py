@@ -1,4 +1,4 @@
-"""The estimator task around a provider (estimators dossier 8, 9, 14, 17 M and 18)."""
+"""The estimator task around a provider (docs/reference/estimators.md#8, #9, #14, #17.M and #18)."""
 
 import math
 
@@ -118,7 +118,7 @@ def task(provider):
     return Task(provider, 1000)
 
 
-# dossier 17 M: tick, position, velocity, roll pitch yaw (deg), P_X, P_PZ, P_D2
+# docs/reference/estimators.md#17.M: tick, position, velocity, roll pitch yaw (deg), P_X, P_PZ, P_D2
 TIMING = [
     (1001, (0, 0, -4.90500088e-6), (0, 0, -0.00980998203), (0, 0, 0), (100, 1.00999998e-4, 1.00009995e-4)),
     (1002, (0, 0, -4.90500088e-6), (0, 0, -0.00980998203), (0, 0, 0), (100, 1.01999998e-4, 1.00019992e-4)),
@@ -169,7 +169,7 @@ TIMING = [
         (0.0964435115, 0.194085315, 0.300986648),
         (-0.0622405484, -0.065995425, 0.0151191475),
         (1.52117896, 2.6744442, 6.53664017),
-        # the dossier prints 5.65544456e-6 for P_X; this filter and the dense twin of it both get 5.65554456e-6
+        # the reference prints 5.65544456e-6 for P_X; this filter and the dense twin of it both get 5.65554456e-6
         (5.65554456e-6, 3.02607892e-4, 1.41536452e-6),
     ),
 ]
@@ -310,7 +310,7 @@ def test_state_out_of_bounds_restarts_the_filter_in_the_next_loop(task):
 
 
 def test_a_filter_booted_long_before_its_first_loop_falls_and_restarts_once(provider):
-    """Dossier 18.1: started at tick 0, first loop at 1513."""
+    """docs/reference/estimators.md#18.1: started at tick 0, first loop at 1513."""
     task = Task(provider, 0)
     task.now_ms = 1512
     task.run()
@@ -499,7 +499,7 @@ def test_task_of_the_kalman_filter_stands_still_while_the_other_flies(task):
 
 
 def test_kalman_filter_starts_anew_when_it_is_selected_again(task):
-    """Dossier 8.1 and 18.1: the first loop predicts over no time, with averages of nothing."""
+    """docs/reference/estimators.md#8.1 and #18.1: the first loop predicts over no time, with averages of nothing."""
     task.gyro(30.0, 0, 0)
     task.run()
     task.provider.kalman.core.S[0] = 3.0

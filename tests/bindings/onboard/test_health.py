@@ -1,4 +1,7 @@
-"""The health tests, step by step (planner-commander dossier section 15; times of control-pid dossier section 12)."""
+"""The health tests, step by step.
+
+docs/reference/planner-commander.md#15; times of docs/reference/control-pid.md#12.
+"""
 
 import math
 
@@ -80,7 +83,7 @@ def test_a_request_in_flight_is_dropped():
 
 @pytest.mark.parametrize(("parameter", "is_heard"), [("startPropTest", True), ("startBatTest", False)])
 def test_the_accelerometer_is_heard_unfiltered_while_propellers_are_tested(parameter, is_heard):
-    """Estimators dossier 12.7: a low-pass at 500 Hz, and back to 30 Hz with empty delays afterwards."""
+    """docs/reference/estimators.md#12.7: a low-pass at 500 Hz, and back to 30 Hz with empty delays afterwards."""
     config, drone, motion = (ffi.new(f"cf_{kind} *") for kind in ("config_t", "t", "motion_t"))
     assert lib.cf_config_default(config, CF2) == lib.CF_OK
     config.vehicle.airframe.imu.noise_scale = config.vehicle.airframe.imu.bias_scale = 0.0

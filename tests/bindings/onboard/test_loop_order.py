@@ -1,6 +1,6 @@
 """One iteration after the other: which step does what, and in which order.
 
-control-pid dossier sections 3, 4 and 14, planner-commander dossier sections 8.5 and 14.6.
+docs/reference/control-pid.md#3, #4 and #14, docs/reference/planner-commander.md#8.5 and #14.6.
 """
 
 import numpy as np
@@ -53,7 +53,7 @@ class Loop(Bench):
 
 
 def test_step_one_runs_at_tick_1513():
-    """control-pid dossier 4, "Start": the step is not the tick."""
+    """docs/reference/control-pid.md#4, "Start": the step is not the tick."""
     loop = Loop()
     loop.rest(FIRST_TICK - 1)
     assert loop.cf.onboard.step == 0  # calibrated by now
@@ -65,7 +65,7 @@ def test_step_one_runs_at_tick_1513():
 
 
 def test_filter_has_fallen_for_one_and_a_half_seconds_and_restarts_once():
-    """estimators dossier 18.1, whose number is that of a first loop at tick 1513."""
+    """docs/reference/estimators.md#18.1, whose number is that of a first loop at tick 1513."""
     loop = Loop(choosing(lib.CF_POSITIONING_NONE, lib.StateEstimatorTypeKalman))
     loop.run_to(1)
     assert loop.log("kalman.stateZ") == pytest.approx(-11.23, abs=0.005)
@@ -75,7 +75,10 @@ def test_filter_has_fallen_for_one_and_a_half_seconds_and_restarts_once():
 
 
 def test_auto_arming_is_ready_at_step_120_and_motors_turn_from_121():
-    """planner-commander dossier 14.6; motors follow what was decided an iteration before (control-pid dossier 4)."""
+    """Motors follow what was decided an iteration before.
+
+    docs/reference/planner-commander.md#14.6, docs/reference/control-pid.md#4.
+    """
     loop = Loop()
     loop.run_to(1)
     states = {}
@@ -90,7 +93,7 @@ def test_auto_arming_is_ready_at_step_120_and_motors_turn_from_121():
 
 
 def test_high_level_commands_are_let_in_from_step_121():
-    """planner-commander dossier 14.6."""
+    """docs/reference/planner-commander.md#14.6."""
     loop = Loop()
     takeoff = lambda: lib.cf_takeoff(loop.cf, 1.0, 2.0, 0.0, True)
     loop.run_to(120)
@@ -100,7 +103,7 @@ def test_high_level_commands_are_let_in_from_step_121():
 
 
 def test_required_arming_takes_effect_at_the_next_multiple_of_40():
-    """planner-commander dossier 14.6."""
+    """docs/reference/planner-commander.md#14.6."""
     loop = Loop(brushless)
     loop.run_to(201)
     assert loop.state == PASSED
@@ -110,14 +113,17 @@ def test_required_arming_takes_effect_at_the_next_multiple_of_40():
     loop.run_to(240)
     assert loop.state == READY
     loop.run_to(241)
-    assert loop.motors == [7000] * 4  # the idle floor of an armed brushless (control-pid dossier 13)
+    assert loop.motors == [7000] * 4  # the idle floor of an armed brushless (docs/reference/control-pid.md#13)
 
 
 # ---------------------------------------------------------------- rates
 
 
 def test_planner_speaks_at_multiples_of_ten_also_when_idle():
-    """control-pid dossier 3, planner-commander dossier 7.4: null setpoints keep the commander fresh."""
+    """Null setpoints keep the commander fresh.
+
+    docs/reference/control-pid.md#3, docs/reference/planner-commander.md#7.4.
+    """
     loop = Loop()
     onboard = loop.run_to(9)
     assert onboard.commander.priority == lib.COMMANDER_PRIORITY_DISABLE
@@ -128,7 +134,7 @@ def test_planner_speaks_at_multiples_of_ten_also_when_idle():
 
 
 def test_attitude_runs_at_even_steps_and_outputs_are_held_between():
-    """control-pid dossier 3 and 4: the control is kept from one iteration to the next."""
+    """docs/reference/control-pid.md#3 and #4: the control is kept from one iteration to the next."""
     loop = Loop()
     loop.run_to(130)
     outputs = []
@@ -143,7 +149,7 @@ def test_attitude_runs_at_even_steps_and_outputs_are_held_between():
 
 
 def test_position_runs_at_multiples_of_ten():
-    """control-pid dossier 3 and 11: a height that is asked for after step 120 is flown from step 130 on."""
+    """docs/reference/control-pid.md#3 and #11: a height that is asked for after step 120 is flown from step 130 on."""
     loop = Loop()
     loop.run_to(121)
     thrusts = {}
@@ -156,7 +162,7 @@ def test_position_runs_at_multiples_of_ten():
 
 
 def test_supervisor_looks_at_multiples_of_40():
-    """control-pid dossier 3."""
+    """docs/reference/control-pid.md#3."""
     loop = Loop()
     loop.run_to(121)
     lib.cf_emergency_stop(loop.cf)
@@ -172,7 +178,7 @@ def test_supervisor_looks_at_multiples_of_40():
 
 
 def test_stop_nulls_the_setpoint_at_once_and_the_motors_one_step_later():
-    """control-pid dossier 4: an armed brushless idles for one more iteration."""
+    """docs/reference/control-pid.md#4: an armed brushless idles for one more iteration."""
     loop = Loop(brushless)
     loop.run_to(201)
     loop.arm()
@@ -194,7 +200,7 @@ def test_stop_nulls_the_setpoint_at_once_and_the_motors_one_step_later():
 
 
 def test_estimate_of_the_filter_is_handed_out_one_step_later():
-    """control-pid dossier 4, step 5: the estimator's task runs behind the loop."""
+    """docs/reference/control-pid.md#4, step 5: the estimator's task runs behind the loop."""
     loop = Loop()
     loop.run_to(200)
     for _ in range(30):
@@ -207,7 +213,7 @@ def test_estimate_of_the_filter_is_handed_out_one_step_later():
 
 
 def test_setpoint_of_the_step_is_what_the_supervisor_judges():
-    """control-pid dossier 4, steps 9 and 10: a setpoint that is sent just before the update counts in it."""
+    """docs/reference/control-pid.md#4, steps 9 and 10: a setpoint that is sent just before the update counts in it."""
     loop = Loop()
     loop.run_to(121)
     loop.push()
@@ -223,7 +229,7 @@ def test_setpoint_of_the_step_is_what_the_supervisor_judges():
 
 
 def test_health_test_stands_in_for_the_iteration_and_stops_the_count_of_steps():
-    """control-pid dossier 4, step 3."""
+    """docs/reference/control-pid.md#4, step 3."""
     loop = Loop()
     onboard = loop.run_to(130)
     loop.set("health.startPropTest", 1)
@@ -234,7 +240,7 @@ def test_health_test_stands_in_for_the_iteration_and_stops_the_count_of_steps():
 
 
 def test_motor_commands_are_compensated_then_capped():
-    """control-pid dossier 4, "control motors", and 14: the cap works on duties."""
+    """docs/reference/control-pid.md#4, "control motors", and #14: the cap works on duties."""
     loop = Loop()
     loop.run_to(121)
     loop.push(60000)
@@ -247,7 +253,7 @@ def test_motor_commands_are_compensated_then_capped():
 
 
 def test_supply_voltage_is_filtered_while_motors_are_controlled():
-    """control-pid dossier 14: it starts at 4.2 V and takes a hundredth of the difference each time."""
+    """docs/reference/control-pid.md#14: it starts at 4.2 V and takes a hundredth of the difference each time."""
     loop = Loop()
     loop.cf.vehicle.battery.voltage = 3.7
     onboard = loop.run_to(120)

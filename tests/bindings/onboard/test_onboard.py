@@ -1,4 +1,7 @@
-"""What the loop adds around its modules: selection, barometer, log variables (control-pid dossier 4, 16 and 17)."""
+"""What the loop adds around its modules: selection, barometer, log variables.
+
+docs/reference/control-pid.md#4, #16 and #17.
+"""
 
 from __future__ import annotations
 
@@ -124,7 +127,7 @@ def test_barometer_reaches_queue_and_log_at_50_hz():
     for _ in range(1200):
         bench.rest(1)
         pressures.append(bench.log("baro.pressure"))
-    # the 20th sample after the start-up delay (estimators dossier 12.1)
+    # the 20th sample after the start-up delay (docs/reference/estimators.md#12.1)
     assert next(tick for tick, value in enumerate(pressures, 1) if value > 0) == 1020
     assert bench.log("baro.asl") == pytest.approx(2.0, abs=0.006)
     assert bench.log("baro.temp") == 25.0

@@ -1,4 +1,4 @@
-"""The table of the other drones (planner-commander dossier section 13)."""
+"""The table of the other drones (docs/reference/planner-commander.md#13)."""
 
 import pytest
 from hypothesis import given

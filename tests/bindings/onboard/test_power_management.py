@@ -1,4 +1,4 @@
-"""State and level of the battery, as clients see them (control-pid dossier section 12)."""
+"""State and level of the battery, as clients see them (docs/reference/control-pid.md#12)."""
 
 import pytest
 

@@ -1,4 +1,7 @@
-"""The sensor front end (estimators dossier 12): calibration, alignment, trim, filters, barometer, variables."""
+"""The sensor front end: calibration, alignment, trim, filters, barometer, variables.
+
+docs/reference/estimators.md#12.
+"""
 
 from __future__ import annotations
 
@@ -173,7 +176,7 @@ def test_trim_makes_a_tilted_accelerometer_level(pitch, roll):
 
 
 def test_trim_turns_about_x_then_about_y():
-    """Estimators dossier 12.6, written out."""
+    """docs/reference/estimators.md#12.6, written out."""
     pitch, roll = np.radians(10.0), np.radians(20.0)
     x, y, z = 0.3, -0.2, 0.9
     y, z = y * np.cos(roll) - z * np.sin(roll), y * np.sin(roll) + z * np.cos(roll)

@@ -1,4 +1,7 @@
-"""Time lines of the supervisor: arming, time-outs, tumbling, emergency stop (planner-commander dossier section 14)."""
+"""Time lines of the supervisor: arming, time-outs, tumbling, emergency stop.
+
+docs/reference/planner-commander.md#14.
+"""
 
 import math
 from dataclasses import dataclass, field

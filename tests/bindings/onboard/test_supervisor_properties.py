@@ -1,4 +1,4 @@
-"""What holds for the supervisor whatever happens to it (planner-commander dossier section 14)."""
+"""What holds for the supervisor whatever happens to it (docs/reference/planner-commander.md#14)."""
 
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,4 +1,4 @@
-"""The table of transitions and the rule that reads it (planner-commander dossier sections 14 and 17.1)."""
+"""The table of transitions and the rule that reads it (docs/reference/planner-commander.md#14 and #17.1)."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""Drag and the moment of forward flight against section 7 of the vehicle dossier."""
+"""Drag and the moment of forward flight against docs/reference/vehicle.md#7."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def test_flight_moment_is_on_by_default(make_config: Make, platform: str) -> Non
 
 
 def test_reference_config_is_plain_linear_drag(make_vehicle: Make, run: Make, wrench: Make) -> None:
-    """What the closed-loop table of control-pid dossier section 19 was computed with."""
+    """What the closed-loop table of docs/reference/control-pid.md#19 was computed with."""
 
     def change(config: Any) -> None:
         only(lib.CF_DRAG_LINEAR)(config)

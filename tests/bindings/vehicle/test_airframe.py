@@ -1,4 +1,4 @@
-"""The numbers of each platform against section 18 of the vehicle dossier."""
+"""The numbers of each platform against docs/reference/vehicle.md#18."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The barometer against estimators dossier 12.1 and 12.8 and vehicle dossier 10."""
+"""The barometer against docs/reference/estimators.md#12.1 and #12.8 and docs/reference/vehicle.md#10."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Make = Callable[..., Any]
 
 STEP = 0.0055  # m, what the last bit of 1 + h / 45869 m stands for in float32
 
-# pressure (mbar), height above sea level (m): estimators dossier 12.8
+# pressure (mbar), height above sea level (m): docs/reference/estimators.md#12.8
 HEIGHTS = [(1015.7, 0.0), (1013.25, 21.0815), (1000.0, 136.154)]
 
 
@@ -124,7 +124,7 @@ def shifts(make_config: Make, vibration: float, height: float, count: int = 40) 
     return np.array(found)
 
 
-def test_wash_on_the_floor_is_within_the_dossiers_range(make_config):
+def test_wash_on_the_floor_is_within_the_published_range(make_config):
     on_floor = shifts(make_config, 1.0, 0.0, count=200)
     assert on_floor.min() == pytest.approx(-0.3, abs=0.03)
     assert on_floor.max() == pytest.approx(0.5, abs=0.03)

@@ -1,4 +1,4 @@
-"""The cell against section 6 of the vehicle dossier."""
+"""The cell against docs/reference/vehicle.md#6."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ def test_noise_grows_with_the_rotors(make_config: Make, vibration: float, gyro_d
 
 
 def test_rest_noise_passes_the_still_calibration(make_config: Make) -> None:
-    """Estimators dossier section 12.3: the variance of 512 samples must stay below 100 steps^2."""
+    """docs/reference/estimators.md#12.3: the variance of 512 samples must stay below 100 steps^2."""
     assert sample(make_imu(make_config), count=512)[:, :3].var(axis=0).max() < 100 / 5
 
 

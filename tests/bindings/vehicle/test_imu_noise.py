@@ -1,4 +1,7 @@
-"""Noise of the inertial sensors against the data sheet: density, Allan deviation, drift, lines (vehicle dossier 10)."""
+"""Noise of the inertial sensors against the data sheet: density, Allan deviation, drift, lines.
+
+docs/reference/vehicle.md#10.
+"""
 
 from __future__ import annotations
 
@@ -95,7 +98,7 @@ def test_without_density_the_noise_is_white_and_no_smaller(make_config, density)
     assert abs(np.corrcoef(found[1:, 0], found[:-1, 0])[0, 1]) < 0.03
 
 
-def test_bias_walks_as_the_dossier_says_and_stays_within_its_leash(make_config):
+def test_bias_walks_as_the_reference_says_and_stays_within_its_leash(make_config):
     """0.003 deg/s and 0.05 mg after a second; forgotten after `drift_time`."""
     quiet = {"noise_scale": 0.0, "gyro_bias": 0.0, "acc_bias": 0.0, "gyro_scale_error": 0.0, "acc_scale_error": 0.0}
     # a hundred times as strong, so that the steps of the converter do not matter
@@ -149,7 +152,7 @@ def line_at(signal: np.ndarray, hertz: float) -> float:
 
 def test_lines_stand_at_the_speed_of_the_rotors_and_at_its_double(make_vehicle, run):
     samples, hertz = shaken(make_vehicle, run, acc=0.25, gyro=0.02)
-    assert hertz == pytest.approx(370, abs=15)  # vehicle dossier 14.1: rotor frequency in hover
+    assert hertz == pytest.approx(370, abs=15)  # docs/reference/vehicle.md#14.1: rotor frequency in hover
     growth = (60 * hertz / 22200) ** 2
     for axis, line in ((3, hertz), (4, hertz), (5, 2 * hertz)):
         # four rotors, all at one speed and in phase here

@@ -1,4 +1,4 @@
-"""Ranging chips against vehicle dossier section 10 and estimators dossier section 13.1."""
+"""Ranging chips against docs/reference/vehicle.md#10 and docs/reference/estimators.md#13.1."""
 
 from __future__ import annotations
 

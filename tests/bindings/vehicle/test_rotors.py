@@ -1,4 +1,4 @@
-"""Motors and propellers against the tables of the vehicle dossier, sections 1, 3, 4, 5 and 14."""
+"""Motors and propellers against the tables of docs/reference/vehicle.md#1, #3, #4, #5 and #14."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def bench(config: Any) -> None:
     config.airframe.battery.constant_voltage = 4.0
 
 
-# vehicle dossier section 3: thrust (N) at four motor voltages
+# docs/reference/vehicle.md#3: thrust (N) at four motor voltages
 THRUST = {
     "cf2": {3.0: 0.1128, 3.3: 0.1423, 3.6: 0.1790, 4.0: 0.2412},
     "cf21bl": {3.0: 0.1860, 3.3: 0.2206, 3.6: 0.2592, 4.0: 0.3176},
@@ -46,7 +46,7 @@ def test_steady_thrust_is_the_cubic_of_the_platform(make_config: Make, platform:
     assert lib.cf_rotor_steady_thrust(ffi.addressof(rotors), voltage) == pytest.approx(cubic(voltage), rel=2e-5)
 
 
-# control-pid dossier section 14: compensated duty at two supplies for a normalized thrust
+# docs/reference/control-pid.md#14: compensated duty at two supplies for a normalized thrust
 COMPENSATED = [
     ("cf2", 4.2, {7000: 12075, 10000: 14571, 20000: 23883, 30000: 32053, 36000: 35861, 50000: 42601, 65535: 48057}),
     ("cf2", 3.7, {7000: 13707, 10000: 16540, 20000: 27111, 30000: 36384, 36000: 40708, 50000: 48358, 65535: 54551}),
@@ -80,7 +80,7 @@ def test_thrust_and_speed_grow_with_voltage_from_zero(make_config: Make, platfor
     assert np.abs(np.diff(rpm)).max() < 100  # continuous, also where the line meets the curve
 
 
-# vehicle dossier section 14.1: thrust (N), voltage, duty at 3.7 V, rpm, rad/s, torque with the mixer's ratio (N m)
+# docs/reference/vehicle.md#14.1: thrust (N), voltage, duty at 3.7 V, rpm, rad/s, torque with the mixer's ratio (N m)
 HOVER = {
     "cf2": (0.0711, 2.40, 0.65, 22200, 2325, 5.0e-4),
     "cf21bl": (0.0964, 2.02, 0.55, 15150, 1586, 0.0964 * 0.0056927884),

@@ -73,7 +73,7 @@ def test_an_upload_may_end_with_the_memory(client):
     assert not upload(client, pieces(1), start_addr=4096 - 131)
 
 
-def test_the_dossier_s_bytes_of_a_compressed_trajectory(client):
+def test_captured_bytes_of_a_compressed_trajectory(client):
     start, segment = CompressedStart(0.0, 0.0, 1.0, 0.0), CompressedSegment(2.0, [], [1.0], [1.0, 2.0, 3.0], [0.1] * 7)
     assert upload(client, [start, segment])
     expected = "0000 0000 E803 0000 E4 D007 E803 E803 D007 B80B" + " 3900" * 7

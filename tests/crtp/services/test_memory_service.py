@@ -58,7 +58,7 @@ def test_a_drone_has_the_memories_of_its_decks_in_a_fixed_order(name):
     assert answer(service, INFO, b"\x01") == bytes((1, len(types)))
 
 
-def test_details_are_those_of_the_dossier(service):
+def test_details_are_those_of_the_reference(service):
     number = number_of(service, MemoryType.TRAJECTORY)
     assert answer(service, INFO, bytes((2, number))) == bytes((2, number, 0x12)) + bytes.fromhex("00100000") + bytes(8)
 

@@ -100,7 +100,7 @@ def lay_out(
 
     Args:
         folder: where the root of the checkout shall be.
-        release: one of RELEASES. They differ as the dossiers say that the firmware's did.
+        release: one of RELEASES. They differ as docs/reference/upstream-shape.md#7.2 says that the firmware's did.
         setup_py: one of SETUP_PY, the form of bindings/setup.py.
         cmsis: whether the nested submodule vendor/CMSIS is there; its empty folder is in any case.
         git: whether to make it a repository with one commit, tagged with the release.

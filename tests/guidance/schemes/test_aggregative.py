@@ -1,4 +1,4 @@
-"""Surveillance of a target: counts of the dossier, pace, references, and what happens when somebody is gone."""
+"""Surveillance of a target: pace, references, what happens when somebody is gone (docs/reference/crazychoir.md#23)."""
 
 import numpy as np
 import pytest

@@ -10,7 +10,7 @@ from crazychoir_fw.guidance.schemes import DeliveryTable, PositionTaskTable
 from crazychoir_fw.guidance.schemes.delivery import DeliveryRequest
 from crazychoir_fw.guidance.schemes.tasks.dispatch_table import LABELS_SKIPPED
 
-FIRST = [  # features dossier section 23
+FIRST = [  # docs/reference/crazychoir.md#23
     (2.802179, 0.283393, {3, 5}),
     (-1.482106, -0.391251, {1, 4}),
     (-2.946083, -0.680572, {0, 2}),

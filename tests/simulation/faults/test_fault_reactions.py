@@ -1,7 +1,7 @@
-"""Estimator, commander and supervisor meet faults as the dossiers say.
+"""Estimator, commander and supervisor meet faults as the reference says.
 
-planner-commander dossier 8.3, 14.2, 14.3, 14.5; estimators dossier 7, 8.2, 12.3, 18; vehicle dossier 6, 14.2; control
-dossier 12.
+docs/reference/planner-commander.md#8.3, #14.2, #14.3, #14.5; docs/reference/estimators.md#7, #8.2, #12.3, #18;
+docs/reference/vehicle.md#6, #14.2; docs/reference/control-pid.md#12.
 """
 
 import math
@@ -274,7 +274,7 @@ def test_planned_flight_goes_on_without_radio(hovering):
 
 @pytest.mark.parametrize(("platform", "limit"), [("cf2", 3.2), ("cf21bl", 3.35)])
 def test_low_battery_is_told_after_five_seconds(platform, limit):
-    """control dossier 12: below 3.2 V (3.35 V) for 5 s; pm.state 3 is low power."""
+    """docs/reference/control-pid.md#12: below 3.2 V (3.35 V) for 5 s; pm.state 3 is low power."""
     world = World([DroneConfig("cf1", platform=platform)], seed=1, visuals=False)
     drone = world.drones[0]
     world.wait_until_ready()
@@ -293,7 +293,7 @@ def test_low_battery_is_told_after_five_seconds(platform, limit):
 
 
 def test_empty_battery_ends_the_flight(hovering):
-    """vehicle dossier 6: what is left below zero charge does not carry the drone."""
+    """docs/reference/vehicle.md#6: what is left below zero charge does not carry the drone."""
     world = hovering()
     drone = world.drones[0]
     world.add_fault(BatteryFault(at=world.time, charge=0.0))
@@ -375,7 +375,10 @@ def test_kick_off_the_center_turns_the_drone(hovering):
 
 
 def test_gust_pushes_as_drag_does_and_passes(hovering, follow):
-    """vehicle dossier 7: acceleration drag v / m at its height; the drone leans into the wind and comes back."""
+    """Acceleration drag v / m at its height; the drone leans into the wind and comes back.
+
+    docs/reference/vehicle.md#7.
+    """
     world = hovering()
     drone = world.drones[0]
     world.add_fault(Gust(at=world.time, velocity=(3.0, 0.0, 0.0), duration=1.0))

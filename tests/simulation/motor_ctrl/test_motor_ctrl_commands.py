@@ -191,7 +191,7 @@ def test_a_controller_that_ignores_these_setpoints_is_refused(cls, controller):
 
 
 def test_a_plan_that_the_reset_after_a_landing_would_drop_is_refused():
-    """planner-commander dossier 14.3: Landed becomes Reset after 3 s, unless motors turn by then."""
+    """docs/reference/planner-commander.md#14.3: Landed becomes Reset after 3 s, unless motors turn by then."""
     world, control = flown_by(MotorCtrlXYZ)
     control.command(0.0, 0.0, 0.5, 1.0)
     world.run(2.0)
@@ -218,7 +218,10 @@ def test_a_plan_that_the_reset_after_a_landing_would_drop_is_refused():
 
 @pytest.mark.parametrize("wait_ms", range(-60, 140, 10))
 def test_no_plan_is_lost_to_the_reset_of_who_waits_on_the_floor(wait_ms):
-    """planner-commander dossier 14.6: 30 s after it became ready, a drone cannot be commanded for some 80 ms."""
+    """30 s after it became ready, a drone cannot be commanded for some 80 ms.
+
+    docs/reference/planner-commander.md#14.6.
+    """
     world, control = flown_by(MotorCtrlXYZ)
     supervisor = control.drone.struct.onboard.supervisor
     supervisor.prefltTimeout = 1000

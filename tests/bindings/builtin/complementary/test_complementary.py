@@ -1,4 +1,7 @@
-"""The complementary estimator: rates, what it writes, variables (estimators dossier 10.1, 14.3 and 14.4)."""
+"""The complementary estimator: rates, what it writes, variables.
+
+docs/reference/estimators.md#10.1, #14.3 and #14.4.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Height and climb rate without a Kalman filter (estimators dossier 10.3, check vector L)."""
+"""Height and climb rate without a Kalman filter (docs/reference/estimators.md#10.3, #17.L)."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_ages_of_ranges_survive_the_end_of_the_clock():
 
 
 def test_a_tick_below_50_takes_the_empty_range_for_useful():
-    """Dossier 18.8: the onboard loop starts much later, so that this never happens in a drone."""
+    """docs/reference/estimators.md#18.8: the onboard loop starts much later, so that this never happens in a drone."""
     altitude = Altitude()
     altitude.step(50, asl=100.0)
     assert altitude.struct.is_surface_following

@@ -1,4 +1,4 @@
-"""Mahony's and Madgwick's filters (estimators dossier 10.2, check vectors K)."""
+"""Mahony's and Madgwick's filters (docs/reference/estimators.md#10.2, #17.K)."""
 
 from __future__ import annotations
 
@@ -102,20 +102,20 @@ def test_starting_marks_the_filter_and_keeps_its_attitude():
 
 
 def test_madgwick_turns_57_times_too_fast():
-    """Dossier 10.2: 2 s at (20, -10, 30) deg/s end at (-23, -3, -34) deg."""
+    """docs/reference/estimators.md#10.2: 2 s at (20, -10, 30) deg/s end at (-23, -3, -34) deg."""
     fusion = Fusion(MADGWICK).update((20.0, -10.0, 30.0), (0.0, 0.0, 1.0), times=500)
     np.testing.assert_allclose(fusion.rpy, [-23, -3, -34], atol=0.5)
 
 
 def test_madgwick_told_radians_turns_as_it_should():
-    """Dossier 10.2: (26, 35, 55) deg instead, which is what the gyroscope alone gives."""
+    """docs/reference/estimators.md#10.2: (26, 35, 55) deg instead, which is what the gyroscope alone gives."""
     radians = np.radians((20.0, -10.0, 30.0))
     fusion = Fusion(MADGWICK).update(radians, (0.0, 0.0, 0.0), times=500)
     np.testing.assert_allclose(fusion.rpy, [26, 35, 55], atol=0.5)
 
 
 def test_norm_stays_within_six_millionths_over_5000_noisy_updates():
-    """Dossier 10.2: 0.998307 to 0.998313."""
+    """docs/reference/estimators.md#10.2: 0.998307 to 0.998313."""
     rng, fusion, norms = np.random.default_rng(1), Fusion(), []
     for _ in range(5000):
         fusion.update(rng.normal(size=3) * 100.0, [0.0, 0.0, 1.0] + rng.normal(size=3) * 0.1)
@@ -132,7 +132,7 @@ def test_madgwick_finds_gravity_at_rest():
 
 @given(st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-0.5, 0.5), st.floats(-300, 300))
 def test_norm_is_what_the_fast_square_root_leaves(x, y, z, rate):
-    """Dossier 10.2: the stored norm is 0.998307 to 0.998313, whatever the motion."""
+    """docs/reference/estimators.md#10.2: the stored norm is 0.998307 to 0.998313, whatever the motion."""
     fusion = Fusion().update((rate, -rate, rate), (x, y, z), times=20)
     assert 0.99830 < np.linalg.norm(fusion.wxyz) < 0.99832
 
@@ -147,7 +147,10 @@ def test_tilt_at_rest_is_found(roll, pitch):
 
 @pytest.mark.parametrize(("pitch", "lost"), [(20, 0.07), (35, 0.14), (90, 4.7)])
 def test_told_pitch_is_a_little_smaller_than_that_of_the_quaternion(pitch, lost):
-    """Dossier 10.2: asin(0.99662 sin), 0.07 deg less at 20 deg, 0.14 at 35, and 85.3 deg at most."""
+    """The pitch is asin(0.99662 sin), 0.07 deg less at 20 deg, 0.14 at 35, and 85.3 deg at most.
+
+    docs/reference/estimators.md#10.2.
+    """
     fusion = Fusion()
     w, y = np.cos(np.radians(pitch) / 2), -np.sin(np.radians(pitch) / 2)
     fusion.struct.qw, fusion.struct.qy = w, y

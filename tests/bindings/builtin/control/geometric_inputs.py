@@ -13,7 +13,7 @@ DISABLE, ABS, VELOCITY = lib.modeDisable, lib.modeAbs, lib.modeVelocity
 MODE_NAMES = ("x", "y", "z", "roll", "pitch", "yaw", "quat")
 
 IDENTITY = (0.0, 0.0, 0.0, 1.0)
-# rpy2quat(0.1, -0.2, 0.5), which the control-geometric dossier calls qa
+# rpy2quat(0.1, -0.2, 0.5), which docs/reference/control-geometric.md#13.1 calls qa
 QA = (0.0728518292, -0.0843056813, 0.250694811, 0.961632609)
 QA_YAW = lib.degrees(0.5)
 ZERO = (0.0, 0.0, 0.0, 0.0)

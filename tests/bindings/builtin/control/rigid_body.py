@@ -1,6 +1,6 @@
 """A rigid body on four motors, for tests that close the loop around one controller: true state, nothing else.
 
-The plant of section 16 of the control-geometric dossier: double precision, diagonal inertia of Lee, motor force = lag
+The plant of docs/reference/control-geometric.md#16: double precision, diagonal inertia of Lee, motor force = lag
 of first order behind the duty, torques with the signs of the force-torque mixer, 1 kHz.
 """
 

@@ -1,4 +1,4 @@
-"""Attitude and rate loops (control-pid dossier sections 9 and 17)."""
+"""Attitude and rate loops (docs/reference/control-pid.md#9 and #17)."""
 
 import numpy as np
 import pytest

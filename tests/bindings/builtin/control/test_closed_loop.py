@@ -1,4 +1,4 @@
-"""Four controllers around an ideal rigid body: control-geometric dossier section 16, and quirk 17 of section 14.
+"""Four controllers around an ideal rigid body: docs/reference/control-geometric.md#16 and #14.17.
 
 What the sensors, the Kalman filter, the battery and drag add is flown in tests/whole_flights.
 """
@@ -91,7 +91,7 @@ def follow_figure8(body: RigidBody, slowed: float = 1.0) -> NDArray[np.float64]:
     return np.array(errors)
 
 
-# Brescianini at half speed is 11.8 mm here; the dossier says 22, which nothing in its text explains.
+# Brescianini at half speed is 11.8 mm here; the reference says 22, which nothing in its text explains.
 TRACKING = [
     (Mellinger, 1.0, 7.5),
     (Mellinger, 2.0, 6.0),
@@ -141,7 +141,7 @@ def test_section_16_hover_is_where_it_should_be(controller, least, most):
     assert np.hypot(x, y) < 1e-4
 
 
-# Mass the controller believes in, mass of the plant, thrust of one motor (N), offset (mm). The dossier has these after
+# Mass the controller believes in, mass of the plant, thrust of one motor (N), offset (mm). The page has these after
 # 5 s of hover; here they are a quarter larger then, because the integral takes kp_z / ki_z = 25 s, and agree at 12 s.
 OFFSETS = [(0.029, 0.029, 0.12, -5.0), (0.027, 0.027, 0.1125, -15.0), (0.027, 0.029, 0.12, -13.0)]
 

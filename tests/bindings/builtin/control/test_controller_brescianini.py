@@ -1,4 +1,4 @@
-"""The controller of Brescianini: control-geometric dossier sections 7, 12 and 13.3 (new quaternion product)."""
+"""The controller of Brescianini: docs/reference/control-geometric.md#7, #12 and #13.3 (new quaternion product)."""
 
 import math
 
@@ -131,7 +131,7 @@ def test_upstream_test_hovers_without_torque():
 
 
 def test_hover_thrust_of_29_grams():
-    """Cffirmware-api dossier section 11."""
+    """docs/reference/cffirmware-api.md#11."""
     flight = Flight(mass=0.029)
     flight.step()
     assert flight.control.thrustSi == pytest.approx(0.28449, rel=1e-5)

@@ -1,4 +1,4 @@
-"""The INDI controller: control-geometric dossier sections 8 to 10, 13.5 and 13.6."""
+"""The INDI controller: docs/reference/control-geometric.md#8 to #10, #13.5 and #13.6."""
 
 import math
 

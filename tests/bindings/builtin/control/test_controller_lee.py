@@ -1,4 +1,4 @@
-"""The Lee controller: control-geometric dossier sections 11, 12, 13.4 and 13.6."""
+"""The Lee controller: docs/reference/control-geometric.md#11, #12, #13.4 and #13.6."""
 
 import math
 
@@ -52,7 +52,7 @@ LOGS = [
 
 
 class Flight:
-    """A controller of a vehicle of 27 g, as the dossier's tables have it, and the control it writes."""
+    """A controller of a vehicle of 27 g, as the reference's tables have it, and the control it writes."""
 
     def __init__(self, mass=0.027):
         self.lee = ffi.new("controllerLee_t *")

@@ -1,4 +1,4 @@
-"""The Mellinger controller: control-geometric dossier sections 6, 12, 13.2 and 13.6, version B (release 2026.08)."""
+"""The Mellinger controller, version B (release 2026.08): docs/reference/control-geometric.md#6, #12, #13.2, #13.6."""
 
 import math
 
@@ -49,7 +49,7 @@ LOGS = [
 
 
 class Flight:
-    """A controller of a vehicle of 27 g, as the dossier's tables have it, and the control it writes."""
+    """A controller of a vehicle of 27 g, as the reference's tables have it, and the control it writes."""
 
     def __init__(self, mass=0.027):
         self.mellinger = ffi.new("controllerMellinger_t *")
@@ -193,7 +193,7 @@ def test_integrals_after_the_first_call():
     assert errors == pytest.approx([-0.32351926, 0.0768106431, -0.991797566], rel=1e-6)
 
 
-# ---- modes, section 12 and cffirmware-api dossier 10.9 ----
+# ---- modes, docs/reference/control-geometric.md#12 and docs/reference/cffirmware-api.md#10.9 ----
 
 
 def fly_modes(x, y, z, attitude=(0, 0, 0)):

@@ -1,4 +1,4 @@
-"""The PID cascade: worked vectors of control-pid dossier section 19 and the rules of section 11."""
+"""The PID cascade: worked vectors of docs/reference/control-pid.md#19 and the rules of section 11."""
 
 import math
 
@@ -75,7 +75,7 @@ class Flight:
 
 
 def assert_output(output, expected):
-    """Compare as the dossier allows: counts within 1, thrust in float32."""
+    """Compare as the reference allows: counts within 1, thrust in float32."""
     assert output[:3] == pytest.approx(expected[:3], abs=1, rel=0)
     assert output[3] == pytest.approx(expected[3], rel=1e-6)
 

@@ -1,4 +1,4 @@
-"""Position and velocity loops (control-pid dossier sections 10 and 17)."""
+"""Position and velocity loops (docs/reference/control-pid.md#10 and #17)."""
 
 import math
 

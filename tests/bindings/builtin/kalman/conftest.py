@@ -1,6 +1,6 @@
-"""Shared by the tests of the filter: the flight of the dossier's check vectors, and a dense twin in numpy.
+"""Shared by the tests of the filter: the flight of the check vectors, and a dense twin in numpy.
 
-The twin follows the estimators dossier, sections 4 and 5, with nothing left out: full 9 x 9 products, accumulated
+The twin follows docs/reference/estimators.md#4 and #5, with nothing left out: full 9 x 9 products, accumulated
 from k = 0 upward in float32. The C code leaves out terms that are zero by structure and must get the same numbers.
 """
 
@@ -26,7 +26,7 @@ SINE = np.array([round(math.sin(2 * math.pi * k / 512), 8) for k in range(513)],
 
 
 def table_sine(turns: F) -> F:
-    """Return the sine of a number of turns as the firmware's table gives it (dossier 2)."""
+    """Return the sine of a number of turns as the firmware's table gives it (docs/reference/estimators.md#2)."""
     whole = np.trunc(turns) - F(1.0 if turns < 0 else 0.0)
     position = F(512.0) * (turns - whole)
     segment = int(position)
@@ -45,7 +45,7 @@ def product(a: Matrix, b: Matrix) -> Matrix:
 
 
 def bounded(p: Matrix, extra: Matrix | None = None) -> Matrix:
-    """Return the covariance made symmetric and bounded, pair by pair (dossier 4.3)."""
+    """Return the covariance made symmetric and bounded, pair by pair (docs/reference/estimators.md#4.3)."""
     p = p.copy()
     for i in range(9):
         for j in range(i, 9):
@@ -230,7 +230,7 @@ def random_core(seed: int) -> ffi.CData:
 
 
 def single_update_core() -> ffi.CData:
-    """Return the filter that every single update of dossier 17 H starts from."""
+    """Return the filter that every single update of docs/reference/estimators.md#17.H starts from."""
     core = ffi.new("kalmanCoreData_t *", {"S": [0.5, -0.3, 1.2], "q": [1.0]})
     assign(core.R, np.eye(3))
     assign(core.P, np.diag([0.04, 0.03, 0.02, 1e-3, 1e-3, 1e-3, 1e-4, 1e-4, 1e-4]))
@@ -240,7 +240,7 @@ def single_update_core() -> ffi.CData:
 
 @dataclasses.dataclass
 class SingleUpdate:
-    """A row of dossier 17 H: what one measurement makes of S and P; None where the row says nothing."""
+    """A row of docs/reference/estimators.md#17.H: what one measurement makes of S and P; None where it says nothing."""
 
     state: tuple[float | None, float | None, float | None, float | None]  # X, Y, Z, PX
     variance: tuple[float | None, float | None, float | None, float | None]  # of the same
@@ -285,7 +285,7 @@ def axis3f(x: float, y: float, z: float) -> ffi.CData:
 
 
 class Flight:
-    """The one filter of dossier 17: `after("C")` is its core once steps A, B and C are done."""
+    """The one filter of docs/reference/estimators.md#17: `after("C")` is its core once steps A, B and C are done."""
 
     def __init__(self, params: ffi.CData) -> None:
         self.core = ffi.new("kalmanCoreData_t *")
@@ -326,7 +326,7 @@ class Flight:
 
 @pytest.fixture
 def flight(params: ffi.CData) -> Flight:
-    """Return the flight of the dossier's check vectors A to F."""
+    """Return the flight of docs/reference/estimators.md#17.A to #17.F."""
     return Flight(params)
 
 

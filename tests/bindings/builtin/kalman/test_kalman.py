@@ -1,4 +1,7 @@
-"""The filter of the provider: boot, restart, dispatch, kept attitude, variables (estimators dossier 8 and 14)."""
+"""The filter of the provider: boot, restart, dispatch, kept attitude, variables.
+
+docs/reference/estimators.md#8 and #14.
+"""
 
 import math
 import struct
@@ -18,7 +21,7 @@ def kalman():
     return kalman
 
 
-# dossier 14.1, without resetEstimation, and 14.4
+# docs/reference/estimators.md#14.1 without resetEstimation, and #14.4
 PARAMETERS = [
     ("kalman.robustTdoa", lib.CF_TYPE_UINT8, CORE, 0),
     ("kalman.robustTwr", lib.CF_TYPE_UINT8, CORE, 0),
@@ -41,7 +44,7 @@ PARAMETERS = [
     *((f"flowdeck.flowdeckPos_{n}", lib.CF_TYPE_FLOAT, CORE | PERSISTENT, 0.0) for n in "xyz"),
 ]
 
-# dossier 14.2, without the rates, and 14.3
+# docs/reference/estimators.md#14.2 without the rates, and #14.3
 LOGS = [
     *(f"kalman.state{n}" for n in ("X", "Y", "Z", "PX", "PY", "PZ", "D0", "D1", "D2")),
     *(f"kalman.var{n}" for n in ("X", "Y", "Z", "PX", "PY", "PZ", "D0", "D1", "D2")),

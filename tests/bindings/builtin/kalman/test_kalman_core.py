@@ -11,7 +11,7 @@ from crazychoir_fw._core import ffi, lib
 F = np.float32
 DIAGONAL = np.diag_indices(9)
 
-# estimators dossier 3.3
+# docs/reference/estimators.md#3.3
 DEFAULTS = {
     "stdDevInitialPosition_xy": 100.0,
     "stdDevInitialPosition_z": 1.0,
@@ -64,7 +64,7 @@ def test_init_starts_at_the_initial_pose_with_a_diagonal_covariance(params, help
     assert (core.lastPredictionMs, core.lastProcessNoiseUpdateMs, core.isUpdated) == (1234, 1234, False)
 
 
-# dossier 17: S, q (w, x, y, z) and the diagonal of P after the step
+# docs/reference/estimators.md#17: S, q (w, x, y, z) and the diagonal of P after the step
 CHECK_VECTORS = {
     "A": (
         [0, 0, 0, 0, 0, 0, 0, 0, 0],
@@ -218,7 +218,10 @@ def test_drag_slows_the_velocity_and_its_variance(params, helpers):
 
 @pytest.mark.parametrize("is_flying", [False, True])
 def test_drag_of_a_place_beside_the_center_brakes_the_turn_as_well(params, helpers, is_flying):
-    """Dossier 4.4.6: -B p - B (w x c), in flight alone; the transition has the drag in any case."""
+    """-B p - B (w x c), in flight alone; the transition has the drag in any case.
+
+    docs/reference/estimators.md#4.4.6.
+    """
     dt, drag, place, gyro = 0.01, np.array([1.0, 2.0, 3.0]), np.array([0.1, -0.2, 0.3]), np.array([0.5, -1.0, 2.0])
     acc = helpers.axis3f(0, 0, 9.81)
     plain, braked = (ffi.new("kalmanCoreData_t *", helpers.random_core(7)[0]) for _ in range(2))
@@ -235,7 +238,7 @@ def test_drag_of_a_place_beside_the_center_brakes_the_turn_as_well(params, helpe
 
 
 def test_noise_of_velocity_position_and_attitude_adds_before_squaring(params, helpers):
-    """Dossier 4.5, with the parameters that are zero by default."""
+    """docs/reference/estimators.md#4.5, with the parameters that are zero by default."""
     params.procNoiseVel, params.procNoisePos, params.procNoiseAtt = 0.25, 0.125, 0.5
     params.measNoiseGyro_yaw = 0.75
     core = ffi.new("kalmanCoreData_t *")
@@ -249,7 +252,7 @@ def test_noise_of_velocity_position_and_attitude_adds_before_squaring(params, he
 
 
 def test_ten_short_steps_add_a_tenth_of_the_noise_of_a_long_one(params, helpers):
-    """Dossier 4.5: the rate of the calls is part of the tuning."""
+    """docs/reference/estimators.md#4.5: the rate of the calls is part of the tuning."""
     many, one = ffi.new("kalmanCoreData_t *"), ffi.new("kalmanCoreData_t *")
     for core in (many, one):
         helpers.assign(core.P, 1e-3 * np.eye(9))

@@ -1,4 +1,4 @@
-"""Limits of position and velocity (estimators dossier 7 and 16.6)."""
+"""Limits of position and velocity (docs/reference/estimators.md#7 and #16.6)."""
 
 import math
 

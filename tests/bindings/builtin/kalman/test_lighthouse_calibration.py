@@ -1,4 +1,4 @@
-"""What a base station of the second generation sees (estimators dossier 5.11)."""
+"""What a base station of the second generation sees (docs/reference/estimators.md#5.11)."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Height above the floor (estimators dossier 5.1, 16.4 and check vectors H)."""
+"""Height above the floor (docs/reference/estimators.md#5.1, #16.4 and #17.H)."""
 
 from crazychoir_fw._core import ffi, lib
 
@@ -11,7 +11,10 @@ def test_check_vector_h(helpers):
 
 
 def test_height_is_one_scalar_update_of_z(helpers):
-    """Dossier 16.4: H is 1 at z, the innovation measured minus estimated, the deviation that of the measurement."""
+    """H is 1 at z, the innovation measured minus estimated, the deviation that of the measurement.
+
+    docs/reference/estimators.md#16.4.
+    """
     core, twin = helpers.random_core(0), helpers.random_core(0)
     core.S[2] = twin.S[2] = 0.5
     lib.kalmanCoreUpdateWithAbsoluteHeight(core, ffi.new("heightMeasurement_t *", {"height": 1.25, "stdDev": 0.25}))

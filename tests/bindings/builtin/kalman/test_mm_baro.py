@@ -1,4 +1,4 @@
-"""Barometer (estimators dossier 5.3 and check vectors H)."""
+"""Barometer (docs/reference/estimators.md#5.3 and #17.H)."""
 
 import numpy as np
 import pytest

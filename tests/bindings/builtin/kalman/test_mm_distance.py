@@ -1,4 +1,4 @@
-"""Distance to an anchor (estimators dossier 5.4 and check vectors H)."""
+"""Distance to an anchor (docs/reference/estimators.md#5.4 and #17.H)."""
 
 import numpy as np
 import pytest

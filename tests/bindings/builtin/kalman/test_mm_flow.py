@@ -1,4 +1,4 @@
-"""Optical flow (estimators dossier 5.7 and check vector E)."""
+"""Optical flow (docs/reference/estimators.md#5.7 and #17.E)."""
 
 import numpy as np
 import pytest

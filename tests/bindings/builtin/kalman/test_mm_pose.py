@@ -1,4 +1,4 @@
-"""Pose measurements (estimators dossier 5.8, 16.8 and check vectors F and G)."""
+"""Pose measurements (docs/reference/estimators.md#5.8, #16.8 and #17.F and #17.G)."""
 
 import math
 
@@ -58,7 +58,8 @@ def test_check_vector_g_the_residual_lives_in_the_body_frame(facing_left, helper
     np.testing.assert_allclose(variances, [4.99999987e-5, 5.00000024e-5, 5.00000024e-5], rtol=1e-6)
 
 
-# dossier 17 F and G: the innovations of the attitude; 16.8: a quarter turn about body x seen after one about z
+# docs/reference/estimators.md#17.F and #17.G: the innovations of the attitude; #16.8: a quarter turn about body x seen
+# after one about z
 @pytest.mark.parametrize(
     ("q", "quat", "error"),
     [
@@ -115,7 +116,10 @@ def test_the_sign_of_the_measured_quaternion_does_not_matter(helpers):
 
 
 def test_half_a_turn_away_the_innovation_is_infinite(helpers):
-    """Dossier 5.8: a residual without scalar part is divided by zero, and the estimate shows it."""
+    """A residual without scalar part is divided by zero, and the estimate shows it.
+
+    docs/reference/estimators.md#5.8.
+    """
     core = ffi.new("kalmanCoreData_t *", {"q": [1.0]})
     helpers.assign(core.P, np.eye(9))
     lib.kalmanCoreUpdateWithPose(core, pose_measurement([0, 0, 0], (0, 1, 0, 0), 1.0, 1.0))

@@ -1,4 +1,4 @@
-"""Position measurements (estimators dossier 5.2 and check vector B)."""
+"""Position measurements (docs/reference/estimators.md#5.2 and #17.B)."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Lighthouse sweeps (estimators dossier 5.11 and check vectors H)."""
+"""Lighthouse sweeps (docs/reference/estimators.md#5.11 and #17.H)."""
 
 import math
 

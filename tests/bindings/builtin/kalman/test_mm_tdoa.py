@@ -1,4 +1,7 @@
-"""Difference of the distances to two anchors (estimators dossier 5.9, 16.2, check vectors H; cffirmware 10.12)."""
+"""Difference of the distances to two anchors.
+
+docs/reference/estimators.md#5.9, #16.2 and #17.H, docs/reference/cffirmware-api.md#10.12.
+"""
 
 import numpy as np
 import pytest
@@ -46,7 +49,10 @@ def test_check_vector_h_has_this_derivative(helpers, outlier_filter):
 
 
 def test_between_two_anchors_only_the_way_along_them_counts(helpers, outlier_filter):
-    """Dossier 16.2: one scalar update with H = (-2, 0, 0), no innovation and the deviation of the measurement."""
+    """One scalar update with H = (-2, 0, 0), no innovation and the deviation of the measurement.
+
+    docs/reference/estimators.md#16.2.
+    """
     core, twin = core_at(helpers, 0, 0, 0), core_at(helpers, 0, 0, 0)
     lib.kalmanCoreUpdateWithTdoa(core, measured([-1, 0, 0], [1, 0, 0], 0.0, 0.123), 1000, outlier_filter)
     lib.kalmanCoreScalarUpdate(twin, [-2, 0, 0, 0, 0, 0, 0, 0, 0], 0.0, 0.123)
@@ -55,7 +61,7 @@ def test_between_two_anchors_only_the_way_along_them_counts(helpers, outlier_fil
 
 @pytest.mark.parametrize("x", [-1.0, 1.0])
 def test_at_an_anchor_there_is_no_update(helpers, outlier_filter, x):
-    """Dossier 16.2; the outlier filter is not even asked."""
+    """docs/reference/estimators.md#16.2; the outlier filter is not even asked."""
     core = core_at(helpers, x, 0, 0)
     before = ffi.buffer(core)[:], ffi.buffer(outlier_filter)[:]
     lib.kalmanCoreUpdateWithTdoa(core, measured([-1, 0, 0], [1, 0, 0], 2.0, 0.123), 1000, outlier_filter)
@@ -73,7 +79,7 @@ def test_what_the_filter_refuses_is_not_fused_but_told(helpers, outlier_filter):
 
 
 def test_innovation_is_measured_minus_predicted(helpers, params, outlier_filter):
-    """Cffirmware dossier 10.12."""
+    """docs/reference/cffirmware-api.md#10.12."""
     core = ffi.new("kalmanCoreData_t *")
     lib.kalmanCoreInit(core, params, 0)
     item = measured([1, 0, 0], [-1, 0, 0], 0.25, 0.15)

@@ -1,4 +1,4 @@
-"""Range to the floor (estimators dossier 5.6, 16.1 and check vector D)."""
+"""Range to the floor (docs/reference/estimators.md#5.6, #16.1 and #17.D)."""
 
 import math
 
@@ -28,7 +28,7 @@ def measured(half_cone: float) -> ffi.CData:
     return ffi.new("tofMeasurement_t *", {"distance": 1.6, "stdDev": 0.045, "coneHalfAngle": half_cone})
 
 
-# dossier 16.1, and the cone of 15 degrees that every real deck has
+# docs/reference/estimators.md#16.1, and the cone of 15 degrees that every real deck has
 @pytest.mark.parametrize(
     ("tilt", "half_cone", "derivative", "innovation"),
     [

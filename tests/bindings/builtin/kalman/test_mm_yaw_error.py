@@ -1,4 +1,4 @@
-"""Yaw error (estimators dossier 5.5 and check vectors H)."""
+"""Yaw error (docs/reference/estimators.md#5.5 and #17.H)."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Gate for sweep angles (estimators dossier 6.3 and 16.5)."""
+"""Gate for sweep angles (docs/reference/estimators.md#6.3 and #16.5)."""
 
 import pytest
 from hypothesis import given

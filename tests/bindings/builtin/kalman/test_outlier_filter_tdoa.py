@@ -1,4 +1,4 @@
-"""Gate for differences of distances (estimators dossier 6.1, 16.3 and check vectors I)."""
+"""Gate for differences of distances (docs/reference/estimators.md#6.1, #16.3 and #17.I)."""
 
 import math
 
@@ -32,7 +32,7 @@ def test_reset_leaves_it_open_and_empty(state):
     [(1.0, True), (10.0, False), (-10.0, False), (4.0, False), (-4.0, False), (3.99, True), (math.nan, False)],
 )
 def test_a_difference_beyond_the_distance_of_the_anchors_is_impossible(state, difference, accepted):
-    """Dossier 16.3, and that an impossible sample leaves no trace."""
+    """docs/reference/estimators.md#16.3, and that an impossible sample leaves no trace."""
     before = ffi.buffer(state)[:]
     assert lib.outlierFilterTdoaValidateIntegrator(state, measured(difference), 0.0, 1000) == accepted
     assert (ffi.buffer(state)[:] == before) == (not accepted)

@@ -1,4 +1,4 @@
-"""The deprecated gate for differences of distances (estimators dossier 6.2, 16.3 and check vectors J)."""
+"""The deprecated gate for differences of distances (docs/reference/estimators.md#6.2, #16.3 and #17.J)."""
 
 import math
 
@@ -42,7 +42,7 @@ def test_check_vector_j(gate):
 
 @pytest.mark.parametrize(("difference", "accepted"), [(1.0, True), (10.0, False), (-10.0, False), (4.0, False)])
 def test_a_difference_beyond_the_distance_of_the_anchors_is_impossible(gate, difference, accepted):
-    """Dossier 16.3; and it changes nothing."""
+    """docs/reference/estimators.md#16.3; and it changes nothing."""
     before = ffi.buffer(gate.state)[:]
     gate.sample.distanceDiff = difference
     assert gate.passes(0.0) == accepted

@@ -1,4 +1,4 @@
-"""Robust models of distance and TDoA (estimators dossier 5.10 and check vectors H)."""
+"""Robust models of distance and TDoA (docs/reference/estimators.md#5.10 and #17.H)."""
 
 from collections.abc import Callable
 

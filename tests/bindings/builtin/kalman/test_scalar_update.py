@@ -1,4 +1,4 @@
-"""The scalar update against dense products (estimators dossier 4.6)."""
+"""The scalar update against dense products (docs/reference/estimators.md#4.6)."""
 
 import math
 

@@ -1,4 +1,7 @@
-"""A flight on TDoA alone through the loop of the firmware's Python tests (cffirmware dossier 10.13 and 13)."""
+"""A flight on TDoA alone through the loop of the firmware's Python tests.
+
+docs/reference/cffirmware-api.md#10.13 and #13.
+"""
 
 from collections import deque
 from collections.abc import Callable
@@ -8,7 +11,7 @@ import pytest
 
 from crazychoir_fw._core import ffi, lib
 
-# the corners of the room, around the floor and then around the ceiling; the dossier does not tell the order
+# the corners of the room, around the floor and then around the ceiling; the reference does not tell the order
 ANCHORS = [np.array([x, y, z]) for z in (0.0, 3.0) for x, y in ((0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0))]
 TAG = np.array([2.0, 2.0, 1.0])
 DURATION_MS = 5000

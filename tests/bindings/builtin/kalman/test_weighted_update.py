@@ -1,4 +1,4 @@
-"""The end of a robust update (estimators dossier 4.7)."""
+"""The end of a robust update (docs/reference/estimators.md#4.7)."""
 
 import numpy as np
 import pytest

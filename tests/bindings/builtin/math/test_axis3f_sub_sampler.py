@@ -1,4 +1,4 @@
-"""The sub-sampler: the numbers of its upstream test (control-pid dossier section 18)."""
+"""The sub-sampler: the numbers of its upstream test (docs/reference/control-pid.md#18)."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Sine and cosine by table (estimators dossier 2)."""
+"""Sine and cosine by table (docs/reference/estimators.md#2)."""
 
 import math
 

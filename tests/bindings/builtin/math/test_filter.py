@@ -1,4 +1,4 @@
-"""Low-pass filters against the tables of control-pid dossier section 7 and SciPy."""
+"""Low-pass filters against the tables of docs/reference/control-pid.md#7 and SciPy."""
 
 import math
 
@@ -10,7 +10,7 @@ from scipy import signal
 
 from crazychoir_fw._core import ffi, lib
 
-# control-pid dossier section 7, relative tolerance 1e-6: the last bit of tanf is the platform's
+# docs/reference/control-pid.md#7, relative tolerance 1e-6: the last bit of tanf is the platform's
 COEFFICIENTS = [
     # fs, fc, b0, b1, a1, a2
     (100, 20, 0.20657209, 0.41314417, -0.3695274, 0.1958157),
@@ -20,7 +20,7 @@ COEFFICIENTS = [
     (500, 15, 0.0078202095, 0.015640419, -1.7347257, 0.76600659),
     (500, 12.5, 0.0055427165, 0.011085433, -1.7786317, 0.80080259),
     (500, 3, 0.00034604134, 0.00069208269, -1.9466977, 0.94808173),
-    # estimators dossier 12.7: gyroscope and accelerometer
+    # docs/reference/estimators.md#12.7: gyroscope and accelerometer
     (1000, 80, 0.046131805, 2 * 0.046131805, -1.307285, 0.4918122),
     (1000, 30, 0.0078202095, 2 * 0.0078202095, -1.7347257, 0.7660066),
 ]
@@ -143,7 +143,7 @@ def make_butterworth(cutoff_hz=8.0, fs=500.0, value=0.0):
 
 
 def test_second_order_coefficients_match_the_table():
-    # control-geometric dossier section 8: 8 Hz at 500 Hz
+    # docs/reference/control-geometric.md#8: 8 Hz at 500 Hz
     lpf = make_butterworth()
     assert tuple(lpf.a) == pytest.approx((-1.85804212, 0.86747092), rel=1e-6)
     assert tuple(lpf.b) == pytest.approx((0.00235720747, 0.00471441494), rel=1e-6)

@@ -10,7 +10,7 @@ from crazychoir_fw._core import lib
 angles = st.floats(-1000.0, 1000.0, width=32)
 
 
-# planner-commander dossier section 17.1
+# docs/reference/planner-commander.md#17.1
 @pytest.mark.parametrize(
     ("angle", "expected"),
     [

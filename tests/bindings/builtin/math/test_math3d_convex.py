@@ -1,4 +1,7 @@
-"""Half-spaces and polytopes of math3d: control-geometric dossier 4.7, planner-commander dossier 12.3."""
+"""Half-spaces and polytopes of math3d.
+
+docs/reference/control-geometric.md#4.7, docs/reference/planner-commander.md#12.3.
+"""
 
 import math
 

@@ -1,4 +1,7 @@
-"""Matrices and quaternions of math3d: control-geometric dossier sections 4.4 to 4.6, 12 and 13.1; scipy as oracle."""
+"""Matrices and quaternions of math3d, with scipy as oracle.
+
+docs/reference/control-geometric.md#4.4 to #4.6, #12 and #13.1.
+"""
 
 import math
 
@@ -11,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from crazychoir_fw._core import ffi, lib
 
 M_PI_2_F = 1.57079632679
-# the quaternion of 0.1, -0.2, 0.5 rad that the dossier's tables call qa
+# the quaternion of 0.1, -0.2, 0.5 rad that the reference's tables call qa
 QA = (0.0728518292, -0.0843056813, 0.250694811, 0.961632609)
 QA_ROWS = (
     (0.860089362, -0.494436264, -0.125615031),
@@ -403,7 +406,7 @@ def turned(rng):
     return same_sign(xyzw(lib.qvectovec(a, b)), expected.as_quat())
 
 
-# the dossier's numbers, from 3000 cases, but for the axis: 1.5e-7 there
+# docs/reference/control-geometric.md#16, from 3000 cases, but for the axis: 1.5e-7 there
 ACCURACY = [
     (matrix_of, 2e-7),
     (from_angles, 1.5e-7),

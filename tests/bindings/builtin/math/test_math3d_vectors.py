@@ -1,4 +1,4 @@
-"""Vectors and scalars of math3d: control-geometric dossier sections 4.1 to 4.3, with numpy as oracle."""
+"""Vectors and scalars of math3d: docs/reference/control-geometric.md#4.1 to #4.3, with numpy as oracle."""
 
 import math
 
@@ -137,7 +137,7 @@ def test_division_multiplies_by_the_rounded_reciprocal(divisor):
 
 
 def test_a_normalized_vector_may_be_an_ulp_short():
-    # the hover force of 27 g, which the dossier's case M1 shows
+    # the hover force of 27 g, which case M1 of docs/reference/control-geometric.md#13.2 shows
     assert lib.vnormalize(vec((0, 0, F(0.027) * F(9.81)))).z == F(0.99999994)
 
 

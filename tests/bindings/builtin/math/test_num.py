@@ -1,4 +1,7 @@
-"""Number helpers: the numbers of the upstream tests and NumPy's half precision (control-pid dossier 8, 18)."""
+"""Number helpers: the numbers of the upstream tests and NumPy's half precision.
+
+docs/reference/control-pid.md#8, #18.
+"""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The PID block (control-pid dossier section 6), next to a plain float32 twin of its ten steps."""
+"""The PID block (docs/reference/control-pid.md#6), next to a plain float32 twin of its ten steps."""
 
 import numpy as np
 import pytest
@@ -25,7 +25,7 @@ def wrapped_once(angle):
 
 
 def expected_outputs(desired, measurements, is_yaw_angle, output_limit=0.0, integral_limit=5000.0):
-    """Return the outputs of the unfiltered block, computed in float32 in the order of the dossier."""
+    """Return the outputs of the unfiltered block, computed in float32 in the order of the reference."""
     previous, integral, outputs = F(0), F(0), []
     kp, ki, kd, kff = (F(GAINS[name]) for name in ("kp", "ki", "kd", "kff"))
     for measured in map(F, measurements):

@@ -1,4 +1,4 @@
-"""Half-spaces: inside, rays and projections (planner-commander dossier section 12.3, control-geometric 4.7)."""
+"""Half-spaces: inside, rays and projections (docs/reference/planner-commander.md#12.3)."""
 
 import math
 

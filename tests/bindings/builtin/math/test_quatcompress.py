@@ -1,4 +1,4 @@
-"""Quaternions in 32 bits (planner-commander dossier sections 11 and 17.2, crtp-cflib dossier section 12)."""
+"""Quaternions in 32 bits (docs/reference/planner-commander.md#11 and #17.2, docs/reference/crtp-cflib.md#12)."""
 
 import math
 

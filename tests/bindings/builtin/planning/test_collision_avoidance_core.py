@@ -1,4 +1,4 @@
-"""Collision avoidance: the table of the planner-commander dossier section 17.2, and what must hold for every cell."""
+"""Collision avoidance: the table of docs/reference/planner-commander.md#17.2, and what must hold for every cell."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The planner's states and plans against the dossier's numbers (planner-commander dossier sections 6 and 17)."""
+"""The planner's states and plans against derived numbers (docs/reference/planner-commander.md#6 and #17)."""
 
 import math
 import struct
@@ -174,7 +174,7 @@ def test_takeoff_turns_the_short_way_and_ignores_start_velocity(yaw: float, goal
 
 
 def flying_through_start(planner) -> None:
-    """Make the current goal at t = 0 the start of the dossier's smooth go-to: body rate z is 0.1 rad/s there."""
+    """Make the current goal at t = 0 the start of the reference's smooth go-to: body rate z is 0.1 rad/s there."""
     lib.cf_planner_takeoff(planner, start_at(), 1.0, 0.0, 2.0, 0.0)
     up = 9.81 / np.linalg.norm([0.2, -0.1, 9.81])
     axes = [(1.0, 0.3, 0.1), (-0.5, 0.0, -0.05), (1.0, -0.1, 0.0), (0.2, 0.1 / up, 0.0)]

@@ -1,4 +1,4 @@
-"""Spirals against the dossier's numbers and against circles (planner-commander dossier sections 6.5 and 17.2)."""
+"""Spirals against derived numbers and against circles (docs/reference/planner-commander.md#6.5 and #17.2)."""
 
 import math
 from pathlib import Path

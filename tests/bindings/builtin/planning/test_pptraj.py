@@ -1,4 +1,4 @@
-"""Polynomials, pieces and trajectories against the dossier's numbers and against numpy and scipy."""
+"""Polynomials, pieces and trajectories (docs/reference/planner-commander.md#4 and #17), with numpy and scipy."""
 
 import math
 from pathlib import Path

@@ -1,6 +1,6 @@
-"""Compressed trajectories against the dossier's numbers, the same curves uncompressed, and hostile bytes.
+"""Compressed trajectories against the reference's numbers, the same curves uncompressed, and hostile bytes.
 
-planner-commander dossier sections 5, 17.1 and 17.2.
+docs/reference/planner-commander.md#5, #17.1 and #17.2.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Thrust to duty (control-pid dossier section 14)."""
+"""Thrust to duty (docs/reference/control-pid.md#14)."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The test override of the motors (control-pid dossier sections 14 and 17)."""
+"""The test override of the motors (docs/reference/control-pid.md#14 and #17)."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Mixer, compensation and cap (control-pid dossier sections 13, 14, 18 and 19)."""
+"""Mixer, compensation and cap (docs/reference/control-pid.md#13, #14, #18 and #19)."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Priorities of the commander (planner-commander dossier section 8)."""
+"""Priorities of the commander (docs/reference/planner-commander.md#8)."""
 
 import pytest
 

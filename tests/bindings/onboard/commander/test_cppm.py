@@ -1,4 +1,4 @@
-"""Sticks of a remote control (planner-commander dossier sections 9.1 and 16)."""
+"""Sticks of a remote control (docs/reference/planner-commander.md#9.1 and #16)."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""From plan to plan at any time: no setpoint jumps (planner-commander dossier sections 6 and 7.3).
+"""From plan to plan at any time: no setpoint jumps (docs/reference/planner-commander.md#6 and #7.3).
 
 Positions never jump. Velocities do not either where the firmware plans from the present one, at a smooth go-to;
 take-offs and landings start at rest, spirals and trajectories with their own velocity.

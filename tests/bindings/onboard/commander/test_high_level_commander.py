@@ -1,4 +1,4 @@
-"""High-level commands, trajectory memory and setpoints (planner-commander dossier section 7)."""
+"""High-level commands, trajectory memory and setpoints (docs/reference/planner-commander.md#7)."""
 
 import math
 import struct

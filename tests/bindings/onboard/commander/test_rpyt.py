@@ -1,4 +1,4 @@
-"""The legacy command and its flight modes (planner-commander dossier sections 10, 16 and 17.2)."""
+"""The legacy command and its flight modes (docs/reference/planner-commander.md#10, #16 and #17.2)."""
 
 import math
 

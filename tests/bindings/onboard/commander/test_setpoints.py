@@ -1,4 +1,4 @@
-"""Setpoints that the decoders make (planner-commander dossier sections 9 and 17.2)."""
+"""Setpoints that the decoders make (docs/reference/planner-commander.md#9 and #17.2)."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""The driver of the flow deck against estimators dossier sections 13.1, 13.2, 14.3 and 14.4."""
+"""The driver of the flow deck against docs/reference/estimators.md#13.1, #13.2, #14.3 and #14.4."""
 
 from typing import Any
 

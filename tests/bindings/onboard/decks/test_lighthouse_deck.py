@@ -1,4 +1,7 @@
-"""The driver of the lighthouse deck: sweeps, crossed beams and the yaw error (estimators dossier 5.5, 5.11, 13.4)."""
+"""The driver of the lighthouse deck: sweeps, crossed beams and the yaw error.
+
+docs/reference/estimators.md#5.5, #5.11, #13.4.
+"""
 
 from typing import Any
 
@@ -155,8 +158,8 @@ YAW_DELTAS = [((0, 2, 2), 0.0), ((0, -2, -2), np.pi), ((0, 2, -2), -np.pi / 2)]
 
 
 @pytest.mark.parametrize(("spv", "expected"), YAW_DELTAS)
-def test_yaw_delta_of_the_dossier(spv: Any, expected: float) -> None:
-    """Section 5.5: n = (1, 0, 0), ipv = (0, 1, 1)."""
+def test_yaw_delta_of_the_reference(spv: Any, expected: float) -> None:
+    """docs/reference/estimators.md#5.5: n = (1, 0, 0), ipv = (0, 1, 1)."""
     delta = ffi.new("float *")
     assert lib.cf_lighthouse_yaw_delta(floats((1, 0, 0)), floats((0, 1, 1)), floats(spv), delta)
     assert delta[0] == pytest.approx(expected, abs=1e-3)

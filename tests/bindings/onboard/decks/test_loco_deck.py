@@ -1,4 +1,4 @@
-"""The driver of the loco deck (estimators dossier 13.5): what it tells the estimator and the log."""
+"""The driver of the loco deck (docs/reference/estimators.md#13.5): what it tells the estimator and the log."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""The driver of ranging chips against estimators dossier section 13.1."""
+"""The driver of ranging chips against docs/reference/estimators.md#13.1."""
 
 from typing import Any
 

@@ -1,6 +1,6 @@
 """Packets of port 8: bytes captured from cflib, every field, every return code, and bytes that are no packet.
 
-planner-commander dossier sections 7.1 and 7.2, crtp-cflib dossier sections 13 and 21.
+docs/reference/planner-commander.md#7.1 and #7.2, docs/reference/crtp-cflib.md#13 and #21.
 """
 
 import math
@@ -36,7 +36,7 @@ RECORDS = {
     12: "<BBBfffff",
     13: "<BBBBBf",
 }
-# planner-commander dossier section 7.2
+# docs/reference/planner-commander.md#7.2
 SIZES = {0: 1, 1: 9, 2: 9, 3: 1, 4: 22, 5: 8, 6: 8, 7: 14, 8: 14, 9: 15, 10: 15, 11: 23, 12: 23, 13: 9}
 
 
@@ -103,7 +103,7 @@ def test_records_have_the_expected_sizes(command: int) -> None:
     assert struct.calcsize(RECORDS[command]) == SIZES[command]
 
 
-# --- bytes captured from cflib 0.1.34 (crtp-cflib dossier section 21)
+# --- bytes captured from cflib 0.1.34 (docs/reference/crtp-cflib.md#21)
 
 
 def test_captured_takeoff(receiver: Receiver) -> None:

@@ -1,4 +1,4 @@
-"""Packets of port 6 (crtp-cflib dossier sections 14 and 21)."""
+"""Packets of port 6 (docs/reference/crtp-cflib.md#14 and #21)."""
 
 import struct
 

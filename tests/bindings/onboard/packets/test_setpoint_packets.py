@@ -1,4 +1,4 @@
-"""Packets of ports 3 and 7 (planner-commander dossier sections 9 and 17.2, crtp-cflib dossier section 21)."""
+"""Packets of ports 3 and 7 (docs/reference/planner-commander.md#9 and #17.2, docs/reference/crtp-cflib.md#21)."""
 
 import math
 import struct
@@ -42,7 +42,7 @@ HOVER = {"velocity.x": 0.1, "velocity.y": 0.2, "velocity_body": True, "position.
 STICKS = {"attitudeRate.yaw": -40, "thrust": 32767.5} | modes(yaw=VELOCITY)
 YAW_40 = "cdcccc3dcdcc4c3e9a99993e00002042"
 
-# planner-commander dossier section 17.2: packet, members of the setpoint
+# docs/reference/planner-commander.md#17.2: packet, members of the setpoint
 GENERIC = [
     ("00", {}),
     (f"01{YAW_40}", WORLD | {"attitudeRate.yaw": -40}),
@@ -86,7 +86,7 @@ GENERIC = [
     ),
 ]
 
-# crtp-cflib dossier section 21, captured from cflib 0.1.34
+# docs/reference/crtp-cflib.md#21, captured from cflib 0.1.34
 CAPTURED = [
     (
         "080000803f000000400000404000008040",
@@ -127,7 +127,7 @@ CAPTURED = [
 @pytest.mark.parametrize(("packet", "expected"), GENERIC + CAPTURED)
 def test_generic_packet_is_decoded(cppm, packet: str, expected) -> None:
     found = members(decoded(bytes.fromhex(packet), cppm))
-    # the attitude of the dossier is given in five digits
+    # the attitude is given there in five digits
     attitude = {path: found.pop(path) for path in list(found) if "Quaternion" in path}
     assert found == pytest.approx({p: v for p, v in expected.items() if "Quaternion" not in p}, rel=1e-7)
     assert attitude == pytest.approx({p: v for p, v in expected.items() if "Quaternion" in p}, abs=5e-6)

@@ -1,4 +1,4 @@
-"""Packets of port 9 (planner-commander dossier section 14.10, crtp-cflib dossier section 7)."""
+"""Packets of port 9 (docs/reference/planner-commander.md#14.10, docs/reference/crtp-cflib.md#7)."""
 
 import pytest
 from hypothesis import given

@@ -1,4 +1,4 @@
-"""The chips of the flow deck against estimators dossier sections 5.7, 13.1, 13.2 and 17."""
+"""The chips of the flow deck against docs/reference/estimators.md#5.7, #13.1, #13.2 and #17."""
 
 from __future__ import annotations
 

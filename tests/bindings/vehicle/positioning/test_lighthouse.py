@@ -1,4 +1,7 @@
-"""Base stations and the light on the deck: rates, geometry, visibility, noise (estimators dossier 5.11 and 13.4)."""
+"""Base stations and the light on the deck: rates, geometry, visibility, noise.
+
+docs/reference/estimators.md#5.11 and #13.4.
+"""
 
 from __future__ import annotations
 

@@ -76,8 +76,8 @@ def test_ideal_rangings_are_the_geometry(make_config: Make, mode: int, position:
         assert distance == pytest.approx(truth[b] - (truth[a] if mode != TWR else 0.0), abs=2e-6)
 
 
-def test_default_rates_lie_where_the_dossier_has_them(make_config: Make) -> None:
-    """Vehicle dossier section 10: 100 to 150 ranges, 400 to 500 pairs per second."""
+def test_default_rates_lie_where_the_reference_has_them(make_config: Make) -> None:
+    """docs/reference/vehicle.md#10: 100 to 150 ranges, 400 to 500 pairs per second."""
     config = make_config("cf2").loco
     for mode, low, high in ((TWR, 100, 150), (TDOA2, 400, 500), (TDOA3, 400, 500)):
         loco = ffi.new("cf_loco_t *")
