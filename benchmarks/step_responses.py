@@ -123,7 +123,7 @@ VEHICLES = (
     ),
     # the other program: motors of 0.07 s at 4.0 V
     Vehicle("2.1+, 0.07 s, 4.0 V", Expected(x=(0.829, 0.4), z=(0.55, 10.7)), {"mass": 0.029}, volts=4.0),
-    # section 5: how much of the yaw control is the spin-up of the rotors
+    # docs/reference/vehicle.md#5: how much of the yaw control is the spin-up of the rotors
     Vehicle(
         "2.1+, no rotor inertia",
         Expected(yaw=(0.190, 15.0)),

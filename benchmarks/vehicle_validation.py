@@ -108,7 +108,7 @@ def root_of(function: Callable[[float], float], low: float, high: float) -> floa
 
 
 def thrust_curves() -> Iterator[Row]:
-    """Section 3: thrust (N) of one rotor at four voltages."""
+    """docs/reference/vehicle.md#3: thrust (N) of one rotor at four voltages."""
     table = {
         3.0: (0.1128, 0.1216, 0.2060, 0.1860),
         3.3: (0.1423, 0.1541, 0.2538, 0.2206),
@@ -122,7 +122,7 @@ def thrust_curves() -> Iterator[Row]:
 
 
 def hover() -> Iterator[Row]:
-    """Section 14.1: hover of the four vehicles."""
+    """docs/reference/vehicle.md#14.1: hover of the four vehicles."""
     table = {
         "2.1+": (0.0711, 2.40, 65, 22200, 5.0e-4, 370),
         "legacy": (0.0711, 2.34, 63, 18140, 5.1e-4, 302),
@@ -148,7 +148,7 @@ def hover() -> Iterator[Row]:
 
 
 def motors() -> Iterator[Row]:
-    """Section 4: time constants, of the two laws, at hover."""
+    """docs/reference/vehicle.md#4: time constants, of the two laws, at hover."""
     table = {"2.1+": (0.114, 0.107), "legacy": (0.136, 0.113), "kit": (0.088, 0.075), "Brushless": (0.058, 0.064)}
     for name, constants in table.items():
         for direction, expected in zip((1, -1), constants, strict=True):
@@ -191,7 +191,7 @@ def _time_constant(vehicle: Any, direction: int) -> float:
 
 
 def battery() -> Iterator[Row]:
-    """Sections 6 and 14: power, sag and time of hovering."""
+    """docs/reference/vehicle.md#6 and #14: power, sag and time of hovering."""
     vehicle = make("2.1+")
     config = vehicle.battery.config
     weight = vehicle.mass * G
@@ -228,7 +228,8 @@ def _minutes(vehicle: Any, thrust: float) -> float:
     return ticks / 60000
 
 
-# section 6: open-circuit voltage (V) of a charge; capacity (As), two resistances (Ohm), power (W) and more per gram
+# docs/reference/vehicle.md#6: open-circuit voltage (V) of a charge; capacity (As), two resistances (Ohm), power (W) and
+# more per gram
 CHARGE = (0.0, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0)
 OPEN_CIRCUIT = (3.20, 3.45, 3.62, 3.70, 3.74, 3.77, 3.80, 3.84, 3.90, 3.98, 4.08, 4.20)
 PACKS = {
@@ -240,7 +241,7 @@ PACKS = {
 
 
 def full_duty() -> Iterator[Row]:
-    """Sections 6 and 14.4: all motors at full duty, from a full pack until it reads 3.0 V."""
+    """docs/reference/vehicle.md#6 and #14.4: all motors at full duty, from a full pack until it reads 3.0 V."""
     for name in PLATFORMS:
         vehicle = make(name)
         ticks = current = 0
@@ -274,7 +275,7 @@ def _seconds(
     goes_on: Callable[[float, float], bool],
     *pack: float,
 ) -> float:
-    """Return what the formulas of section 6 give, integrated here again."""
+    """Return what the formulas of docs/reference/vehicle.md#6 give, integrated here again."""
     capacity, fast, slow, power, power_per_gram = pack
     charge, voltage, slow_sag, seconds, step = 1.0, 4.2, 0.0, 0.0, 0.01
     while goes_on(charge, voltage):
@@ -288,7 +289,7 @@ def _seconds(
 
 
 def air() -> Iterator[Row]:
-    """Sections 7 and 14.1: drag, level flight, fall, moment of forward flight."""
+    """docs/reference/vehicle.md#7 and #14.1: drag, level flight, fall, moment of forward flight."""
     tilt = math.radians(20)
     speeds = {"2.1+": 7.7, "legacy": 7.7, "kit": 8.7, "Brushless": 6.5}
     for name, speed in speeds.items():
@@ -337,7 +338,7 @@ def ground_gain(vehicle: Any, rotor_height: float) -> float:
 
 
 def ground() -> Iterator[Row]:
-    """Section 8: more thrust near the floor."""
+    """docs/reference/vehicle.md#8: more thrust near the floor."""
     for name, gains in GROUND.items():
         free = make(name, {"ground_effect.cap": 2.0, **GROUND_RADIUS[name]})
         for height, gain in zip(HEIGHTS, gains, strict=True):
@@ -380,14 +381,14 @@ def wash(above: float, aside: float = 0.0, mass: float = 0.034) -> float:
 
 
 def surrogate(above: float, aside: float) -> float:
-    """Return the formula of section 9 (g)."""
+    """Return the formula of docs/reference/vehicle.md#9 (g)."""
     width = 0.068 - 0.029 * above
     force = 0.0932 * math.exp(-(((above - 0.233) / 0.476) ** 2) - 0.5 * (aside / width) ** 2)
     return force / GRAM
 
 
 def downwash() -> Iterator[Row]:
-    """Section 9: a formula, which fits a learned force to 1.4 g but for the two ends of its range."""
+    """docs/reference/vehicle.md#9: a formula, which fits a learned force to 1.4 g but for the two ends of its range."""
     errors = []
     for above, aside, grams in [(z, 0.0, g) for z, g in ABOVE.items()] + [
         (z, r, g) for z, row in ASIDE.items() for r, g in row.items()
@@ -412,7 +413,7 @@ def _supplied(drone: str, position: tuple[float, float], **more: Any) -> DroneCo
 
 
 def flights() -> Iterator[Row]:
-    """Section 14.4: acceptance on whole flights."""
+    """docs/reference/vehicle.md#14.4: acceptance on whole flights."""
     world = World([_supplied("below", (0, 0)), _supplied("above", (0.6, 0))], visuals=False)
     world.wait_until_ready()
     world["below"].high_level_commander.takeoff(0.5, 1.5)
@@ -443,7 +444,7 @@ def flights() -> Iterator[Row]:
 
 
 def steps() -> Iterator[Row]:
-    """Section 14.3: steps of the PID cascade, with the spin-up of the rotors and without."""
+    """docs/reference/vehicle.md#14.3: steps of the PID cascade, with the spin-up of the rotors and without."""
     for response in step_responses.responses():
         expected, name = response.vehicle.expected, response.vehicle.name
         for step, title in step_responses.STEPS.items():

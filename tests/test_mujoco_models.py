@@ -9,7 +9,8 @@ import pytest
 from crazychoir_fw.mujoco_models import SCENES, VEHICLES, model_path
 from crazychoir_fw.mujoco_models.stamp import VehicleStamp
 
-# platform: mass (kg), inertia (kg m^2), half width of the hull (m), height of the origin when landed (m); section 18
+# platform: mass (kg), inertia (kg m^2), half width of the hull (m), height of the origin when landed (m);
+# docs/reference/vehicle.md#18
 NUMBERS = {
     "cf2": (0.029, (16.571710e-6, 16.655602e-6, 29.261652e-6), 0.055, 0.0145),
     "cf21bl": (0.0393, (25e-6, 28e-6, 49e-6), 0.07, 0.0175),
@@ -136,7 +137,10 @@ def test_scenes_have_the_cameras_and_no_moving_part(name):
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize("name", VEHICLES)
 def test_a_drone_lands_tilted_and_rests_upright(name, scene):
-    """Section 12.4: -0.3 m/s, tilt of 3 deg, slip of 0.1 m/s; 6.7 um at rest, rebound 0.08 m/s, peak 11.8 g."""
+    """-0.3 m/s, tilt of 3 deg, slip of 0.1 m/s; 6.7 um at rest, rebound 0.08 m/s, peak 11.8 g.
+
+    docs/reference/vehicle.md#12.4.
+    """
     height = NUMBERS[name][3]
     model = world((name, (0.0, 0.0, height + 0.015)), scene=scene)
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
@@ -156,7 +160,7 @@ def test_a_drone_lands_tilted_and_rests_upright(name, scene):
     assert height - data.qpos[2] == pytest.approx(6.7e-6, rel=0.01)
     assert max(climbs) == pytest.approx(0.08, abs=0.015)
     assert peak == pytest.approx(11.8, abs=2.0)
-    assert np.abs(data.qacc[:3]).max() < 1e-6  # m/s^2, section 14.4
+    assert np.abs(data.qacc[:3]).max() < 1e-6  # m/s^2, docs/reference/vehicle.md#14.4
     assert data.qpos[3] == pytest.approx(1.0, abs=1e-12)
     assert data.ncon == 4
 

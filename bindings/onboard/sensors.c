@@ -15,7 +15,7 @@
 #define GYRO_MAX_VARIANCE 100.0f  // [LSB^2], still enough to trust the mean
 #define GYRO_BIAS_HOLD_OFF 1000   // [ms]
 
-// barometer: the standard atmosphere upside down (section 12.8)
+// barometer: the standard atmosphere upside down (docs/reference/estimators.md#12.8)
 #define SEA_LEVEL_PRESSURE 1015.7f  // [mbar]
 #define BARO_EXPONENT 0.1902630958f
 #define BARO_TEMPERATURE (25.0f + 273.15f)  // [K], taken for granted
@@ -95,7 +95,8 @@ static void acc_scale_update(cf_acc_scale_t *self, const Axis3i16 *acc) {
   }
 }
 
-// Rotation by the three mounting angles; made again only when a parameter moved (section 12.5).
+// Rotation by the three mounting angles; made again only when a parameter moved
+// (docs/reference/estimators.md#12.5).
 static void align_update(cf_sensors_t *sensors) {
   const float angles[3] = {sensors->imu_phi, sensors->imu_theta, sensors->imu_psi};
   if (memcmp(angles, sensors->aligned_angles, sizeof angles) == 0) {
@@ -132,7 +133,7 @@ void cf_sensors_set_trim(cf_sensors_t *sensors, float pitch, float roll) {
   sensors->trim_cos_roll  = cosf(roll * to_rad);
 }
 
-// About x by the roll, then about y by the pitch (section 12.6).
+// About x by the roll, then about y by the pitch (docs/reference/estimators.md#12.6).
 static Axis3f trim(const cf_sensors_t *sensors, Axis3f in) {
   if (!sensors->is_trimmed) {
     return in;

@@ -1,8 +1,8 @@
 /* The states of the supervisor, the conditions it looks at, and the table of transitions.
  *
  * Source: docs/reference/planner-commander.md#14.1, #14.4 and #14.5. The spin-up state "arming" of
- * the trees of mid 2026 is left out, as section 14.9 recommends for vehicles without motor speed
- * telemetry. */
+ * the trees of mid 2026 is left out, as docs/reference/planner-commander.md#14.9 recommends for
+ * vehicles without motor speed telemetry. */
 #ifndef CF_ONBOARD_SUPERVISOR_STATE_MACHINE_H
 #define CF_ONBOARD_SUPERVISOR_STATE_MACHINE_H
 

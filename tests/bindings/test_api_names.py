@@ -10,10 +10,10 @@ from crazychoir_fw._core import ffi, lib
 
 # type: its members in order, views that overlap one after the other
 MEMBERS = {
-    # estimators 3.2, without the pointer Pm and with a counter of ours in the padding
+    # docs/reference/estimators.md#3.2, without the pointer Pm and with a counter of ours in the padding
     "kalmanCoreData_t": "S q R P baroReferenceHeight initialQuaternion isUpdated settled lastPredictionMs "
     "lastProcessNoiseUpdateMs",
-    # estimators 3.4
+    # docs/reference/estimators.md#3.4
     "point_t": "timestamp x y z",
     "velocity_t": "timestamp x y z",
     "acc_t": "timestamp x y z",
@@ -39,17 +39,17 @@ MEMBERS = {
     "state_t": "attitude attitudeQuaternion position velocity acc",
     "sensorData_t": "acc gyro mag baro interruptTimestamp",
     "OutlierFilterLhState_t": "openingTimeMs openingWindowMs",
-    # control-geometric 2.4 and 4
+    # docs/reference/control-geometric.md#2.4 and #4
     "control_t": "roll pitch yaw thrust thrustSi torque torqueX torqueY torqueZ normalizedForces controlMode",
     "struct vec": "x y z",
     "struct quat": "x y z w",
     "struct mat33": "m",
-    # control-geometric 6.2
+    # docs/reference/control-geometric.md#6.2
     "controllerMellinger_t": "mass massThrust kp_xy kd_xy ki_xy i_range_xy kp_z kd_z ki_z i_range_z kR_xy kw_xy "
     "ki_m_xy i_range_m_xy kR_z kw_z ki_m_z i_range_m_z kd_omega_rp i_error_x i_error_y i_error_z prev_omega_roll "
     "prev_omega_pitch prev_setpoint_omega_roll prev_setpoint_omega_pitch i_error_m_x i_error_m_y i_error_m_z "
     "z_axis_desired cmd_thrust cmd_roll cmd_pitch cmd_yaw r_roll r_pitch r_yaw accelz",
-    # control-geometric 9.1 and 10.1; one filter of the thrust instead of three
+    # docs/reference/control-geometric.md#9.1 and #10.1; one filter of the thrust instead of three
     "struct FloatRates": "p q r",
     "struct ReferenceSystem": "err_p err_q err_r rate_p rate_q rate_r",
     "struct IndiVariables": "thrust angular_accel_ref du u_in u_act_dyn rate_d u rate g1 g2 reference_acceleration "
@@ -59,7 +59,7 @@ MEMBERS = {
     "struct IndiOuterVariables": "ddxi ang thr filt_cutoff act_dyn_posINDI linear_accel_ref linear_accel_err "
     "linear_accel_s linear_accel_f linear_accel_ft attitude_s attitude_f attitude_c phi_tilde theta_tilde T_tilde "
     "T_inner T_inner_f T_incremented",
-    # control-geometric 11.2, with a number of ours at the end
+    # docs/reference/control-geometric.md#11.2, with a number of ours at the end
     "controllerLee_t": "mass thrustSi J Kpos_P Kpos_P_limit Kpos_D Kpos_D_limit Kpos_I Kpos_I_limit i_error_pos "
     "p_error v_error KR Komega KI i_error_att rpy rpy_des R_des omega omega_r u max_thrust",
 }
@@ -78,14 +78,15 @@ def test_measurement_holds_one_of_twelve():
 
 # prefix: names of the values 0, 1, 2...
 ENUMERATIONS = {
-    "KC_STATE_": "X Y Z PX PY PZ D0 D1 D2 DIM",  # estimators 3.1
+    "KC_STATE_": "X Y Z PX PY PZ D0 D1 D2 DIM",  # docs/reference/estimators.md#3.1
     "MeasurementType": "TDOA Position Pose Distance TOF AbsoluteHeight Flow YawError SweepAngle Gyroscope Acceleration "
     "Barometer",
     "MeasurementSource": "LocationService Lighthouse",
-    "StateEstimatorType": "AutoSelect Complementary Kalman OutOfTree _COUNT",  # estimators 10.1 and geometric 3.5
-    "mode": "Disable Abs Velocity",  # control-geometric 2.2
+    "StateEstimatorType": "AutoSelect Complementary Kalman OutOfTree _COUNT",  # docs/reference/estimators.md#10.1
+    "mode": "Disable Abs Velocity",  # docs/reference/control-geometric.md#2.2
     "controlMode": "Legacy ForceTorque Force PWM",
-    "ControllerType": "AutoSelect PID Mellinger INDI Brescianini Lee Oot _COUNT",  # control-geometric 3.2
+    # docs/reference/control-geometric.md#3.2
+    "ControllerType": "AutoSelect PID Mellinger INDI Brescianini Lee Oot _COUNT",
 }
 
 
@@ -96,6 +97,7 @@ def test_enumeration_counts_as_in_the_firmware(prefix, names):
 
 
 # Where the firmware keeps state in a file, ours takes it as one more argument: Brescianini, INDI and the step gate.
+# By section of docs/reference/estimators.md and docs/reference/control-geometric.md.
 FUNCTIONS = {
     "estimators 15": "kalmanCoreDefaultParams kalmanCoreInit kalmanCoreUpdateWithBaro kalmanCorePredict "
     "kalmanCoreAddProcessNoise kalmanCoreFinalize kalmanCoreExternalizeState kalmanCoreDecoupleXY "

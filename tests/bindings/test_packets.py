@@ -78,7 +78,7 @@ def test_unknown_generic_type_cuts_the_motors(cf) -> None:
 
 
 def test_legacy_setpoint_keeps_what_a_generic_one_left(cf) -> None:
-    """Section 10.3, over the wire."""
+    """docs/reference/planner-commander.md#10.3, over the wire."""
     accepted(cf, GENERIC, 0, struct.pack("<B9hI3h", 6, *range(9), 0xC0000000, 0, 0, 0))
     accepted(cf, RPYT, 0, bytes(14))
     assert cf.onboard.commander.setpoint.mode.quat == lib.modeAbs
@@ -88,7 +88,7 @@ def test_legacy_setpoint_keeps_what_a_generic_one_left(cf) -> None:
 
 
 def test_legacy_setpoint_needs_the_zero_of_the_thrust_lock(cf) -> None:
-    """Section 17.2: before any other setpoint the priority is 0, which locks."""
+    """docs/reference/planner-commander.md#17.2: before any other setpoint the priority is 0, which locks."""
     packet = struct.pack("<3fH", 1, -2, 30, 20000)
     thrusts = []
     for data in [packet, bytes(14), packet]:

@@ -43,7 +43,7 @@ def mixed(group: str, *told: tuple) -> list[Row]:
 
 
 PARAMETERS = [
-    # estimators 14.1
+    # docs/reference/estimators.md#14.1
     *rows("kalman", "resetEstimation robustTdoa robustTwr", "u1", "c"),
     *mixed("kalman", ("pNAcc_xy", "f4", "cp", 0.5), ("pNAcc_z", "f4", "cp", 1.0)),
     *rows("kalman", "pNVel pNPos pNAtt", "f4", "cp"),
@@ -52,7 +52,7 @@ PARAMETERS = [
     *rows("kalman", "initialX initialY initialZ initialYaw", "f4", "c"),
     *mixed("kalman", ("maxPos", "f4", "c", 100), ("maxVel", "f4", "c", 10)),
     *rows("kalman", "dragB_x dragB_y dragB_z cop_x cop_y cop_z", "f4", "cp"),
-    # estimators 14.4
+    # docs/reference/estimators.md#14.4
     *rows("flowdeck", "flowdeckPos_x flowdeckPos_y flowdeckPos_z", "f4", "cp"),
     *mixed("sensfusion6", ("kp", "f4", "cp", 0.8), ("ki", "f4", "cp", 0.002), ("baseZacc", "f4", "", 1.0)),
     *rows("posEstAlt", "estAlphaAsl estAlphaZr", "f4", "cp", 0.9),
@@ -62,9 +62,9 @@ PARAMETERS = [
     *rows("imu_sensors", "imuPhi imuTheta imuPsi", "f4", "p"),
     *rows("locSrv", "enRangeStreamFP32 enLhAngleStream", "u1", "c"),
     *mixed("locSrv", ("extPosStdDev", "f4", "c", 0.01), ("extQuatStdDev", "f4", "c", 4.5e-3)),
-    # crtp-cflib 14, values of cflib
+    # docs/reference/crtp-cflib.md#14, values of cflib
     *mixed("locSrv", ("enLhMtchStm", "u1", "", 0), ("minBsLhMtchStm", "u1", "", 2), ("maxTimeLhMtchStm", "u1", "", 25)),
-    # control-geometric 6.5, values of 6.2
+    # docs/reference/control-geometric.md#6.5, values of 6.2
     *mixed(
         "ctrlMel",
         *(("kp_xy", "f4", "cp", 0.4), ("kd_xy", "f4", "cp", 0.2), ("ki_xy", "f4", "cp", 0.05)),
@@ -75,14 +75,14 @@ PARAMETERS = [
         *(("ki_m_z", "f4", "cp", 500), ("kd_omega_rp", "f4", "cp", 200), ("i_range_m_xy", "f4", "p", 1.0)),
         ("i_range_m_z", "f4", "p", 1500),
     ),
-    # control-geometric 7.6
+    # docs/reference/control-geometric.md#7.6
     *mixed(
         "ctrlAtt",
         *(("tau_xy", "f4", "", 0.3), ("zeta_xy", "f4", "", 0.85), ("tau_z", "f4", "", 0.3)),
         *(("zeta_z", "f4", "", 0.85), ("tau_rp", "f4", "", 0.25), ("mixing_factor", "f4", "", 1.0)),
         ("coll_fairness", "f4", "", 0.25),
     ),
-    # control-geometric 9.4, values of 9.2
+    # docs/reference/control-geometric.md#9.4, values of 9.2
     *mixed("ctrlINDI", ("thrust_threshold", "f4", "", 300), ("bound_ctrl_input", "f4", "", 32000)),
     *mixed("ctrlINDI", ("g1_p", "f4", "", 0.0066146), ("g1_q", "f4", "", 0.0052125), ("g1_r", "f4", "", 0.001497)),
     *mixed("ctrlINDI", ("g2", "f4", "", 0.000043475)),
@@ -91,11 +91,11 @@ PARAMETERS = [
     *rows("ctrlINDI", "act_dyn_p act_dyn_q act_dyn_r", value=0.03149),
     *rows("ctrlINDI", "filt_cutoff filt_cutoff_r", value=8),
     *mixed("ctrlINDI", ("outerLoopActive", "u1", "", 1)),
-    # control-geometric 10.3, values of 10.1
+    # docs/reference/control-geometric.md#10.3, values of 10.1
     *rows("posCtrlIndi", "K_xi_x K_xi_y K_xi_z", value=1),
     *rows("posCtrlIndi", "K_dxi_x K_dxi_y K_dxi_z", value=5),
     *mixed("posCtrlIndi", ("pq_clamping", "f4", "", 10)),
-    # control-geometric 11.4, values of 11.2
+    # docs/reference/control-geometric.md#11.4, values of 11.2
     *mixed("ctrlLee", ("KR_x", "f4", "", 0.007), ("KR_y", "f4", "", 0.007), ("KR_z", "f4", "", 0.008)),
     *rows("ctrlLee", "KI_x KI_y KI_z", value=0.03),
     *mixed("ctrlLee", ("Kw_x", "f4", "", 0.00115), ("Kw_y", "f4", "", 0.00115), ("Kw_z", "f4", "", 0.002)),
@@ -112,14 +112,14 @@ PARAMETERS = [
 
 # Log variables start at zero, but for what the state after boot is: a level attitude, the first variances, gains.
 LOGS = [
-    # estimators 14.2
+    # docs/reference/estimators.md#14.2
     *rows("kalman", "stateX stateY stateZ statePX statePY statePZ stateD0 stateD1 stateD2"),
     *rows("kalman", "varX varY", value=100.0**2),
     *rows("kalman", "varZ", value=1.0),
     *rows("kalman", "varPX varPY varPZ varD0 varD1 varD2", value=0.01**2),
     *rows("kalman", "q0", value=1.0),
     *rows("kalman", "q1 q2 q3 rtUpdate rtPred rtFinal"),
-    # estimators 14.3
+    # docs/reference/estimators.md#14.3
     *rows("kalman_pred", "predNX predNY measNX measNY"),
     *rows("outlierf", "lhWin", "i4", value=-16),
     *rows("tdoa", "innovation"),
@@ -134,21 +134,21 @@ LOGS = [
     *rows("ext_pos", "X Y Z"),
     *rows("locSrv", "x y z qx qy qz qw", "f4", "c"),
     *rows("locSrvZ", "tick", "u2", "c"),
-    # control-geometric 6.5
+    # docs/reference/control-geometric.md#6.5
     *rows("ctrlMel", "cmd_thrust cmd_roll cmd_pitch cmd_yaw r_roll r_pitch r_yaw accelz zdx zdy zdz"),
     *rows("ctrlMel", "i_err_x i_err_y i_err_z"),
-    # control-geometric 9.4
+    # docs/reference/control-geometric.md#9.4
     *rows("ctrlINDI", "cmd_thrust cmd_roll cmd_pitch cmd_yaw r_roll r_pitch r_yaw"),
     *rows("ctrlINDI", "u_act_dyn_p u_act_dyn_q u_act_dyn_r du_p du_q du_r"),
     *rows("ctrlINDI", "ang_accel_ref_p ang_accel_ref_q ang_accel_ref_r rate_d[0] rate_d[1] rate_d[2]"),
     *rows("ctrlINDI", "uf_p uf_q uf_r Omega_f_p Omega_f_q Omega_f_r n_p n_q n_r"),
-    # control-geometric 10.3
+    # docs/reference/control-geometric.md#10.3
     *rows("posCtrlIndi", "posRef_x posRef_y posRef_z velS_x velS_y velS_z velRef_x velRef_y velRef_z"),
     *rows("posCtrlIndi", "angS_roll angS_pitch angS_yaw angF_roll angF_pitch angF_yaw"),
     *rows("posCtrlIndi", "accRef_x accRef_y accRef_z accS_x accS_y accS_z accF_x accF_y accF_z"),
     *rows("posCtrlIndi", "accFT_x accFT_y accFT_z accErr_x accErr_y accErr_z"),
     *rows("posCtrlIndi", "phi_tilde theta_tilde T_tilde T_inner T_inner_f T_incremented cmd_phi cmd_theta"),
-    # control-geometric 11.4
+    # docs/reference/control-geometric.md#11.4
     *rows("ctrlLee", "KR_x KR_y", value=0.007),
     *rows("ctrlLee", "KR_z", value=0.008),
     *rows("ctrlLee", "Kw_x Kw_y", value=0.00115),

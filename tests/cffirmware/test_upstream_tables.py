@@ -66,7 +66,7 @@ def test_mixer_in_newtons(firm):
     control.controlMode = firm.controlModeForceTorque
     control.thrustSi = 0.1
     firm.powerDistribution(control, uncapped)
-    # a quarter of 0.1 N of at most 0.12 N per motor (section 11)
+    # a quarter of 0.1 N of at most 0.12 N per motor (docs/reference/cffirmware-api.md#11)
     assert list(uncapped.list) == [13653] * 4
 
 
@@ -93,7 +93,7 @@ def test_controller_pid_at_rest(fresh):
     fresh.controllerPid(control, setpoint, sensors, state, 100)
     assert control.controlMode == fresh.controlModeLegacy
     assert (control.roll, control.pitch, control.yaw) == (0, 0, 0)
-    # thrust base (section 11)
+    # thrust base (docs/reference/cffirmware-api.md#11)
     assert control.thrust == 36000
 
 
@@ -104,7 +104,7 @@ def test_controller_mellinger_at_rest(firm):
     firm.controllerMellinger(mellinger, control, setpoint, sensors, state, 100)
     assert control.controlMode == firm.controlModeLegacy
     assert (control.roll, control.pitch, control.yaw) == (0, 0, 0)
-    # massThrust m g (section 11)
+    # massThrust m g (docs/reference/cffirmware-api.md#11)
     assert control.thrust == pytest.approx(mellinger.massThrust * mellinger.mass * 9.81, rel=1e-6)
     assert (mellinger.massThrust, mellinger.mass) == (132000, pytest.approx(0.029))
 
@@ -192,7 +192,7 @@ def test_text_of_a_failed_assertion_fits_into_150_bytes(firm):
     assert str(caught.value.__cause__) == "x" * 149
 
 
-# section 11: coefficients of the take-off, and the way there
+# docs/reference/cffirmware-api.md#11: coefficients of the take-off, and the way there
 
 
 def test_takeoff_polynomial_is_exact(firm):

@@ -72,7 +72,7 @@ def test_landing_ends_with_motors_off(controller, platform):
     assert drone.failure is None
 
 
-# ---- section 16 ----
+# ---- docs/reference/control-geometric.md#16 ----
 
 
 @pytest.mark.parametrize(

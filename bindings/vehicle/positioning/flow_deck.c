@@ -18,7 +18,7 @@ static const float LOWEST_UPRIGHT   = 0.1f;  // R22 of a tilt of 84 deg
 static const float LOWEST_MODEL     = 0.1f;  // [m], below it the filter assumes this height
 static const float LARGEST_REGISTER = 32767.0f;
 
-// standard deviation [counts] = 0.0007984 shutter + 0.4335 (section 13.2)
+// standard deviation [counts] = 0.0007984 shutter + 0.4335 (docs/reference/estimators.md#13.2)
 static const float SHUTTER_SLOPE  = 0.0007984f;
 static const float SHUTTER_OFFSET = 0.4335f;
 

@@ -43,7 +43,7 @@ class Sensors:
         return list(self.struct.data.acc.axis)
 
 
-# ---- the bias of the gyroscope, section 12.3
+# ---- the bias of the gyroscope, docs/reference/estimators.md#12.3
 
 
 def test_bias_is_the_mean_of_512_still_samples():
@@ -100,7 +100,7 @@ def test_rates_are_published_before_the_bias_is_known():
     assert sensors.struct.data.gyro.x == pytest.approx(1000 * 4000 / 65536, rel=1e-5)
 
 
-# ---- the scale of the accelerometer, section 12.4
+# ---- the scale of the accelerometer, docs/reference/estimators.md#12.4
 
 
 def test_scale_is_the_mean_length_of_200_samples_after_the_bias():
@@ -122,12 +122,12 @@ def test_gravity_at_rest_measures_one():
     assert np.linalg.norm(list(sensors.struct.data.acc.axis)) == pytest.approx(1.0, rel=3e-6)
 
 
-# ---- alignment and filters, sections 12.5 and 12.7
+# ---- alignment and filters, docs/reference/estimators.md#12.5 and #12.7
 
 
 @pytest.mark.parametrize("angles", [(0, 0, 90), (180, 0, 0), (10, -20, 30), (-170, 80, 5)])
 def test_board_is_turned_into_the_airframe(angles):
-    """The matrix of section 12.5 is the transpose of Rz(psi) Ry(theta) Rx(phi)."""
+    """The matrix of docs/reference/estimators.md#12.5 is the transpose of Rz(psi) Ry(theta) Rx(phi)."""
     sensors = Sensors()
     sensors.struct.imu_phi, sensors.struct.imu_theta, sensors.struct.imu_psi = angles
     sensors.sample(gyro=(3000, -2000, 1000), acc=(1000, 500, -700), times=400)
@@ -153,7 +153,7 @@ def test_samples_pass_a_low_pass_that_starts_from_zero(member, cutoff):
     for _ in range(60):
         sensors.sample(gyro=(1000, 0, 0), acc=(1000, 0, 0))
         assert getattr(sensors.struct.data, member).x == pytest.approx(lib.lpf2pApply(twin, step), rel=1e-6)
-    # section 12.7: a transient of about 40 ms
+    # docs/reference/estimators.md#12.7: a transient of about 40 ms
     assert getattr(sensors.struct.data, member).x == pytest.approx(step, rel=0.01)
 
 
@@ -163,7 +163,7 @@ def test_samples_are_stamped_in_microseconds():
     assert sensors.struct.data.interruptTimestamp == 5_000_000_000
 
 
-# ---- trim, section 12.6
+# ---- trim, docs/reference/estimators.md#12.6
 
 
 @pytest.mark.parametrize(("pitch", "roll"), [(0.0, 0.0), (2.0, 0.0), (0.0, -3.0), (4.0, 1.5), (-30.0, 20.0)])

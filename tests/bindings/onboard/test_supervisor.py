@@ -459,7 +459,7 @@ def test_dump_flag_clears_itself(bench: Bench) -> None:
     assert bench.supervisor.infdmp == 0
 
 
-# --- parameters and logs (section 16)
+# --- parameters and logs (docs/reference/planner-commander.md#16)
 
 
 def rows_of(variables) -> list[tuple[str, int, int]]:

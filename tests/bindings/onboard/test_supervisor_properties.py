@@ -66,7 +66,8 @@ def test_locked_is_for_good_and_motors_run_in_four_states_only(auto_arming, hist
 
         allowed = lib.cf_supervisor_are_motors_allowed(supervisor)
         assert allowed == (supervisor.state in MOTORS_ALLOWED)
-        # a drone that levels out looks at the arming flag only when it flies again (section 14.5)
+        # a drone that levels out looks at the arming flag only when it flies again
+        # (docs/reference/planner-commander.md#14.5)
         assert not allowed or supervisor.is_armed or WARNING in (before, supervisor.state)
         before = supervisor.state
         assert bool(supervisor.info & lib.CF_SUPERVISOR_INFO_CAN_FLY) == allowed

@@ -41,7 +41,7 @@ def is_taken(conditions: int, trigger: tuple[int, int, int], blocker: tuple[int,
     return lib.findTransition(NOT_PASSED, conditions, transitions) == PASSED
 
 
-# section 17.1: conditions, combiner, bits, negated bits, is it taken
+# docs/reference/planner-commander.md#17.1: conditions, combiner, bits, negated bits, is it taken
 @pytest.mark.parametrize(
     ("conditions", "combiner", "bits", "negated", "taken"),
     [
@@ -85,7 +85,7 @@ def test_first_matching_transition_wins() -> None:
     assert lib.findTransition(READY, 0, ffi.new("supervisorTransitionList_t *", [rows, 3])) == LANDED
 
 
-# section 14.5, each row of the table, and the order of rows where two match
+# docs/reference/planner-commander.md#14.5, each row of the table, and the order of rows where two match
 @pytest.mark.parametrize(
     ("state", "conditions", "following"),
     [

@@ -91,7 +91,7 @@ def test_rotor_drag_is_the_sum_over_the_rotors(make_vehicle: Make, wrench: Make,
 
 
 def test_drag_at_the_rotor_plane_lifts_the_leading_edge(make_vehicle: Make, wrench: Make) -> None:
-    """Section 7: 160 to 200 uN m per m/s."""
+    """docs/reference/vehicle.md#7: 160 to 200 uN m per m/s."""
     vehicle = make_vehicle("cf2", only(lib.CF_DRAG_ROTORS))
     set_speed(vehicle, HOVER_SPEED["cf2"])
     _, torque = wrench(vehicle, velocity=(1.0, 0.0, 0.0))
@@ -157,7 +157,7 @@ def test_reference_config_is_plain_linear_drag(make_vehicle: Make, run: Make, wr
 
 @pytest.mark.parametrize("platform", ["cf2", "cf21bl"])
 def test_terminal_speed_with_stopped_rotors(make_vehicle: Make, wrench: Make, platform: str) -> None:
-    """Section 14.1: 9 to 10 m/s."""
+    """docs/reference/vehicle.md#14.1: 9 to 10 m/s."""
     vehicle = make_vehicle(platform)
     weight = vehicle.mass * GRAVITY
     assert wrench(vehicle, velocity=(0, 0, -9.0))[0][2] < weight < wrench(vehicle, velocity=(0, 0, -10.0))[0][2]
@@ -165,7 +165,7 @@ def test_terminal_speed_with_stopped_rotors(make_vehicle: Make, wrench: Make, pl
 
 @pytest.mark.parametrize(("platform", "speed"), [("cf2", 7.7), ("cf21bl", 6.5)])
 def test_level_speed_held_at_twenty_degrees(make_vehicle: Make, wrench: Make, platform: str, speed: float) -> None:
-    """Section 14.1, computed there with the linear drag."""
+    """docs/reference/vehicle.md#14.1, computed there with the linear drag."""
     vehicle = make_vehicle(platform, only(lib.CF_DRAG_LINEAR))
     force, _ = wrench(vehicle, velocity=(speed, 0, 0))
     assert -force[0] == pytest.approx(vehicle.mass * GRAVITY * np.tan(np.deg2rad(20)), rel=0.01)

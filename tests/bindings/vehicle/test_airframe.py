@@ -58,7 +58,7 @@ def test_airframe_has_the_number_of_the_table(platform: int, path: str) -> None:
 
 @pytest.mark.parametrize(("platform", "total"), [(lib.CF_PLATFORM_CF2, 0.22), (lib.CF_PLATFORM_CF21BL, 0.11)])
 def test_resistance_of_the_pack(platform: int, total: float) -> None:
-    """Section 6: 0.20 and 0.02 Ohm in the 250 mAh pack, 0.11 Ohm in all in the 350 mAh pack."""
+    """docs/reference/vehicle.md#6: 0.20 and 0.02 Ohm in the 250 mAh pack, 0.11 Ohm in all in the 350 mAh pack."""
     assert read(platform, "battery.resistance") + read(platform, "battery.slow_resistance") == pytest.approx(total)
 
 

@@ -80,7 +80,7 @@ def test_power_is_linear_in_thrust(make_config: Make, platform: str, grams: floa
 
 
 def test_current_at_29_grams_is_that_of_the_bench(make_config: Make) -> None:
-    """Section 3: 2.14 A at 3.67 V."""
+    """docs/reference/vehicle.md#3: 2.14 A at 3.67 V."""
     battery = make_battery(make_config, constant_voltage=3.67)
     feed(battery, 29.0 * NEWTON_PER_GRAM, 1)
     assert battery.current == pytest.approx(2.14, rel=0.01)
@@ -137,12 +137,12 @@ def test_charge_is_the_integral_of_the_current(make_config: Make) -> None:
 
 
 def test_hover_lasts_ten_minutes_on_the_brushless(make_config: Make) -> None:
-    """Section 14.4: 10 +- 1 min; the power law was fitted at 34.5 g."""
+    """docs/reference/vehicle.md#14.4: 10 +- 1 min; the power law was fitted at 34.5 g."""
     assert minutes_to_empty(make_battery(make_config, "cf21bl"), 34.5) == pytest.approx(10.0, abs=1.0)
 
 
 def test_hover_lasts_seven_minutes_on_a_cell_without_resistance(make_config: Make) -> None:
-    """Section 14.4: 7 +- 0.5 min, computed there from nominal energy over power."""
+    """docs/reference/vehicle.md#14.4: 7 +- 0.5 min, computed there from nominal energy over power."""
     battery = make_battery(make_config, resistance=0.0, slow_resistance=0.0)
     assert minutes_to_empty(battery, 29.0) == pytest.approx(7.0, abs=0.5)
 

@@ -89,7 +89,7 @@ HOVER = {
 
 @pytest.fixture(params=["cf2", "cf21bl"])
 def hovering(request: pytest.FixtureRequest, make_vehicle: Make, run: Make) -> tuple[str, Any]:
-    """Return a platform and its vehicle, turning steadily at the effective voltage of section 14.1."""
+    """Return a platform and its vehicle, turning steadily at a voltage of docs/reference/vehicle.md#14.1."""
 
     def change(config: Any) -> None:
         bench(config)
@@ -134,7 +134,7 @@ def test_speed_that_carries_the_weight(make_config: Make, platform: str, mass: f
 
 
 def test_brushless_idle_is_on_the_cubic(make_vehicle: Make, run: Make) -> None:
-    """Section 4: idle 7000 at 4.2 V is about 0.0055 N per motor."""
+    """docs/reference/vehicle.md#4: idle 7000 at 4.2 V is about 0.0055 N per motor."""
 
     def change(config: Any) -> None:
         config.airframe.battery.constant_voltage = 4.2
@@ -144,7 +144,7 @@ def test_brushless_idle_is_on_the_cubic(make_vehicle: Make, run: Make) -> None:
     assert vehicle.rotors.thrust[2] == pytest.approx(0.0055, rel=0.03)
 
 
-# section 1: sign of x, of y, of the reaction torque about z
+# docs/reference/vehicle.md#1: sign of x, of y, of the reaction torque about z
 MOTORS = [(+1, -1, -1), (-1, -1, +1), (-1, +1, -1), (+1, +1, +1)]
 
 
@@ -201,7 +201,7 @@ def test_spin_up_torque_is_inertia_times_acceleration(
 
 
 def test_spin_up_is_as_large_as_the_aerodynamic_torque(make_vehicle: Make, run: Make, wrench: Make) -> None:
-    """Section 5: about 5.4e-4 N m at 20 000 rad/s^2."""
+    """docs/reference/vehicle.md#5: about 5.4e-4 N m at 20 000 rad/s^2."""
     vehicle = make_vehicle("cf2", bench)
     run(vehicle, [39000] * 4, 1000)
     _, steady = wrench(vehicle)
@@ -252,7 +252,7 @@ def test_duty_has_the_steps_of_the_motor_driver(
 
 
 def test_one_brushed_level_is_about_one_percent_of_hover_thrust(make_config: Make) -> None:
-    """Trap 9 of section 16."""
+    """docs/reference/vehicle.md#16, trap 9."""
     rotors = ffi.addressof(make_config("cf2").airframe.rotors)
     low, high = (lib.cf_rotor_steady_thrust(rotors, level / 255 * 3.7) for level in (165, 166))
     assert high / low - 1 == pytest.approx(0.01, rel=0.3)

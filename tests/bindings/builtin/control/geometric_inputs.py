@@ -18,7 +18,7 @@ QA = (0.0728518292, -0.0843056813, 0.250694811, 0.961632609)
 QA_YAW = lib.degrees(0.5)
 ZERO = (0.0, 0.0, 0.0, 0.0)
 
-# what upstream's tests fly: level, at height 0, with all-zero quaternions (section 12)
+# what upstream's tests fly: level, at height 0, with all-zero quaternions (docs/reference/control-geometric.md#12)
 UPSTREAM_MODES = (VELOCITY, VELOCITY, ABS, DISABLE, DISABLE, VELOCITY, DISABLE)
 POSITION_MODES = (ABS, ABS, ABS, DISABLE, DISABLE, ABS, DISABLE)
 MANUAL_MODES = (DISABLE, DISABLE, DISABLE, ABS, ABS, ABS, DISABLE)

@@ -77,7 +77,7 @@ def b6():
     return flight
 
 
-# ---- reference numbers, section 13.3 ----
+# ---- reference numbers, docs/reference/control-geometric.md#13.3 ----
 
 
 @pytest.mark.parametrize(
@@ -137,7 +137,7 @@ def test_hover_thrust_of_29_grams():
     assert flight.control.thrustSi == pytest.approx(0.28449, rel=1e-5)
 
 
-# ---- rules, section 7 ----
+# ---- rules, docs/reference/control-geometric.md#7 ----
 
 
 def test_quirk_12_a_yaw_rate_is_added_to_holding_the_yaw_angle_of_the_setpoint():

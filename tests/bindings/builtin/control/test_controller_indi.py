@@ -68,7 +68,7 @@ def manual_flight(yaw_mode=ABS):
     return flight
 
 
-# ---- reference numbers, sections 13.5 and 13.6 ----
+# ---- reference numbers, docs/reference/control-geometric.md#13.5 and #13.6 ----
 
 
 def test_filter_follows_a_step_as_the_reference():
@@ -148,7 +148,7 @@ def test_i4_mixed_modes_and_clamped_lean():
     assert second[1:] == (-3558, 5013, -8791)
 
 
-# ---- rules of sections 9 and 10 ----
+# ---- rules of docs/reference/control-geometric.md#9 and #10 ----
 
 
 def test_odd_steps_write_the_same_output_again():
@@ -247,7 +247,7 @@ def test_quirk_19_a_goal_has_no_velocity_and_no_acceleration(change):
 
 
 def test_outer_loop_runs_even_when_nobody_asks_it():
-    """Section 10.2: so that its filters are warm when a mode becomes absolute."""
+    """docs/reference/control-geometric.md#10.2: so that its filters are warm when a mode becomes absolute."""
     flight = manual_flight()
     flight.step(2)
     assert flight.outer.linear_accel_f.z != 0
@@ -256,7 +256,7 @@ def test_outer_loop_runs_even_when_nobody_asks_it():
 
 @pytest.mark.parametrize(("height", "thrust"), [(100.0, 60000.0), (-100.0, 0.0)])
 def test_thrust_of_the_outer_loop_stays_within_its_limits(height, thrust):
-    """Section 10.1: MIN_THRUST and MAX_THRUST."""
+    """docs/reference/control-geometric.md#10.1: MIN_THRUST and MAX_THRUST."""
     flight = position_flight()
     flight.setpoint.position.z = height
     assert flight.step(2)[0] == thrust
@@ -305,7 +305,7 @@ def test_test_passes():
     assert lib.controllerINDITest(Flight().indi)
 
 
-# ---- variables, sections 9.4 and 10.3 ----
+# ---- variables, docs/reference/control-geometric.md#9.4 and #10.3 ----
 
 
 def names(table):

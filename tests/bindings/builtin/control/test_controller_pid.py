@@ -1,4 +1,4 @@
-"""The PID cascade: worked vectors of docs/reference/control-pid.md#19 and the rules of section 11."""
+"""The PID cascade: rules and worked vectors of docs/reference/control-pid.md#11 and #19."""
 
 import math
 
@@ -80,12 +80,12 @@ def assert_output(output, expected):
     assert output[3] == pytest.approx(expected[3], rel=1e-6)
 
 
-# ---- worked vectors, section 19 ----
+# ---- worked vectors, docs/reference/control-pid.md#19 ----
 
 
 def test_case_a_hover_asks_for_the_base_thrust():
     flight = Flight()
-    # also the upstream test of section 18
+    # also the upstream test of docs/reference/control-pid.md#18
     assert flight.step(make_setpoint((2, 2, 1, 0, 0, 2, 0)), 100) == (0, 0, 0, 36000.0)
     assert flight.control.controlMode == lib.controlModeLegacy
 
@@ -170,7 +170,7 @@ def test_case_g_manual_rates_of_the_brushless_platform(last, output):
     assert_output(flight.run(setpoint, 1, last), output)
 
 
-# ---- rules of section 11 ----
+# ---- rules of docs/reference/control-pid.md#11 ----
 
 
 def test_an_unknown_platform_is_refused():

@@ -26,7 +26,7 @@ def test_normalized_angle_matches_upstream_test(angle: float, expected: float) -
     assert lib.normalize_radians(angle) == pytest.approx(expected, rel=1e-5)
 
 
-# section 3: pi is added and taken away again in float32, and plans start there
+# docs/reference/planner-commander.md#3: pi is added and taken away again in float32, and plans start there
 @pytest.mark.parametrize(("angle", "expected"), [(0.2, 0.200000048), (0.3, 0.299999952), (1.0, 1.00000024)])
 def test_normalized_small_angle_is_rounded_like_the_firmware(angle: float, expected: float) -> None:
     assert lib.normalize_radians(angle) == np.float32(expected)

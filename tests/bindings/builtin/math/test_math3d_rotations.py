@@ -141,7 +141,7 @@ def test_turns_about_the_axes_have_the_same_bits(name, axis, angle):
     assert np.array_equal(rows(getattr(lib, name)(angle)), rows(lib.maxisangle(lib.vbasis(axis), angle)))
 
 
-# ---- quaternions: the table of section 13.1 ----
+# ---- quaternions: the table of docs/reference/control-geometric.md#13.1 ----
 
 
 def test_table_angles_and_matrices_of_a_quaternion():
@@ -189,7 +189,7 @@ def test_table_interpolation():
     assert xyzw(lib.qslerp(quat(C), goal, 0.25)) == close(arc, 1e-8)
 
 
-# ---- quaternions: upstream's test of the product, section 12 ----
+# ---- quaternions: upstream's test of the product, docs/reference/control-geometric.md#12 ----
 
 
 def test_upstream_products():
@@ -239,7 +239,7 @@ def test_angles_go_to_a_quaternion_and_back(roll, pitch, yaw):
 def test_a_matrix_becomes_the_quaternion_with_positive_scalar(q):
     back = lib.mat2quat(lib.quat2rotmat(quat(q)))
     assert back.w >= 0.0
-    # poor near half a turn (section 14, quirk 20)
+    # poor near half a turn (docs/reference/control-geometric.md#14, quirk 20)
     assert (Rotation.from_quat(xyzw(back)) * Rotation.from_quat(q).inv()).magnitude() < 2e-3
 
 
@@ -304,7 +304,7 @@ def test_rates_turn_the_body(q, gyro):
 
 @given(quaternions, quaternions)
 def test_the_angle_between_two_quaternions_is_always_zero(a, b):
-    # section 4.6: a guard of 1e9 where 1e-9 was meant
+    # docs/reference/control-geometric.md#4.6: a guard of 1e9 where 1e-9 was meant
     assert lib.qanglebetween(quat(a), quat(b)) == 0.0
 
 
@@ -340,7 +340,7 @@ def test_quaternions_are_loaded_and_stored():
     assert xyzw(lib.qloadf(floats)) == (5, 6, 7, 8)
 
 
-# ---- accuracy of section 16, and quirk 20
+# ---- accuracy of docs/reference/control-geometric.md#16, and quirk 20
 
 
 def largest_error(compute, count=500):

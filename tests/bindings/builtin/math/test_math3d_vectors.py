@@ -28,7 +28,7 @@ def xyz(v):
 
 
 def test_angles_convert_with_one_rounded_factor():
-    # section 13.1
+    # docs/reference/control-geometric.md#13.1
     assert lib.radians(1.0) == F(0.0174532924)
     assert lib.degrees(1.0) == F(57.2957764)
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from crazychoir_fw._core import ffi, lib
 
-# section 17.2: x, y, z, w; word; what comes back
+# docs/reference/planner-commander.md#17.2: x, y, z, w; word; what comes back
 VECTORS = [
     ((0, 0, 0, 1), 0xC0000000, (0, 0, 0, 1)),
     ((1, 0, 0, 0), 0x00000000, (1, 0, 0, 0)),

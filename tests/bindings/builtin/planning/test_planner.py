@@ -182,7 +182,7 @@ def flying_through_start(planner) -> None:
         axis[0:8] = [*p, 0.0, 0.0, 0.0, 0.0, 0.0]
 
 
-# section 17.2
+# docs/reference/planner-commander.md#17.2
 GO_TO_SMOOTH_COEFFICIENTS = [
     [1, 0.300000012, 0.100000001, 0, 0.0987654179, -0.104938269, 0.0330589823, -0.00338363042],
     [-0.5, 0, -0.0500000007, 0, 0.703703701, -0.555555582, 0.153292179, -0.0145404665],
@@ -243,7 +243,7 @@ def test_go_to_while_flying_starts_at_the_current_goal(planner) -> None:
 def test_uploaded_trajectory_is_read_at_its_offset(planner, memory) -> None:
     assert lib.cf_planner_start_trajectory(planner, memory, uploaded(offset=132), start_at((5, 5, 5)), 10.0) == 0
     assert lib.cf_planner_state(planner) == FLYING
-    # section 17.2, figure-8 at t = 2
+    # docs/reference/planner-commander.md#17.2, figure-8 at t = 2
     goal = lib.cf_planner_current_goal(planner, memory, 12.0)
     assert xyz(goal.pos) == pytest.approx([0.98464, -0.047883496, 0.0], rel=1e-6)
     assert not lib.cf_planner_is_finished(planner, memory, 17.2)
@@ -271,7 +271,7 @@ def test_yaw_relative_trajectory_is_turned_about_the_origin(planner, memory) -> 
     goal = lib.cf_planner_current_goal(planner, memory, 2.0)
     assert goal.yaw == pytest.approx(math.pi / 2, rel=1e-6)
     assert xyz(goal.pos) == pytest.approx([1.0 + 0.047883496, 2.0 + 0.98464, 3.0], rel=1e-6)
-    # jerk stays unturned (section 4.7)
+    # jerk stays unturned (docs/reference/planner-commander.md#4.7)
     assert goal.jerk.x == pytest.approx(-0.76503682, rel=1e-5)
 
 
@@ -326,7 +326,7 @@ def test_compressed_trajectory_survives_moving_the_memory_and_the_planner(planne
 
 
 def test_relative_compressed_trajectory_starts_here_and_keeps_its_yaw_and_pace(planner, memory) -> None:
-    """Section 6.7; what the high-level commander refuses has no effect."""
+    """docs/reference/planner-commander.md#6.7; what the high-level commander refuses has no effect."""
     ffi.buffer(memory)[0 : len(LINES)] = LINES
     trajectory = uploaded(
         type=COMPRESSED, timescale=2.0, reversed=True, relative_position=True, relative_yaw=True, n_pieces=0

@@ -40,7 +40,8 @@ def as_row(ev) -> list[float]:
     "row", SPIRALS, ids=lambda r: f"{['forward', 'sideways'][int(r[0])]}-{['ccw', 'cw'][int(r[1])]}-t={r[2]}"
 )
 def test_spiral_has_the_expected_numbers(row: NDArray[np.float64]) -> None:
-    # the order of products in the firmware is not known, and the fit amplifies an ulp (section 17.2)
+    # the order of products in the firmware is not known, and the fit amplifies an ulp
+    # (docs/reference/planner-commander.md#17.2)
     spiral = Spiral(1.5707963, 1.0, 0.5, 0.5, 4.0, bool(row[0]), bool(row[1]), pos=(0.1, 0.2, 1.0), yaw=0.3)
     expected = row[3:]
     goal = as_row(spiral.at(row[2]))
@@ -48,7 +49,7 @@ def test_spiral_has_the_expected_numbers(row: NDArray[np.float64]) -> None:
     np.testing.assert_allclose(goal[9:12], expected[9:12], atol=3e-5)
 
 
-# section 17.2
+# docs/reference/planner-commander.md#17.2
 @pytest.mark.parametrize(
     ("sideways", "clockwise", "center"),
     [

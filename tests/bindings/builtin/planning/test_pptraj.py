@@ -250,7 +250,7 @@ def test_scaled_polynomial() -> None:
     assert list(c) == [-2.0 * k for k in range(8)]
 
 
-# section 17.2
+# docs/reference/planner-commander.md#17.2
 @pytest.mark.parametrize(
     ("points", "expected"),
     [

@@ -40,7 +40,7 @@ def start(x=0, y=0, z=0, yaw=0) -> bytes:
 
 FIGURE8_BYTES = start() + b"".join(segment(r[0], r[1:8], r[8:15]) for r in FIGURE8_COMPRESSED) + END
 
-# section 17.1: z up, eight straight lines, z down
+# docs/reference/planner-commander.md#17.1: z up, eight straight lines, z down
 SIMPLIFIED_FIGURE8_BYTES = (
     start()
     + segment(2000, z=[1500])
@@ -52,7 +52,7 @@ SIMPLIFIED_FIGURE8_BYTES = (
     + END
 )
 
-# section 17.2, as packed by cflib 0.1.34, and the end marker
+# docs/reference/planner-commander.md#17.2, as packed by cflib 0.1.34, and the end marker
 YAW_BYTES = bytes.fromhex(
     "f40106ffe8037cfc 523a025802bc022003b0048403 8c14056400c8002c019001f4015802bc02e803af04a406 000000"
 )
@@ -95,7 +95,10 @@ def test_compressed_figure8_goal_has_the_expected_numbers(row: NDArray[np.float6
 
 @pytest.mark.parametrize("row", YAW_GOALS, ids=lambda row: f"t={row[0]}")
 def test_compressed_yaw_has_the_expected_numbers(row: NDArray[np.float64]) -> None:
-    """Yaw is stored in tenths of a degree, not as the firmware read it before July 2026 (section 5.6)."""
+    """Yaw is stored in tenths of a degree, not as the firmware read it before July 2026.
+
+    docs/reference/planner-commander.md#5.6.
+    """
     goal = Compressed(YAW_BYTES).at(row[0])
     without_jerk = np.delete(goal, range(9, 12))
     np.testing.assert_allclose(without_jerk, row[1:], rtol=2e-7, atol=5e-7)
@@ -120,7 +123,10 @@ def test_compressed_figure8_stays_slow_and_ends_in_time(data: bytes, fastest: fl
 
 
 def test_long_path_of_straight_lines_stays_slow_and_ends_in_time() -> None:
-    """Section 17.1 "frame": the path of its own data is not known, this one has its start and its pieces of 0.5 s."""
+    """The path of its own data is not known, this one has its start and its pieces of 0.5 s.
+
+    docs/reference/planner-commander.md#17.1 "frame".
+    """
     corners = [(3000 + 50 * (i % 9), 7000 - 25 * (i % 13), 1000 + 10 * i) for i in range(60)]
     data = start(*corners[0]) + b"".join(segment(500, [x], [y], [z]) for x, y, z in corners[1:]) + END
     trajectory = Compressed(data)
@@ -133,7 +139,7 @@ def test_long_path_of_straight_lines_stays_slow_and_ends_in_time() -> None:
 
 @given(st.lists(st.floats(1.5, 9.75, width=32), min_size=1, max_size=10))
 def test_compressed_and_uncompressed_figure8_agree_at_any_times(times: list[float]) -> None:
-    """Random access of section 17.1: at most 0.02 apart."""
+    """Random access of docs/reference/planner-commander.md#17.1: at most 0.02 apart."""
     pieces = ffi.new("struct poly4d[]", len(FIGURE8))
     for piece, row in zip(pieces, FIGURE8, strict=True):
         piece.duration = row[0]
@@ -245,7 +251,7 @@ def test_piece_that_does_not_end_within_the_bytes_ends_the_trajectory(missing: i
 
 
 def test_stale_bytes_behind_a_trajectory_without_end_marker_are_pieces() -> None:
-    """What cflib's uploads do, because it appends no end marker (section 5.1)."""
+    """What cflib's uploads do, because it appends no end marker (docs/reference/planner-commander.md#5.1)."""
     without = start() + segment(1000, [1000])
     assert Compressed(without + segment(2000, [0]) + END).duration == 3.0
     assert Compressed(without + END + segment(2000, [0])).duration == 1.0

@@ -12,7 +12,7 @@ from crazychoir_fw._core import ffi, lib
 CURVES = {
     "cf2": lib.cf_platform_facts(lib.CF_PLATFORM_CF2).thrust,
     "cf21bl": lib.cf_platform_facts(lib.CF_PLATFORM_CF21BL).thrust,
-    # the other propellers of the table in section 12
+    # the other propellers of the table in docs/reference/control-pid.md#12
     "kit": ffi.new(
         "cf_thrust_curve_t *",
         {

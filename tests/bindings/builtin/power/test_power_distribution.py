@@ -65,12 +65,12 @@ def test_an_unknown_platform_is_refused():
 @pytest.mark.parametrize(
     ("control", "motors"),
     [
-        # section 18
+        # docs/reference/control-pid.md#18
         ((10, 0, 0, 0), (10, 10, 10, 10)),
         ((0, 10, 0, 0), (-5, -5, 5, 5)),
         ((0, 0, 12, 0), (6, -6, -6, 6)),
         ((0, 0, 0, 20), (20, -20, 20, -20)),
-        # section 19
+        # docs/reference/control-pid.md#19
         ((30000, 11, -7, 5), (29997, 29993, 30013, 29997)),
         ((100.5, -3, 3, -1), (101, 101, 97, 101)),
         ((36000, 32767, 32767, -32767), (3233, 36001, 3233, 101533)),
@@ -89,7 +89,7 @@ def test_legacy_mixer_keeps_the_total_and_the_moments(thrust, roll, pitch, yaw):
     assert m1 + m3 - m2 - m4 == 4 * yaw
 
 
-# section 19; "fallback" are the constants of older trees: arm 0.046 m, 0.1125 N, 0.005964552 m
+# docs/reference/control-pid.md#19; "fallback" are the constants of older trees: arm 0.046 m, 0.1125 N, 0.005964552 m
 FORCE_TORQUE = [
     ("fallback", 0.1, (0, 0, 0), (14563,) * 4),
     ("cf2", 0.1, (0, 0, 0), (13653,) * 4),
@@ -162,13 +162,13 @@ def test_numbers_that_do_not_fit_saturate(power, thrust, motor):
 @pytest.mark.parametrize(
     ("uncapped", "capped", "motors"),
     [
-        # section 18
+        # docs/reference/control-pid.md#18
         ((1000, 2000, 3000, 4000), False, (1000, 2000, 3000, 4000)),
         ((-1000, -2000, -3000, -4000), False, (0, 0, 0, 0)),
         ((65536,) * 4, True, (65535,) * 4),
         ((65536, 65540, 65545, 65550), True, (65521, 65525, 65530, 65535)),
         ((0, 5, 1000, 65545), True, (0, 0, 990, 65535)),
-        # section 19
+        # docs/reference/control-pid.md#19
         ((3233, 36001, 3233, 101533), True, (0, 3, 0, 65535)),
         # both ends
         ((65535,) * 4, False, (65535,) * 4),

@@ -137,7 +137,7 @@ def test_disabled_planner_asks_for_nothing_and_follows_the_estimate(vehicle: Veh
 def test_setpoint_holds_the_goal_in_degrees(vehicle: Vehicle) -> None:
     vehicle.takeoff(yaw=1.0, use_current_yaw=False)
     setpoint = vehicle.setpoint_at(0.5)
-    # section 17.2: take-off at t = 0.5
+    # docs/reference/planner-commander.md#17.2: take-off at t = 0.5
     assert xyz(setpoint.position) == [0.0, 0.0, pytest.approx(0.070556641, rel=1e-6)]
     assert xyz(setpoint.velocity) == [0.0, 0.0, pytest.approx(0.46142578, rel=1e-6)]
     assert xyz(setpoint.acceleration) == [0.0, 0.0, pytest.approx(1.8457031, rel=1e-6)]

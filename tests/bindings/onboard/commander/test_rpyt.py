@@ -190,7 +190,7 @@ def test_plus_mode_needs_a_yaw_rate(unlocked) -> None:
 
 
 def test_members_that_rpyt_does_not_name_are_kept(unlocked) -> None:
-    """Section 10.3: a full-state setpoint leaves its attitude mode behind."""
+    """docs/reference/planner-commander.md#10.3: a full-state setpoint leaves its attitude mode behind."""
     setpoint = ffi.new("setpoint_t *", {"position": {"x": 1.0}, "velocity": {"x": 2.0, "y": 3.0, "z": 4.0}})
     setpoint.mode.quat = setpoint.mode.x = setpoint.mode.y = setpoint.mode.z = ABS
     setpoint.jerk.y, setpoint.velocity_body = 5.0, True
@@ -240,7 +240,7 @@ def test_accepted_setpoint_is_finite_in_every_flight_mode(roll, pitch, yaw, thru
 
 # --- parameters
 
-# section 16: name, default, flags
+# docs/reference/planner-commander.md#16: name, default, flags
 PARAMETERS = [
     ("althold", 0, lib.CF_CORE),
     ("poshold", 0, lib.CF_CORE),

@@ -25,7 +25,7 @@ def full_state(values=FULL_STATE):
     return state
 
 
-# section 17.2, decoders of port 7: builder, arguments, members of the setpoint
+# docs/reference/planner-commander.md#17.2, decoders of port 7: builder, arguments, members of the setpoint
 CASES = [
     pytest.param(
         lib.cf_setpoint_velocity_world,

@@ -38,7 +38,7 @@ def items(packet):
     ]
 
 
-# section 21, captured from cflib 0.1.34
+# docs/reference/crtp-cflib.md#21, captured from cflib 0.1.34
 EXTPOS = bytes.fromhex("0000803f0000004000004040")
 EXTPOSE = bytes.fromhex("080000803f00000040000040400000000000000000000000000000803f")
 PERSIST = bytes.fromhex("0b03000400")

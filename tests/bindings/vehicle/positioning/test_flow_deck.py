@@ -14,7 +14,7 @@ from crazychoir_fw._core import ffi, lib
 
 Make = Callable[..., Any]
 
-# range (m), standard deviation (m): section 13.1
+# range (m), standard deviation (m): docs/reference/estimators.md#13.1
 RANGE_STD = [
     (0.1, 0.0025023),
     (0.5, 0.0025073),
@@ -57,7 +57,7 @@ def watch(
 
 
 def counts_of(flow: Any) -> tuple[int, int]:
-    """Return the counts along x and y of the body: the chip lies turned (section 13.2)."""
+    """Return the counts along x and y of the body: the chip lies turned (docs/reference/estimators.md#13.2)."""
     return -flow.delta_y, -flow.delta_x
 
 
@@ -138,7 +138,10 @@ def test_flow_counts_invert_the_model_of_the_filter(
 
 
 def test_flow_agrees_with_the_check_vector_of_the_filter(ideal: Any) -> None:
-    """Section 17 E: rates (5.7, -11.4) deg/s predict (0.0971603, 0.0485801); here a hundred times that."""
+    """Rates (5.7, -11.4) deg/s predict (0.0971603, 0.0485801); here a hundred times that.
+
+    docs/reference/estimators.md#17.E.
+    """
     rates = np.deg2rad([5.7, -11.4, 0.0]) * 100
     _, flows = watch(ideal, 10, rates=rates)
     assert counts_of(flows[10]) == (97, 49)
@@ -171,7 +174,7 @@ def test_flow_noise_has_the_asked_deviation(make_config: Make) -> None:
 
 @pytest.mark.parametrize(("noise", "shutter"), [(0.0, 0), (0.4, 0), (1.0, 710), (2.0, 1962), (100.0, 65535)])
 def test_shutter_shows_the_noise(make_config: Make, noise: float, shutter: int) -> None:
-    """The driver's rule upside down: 0.0007984 shutter + 0.4335 (section 13.2)."""
+    """The driver's rule upside down: 0.0007984 shutter + 0.4335 (docs/reference/estimators.md#13.2)."""
     _, flows = watch(make_deck(make_config, flow_noise=noise), 10)
     assert flows[10].shutter == shutter
 

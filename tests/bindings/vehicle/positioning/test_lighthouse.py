@@ -51,7 +51,7 @@ def watch(lighthouse: Any, ticks: int, position: Any = (0.0, 0.0, 0.7), rotation
 
 
 def angle_of(station: Any, point: np.ndarray, tilt: float) -> float:
-    """Return the sweep angle by the formula of section 5.11, in double precision."""
+    """Return the sweep angle by the formula of docs/reference/estimators.md#5.11, in double precision."""
     rotation = np.array([[station.rotation[i][k] for k in range(3)] for i in range(3)])
     x, y, z = rotation.T @ (point - np.array(list(station.position)))
     return np.arctan2(y, x) + np.arcsin(z * np.tan(tilt) / np.hypot(x, y))
@@ -101,7 +101,7 @@ def test_ideal_angles_are_those_of_the_model(make_config: Make, position: Any, y
 
 
 def test_sweep_angle_of_the_check_vector() -> None:
-    """Section 17 H: measured 0.5 with an innovation of 0.0480527282."""
+    """docs/reference/estimators.md#17.H: measured 0.5 with an innovation of 0.0480527282."""
     angle = lib.cf_sweep_angle(0.5 + 0.015 + 2.0, -0.3 + 0.0075 + 1.0, 1.2 - 2.0, -TILT)
     assert 0.5 - angle == pytest.approx(0.0480527282, abs=3e-7)
 
