@@ -5,8 +5,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from crazychoir_fw.cli.attempt import FlightRequest, attempt
 from crazychoir_fw.cli.console import console
-from crazychoir_fw.cli.fly import Request, attempt
 from crazychoir_fw.cli.watch import repeat_on_save, seconds_since_save
 from crazychoir_fw.firmware.levels import level_of
 from crazychoir_fw.mission.extending import files_of
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.mission.schema import Mission
 
 
-def fly_again_on_save(request: Request) -> None:
+def fly_again_on_save(request: FlightRequest) -> None:
     """Fly, and again whenever one of the files was saved, until Ctrl-C."""
     inputs = Inputs(request)
 
@@ -36,7 +36,7 @@ def fly_again_on_save(request: Request) -> None:
 class Inputs:
     """The files that a flight depends on."""
 
-    def __init__(self, request: Request) -> None:
+    def __init__(self, request: FlightRequest) -> None:
         self._mission = request.mission
         self._apps = {Path(path) for path in request.overrides["app"] or ()}
         self._checkout: Path | None = None

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
+from crazychoir_fw.cli.attempt import FlightRequest, attempt, load
 from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of
 
-if TYPE_CHECKING:
-    from crazychoir_fw.cli.fly import Request
 
-
-def fly_as_nodes(request: Request, processes: str, domain: int | None, pace: float | None, restart: bool) -> int:
+def fly_as_nodes(request: FlightRequest, processes: str, domain: int | None, pace: float | None, restart: bool) -> int:
     """Fly a mission as processes; returns the exit code.
 
     Args:
@@ -22,7 +19,6 @@ def fly_as_nodes(request: Request, processes: str, domain: int | None, pace: flo
         pace: Simulated seconds per second; None is lockstep.
         restart: Whether processes that end are started again.
     """
-    from crazychoir_fw.cli.fly import attempt, load
     from crazychoir_fw.common.errors import CrazychoirError
 
     try:

@@ -145,8 +145,8 @@ def _mission(path: Path | None, drones: int | None, overrides: dict[str, Any]) -
 def _serve(mission: "Mission", request: Request) -> list[str]:
     """Serve until the end. Returns what the core stopped drones for, one sentence each."""
     from crazychoir_fw.common.errors import StateError
+    from crazychoir_fw.flight.links import simulated_radios
     from crazychoir_fw.flight.runner import LOG_RATE, build_world
-    from crazychoir_fw.mission.radios import simulated_radios
     from crazychoir_fw.simulation import FlightRecorder
 
     view: AbstractContextManager[Observer | None] = nullcontext(None)

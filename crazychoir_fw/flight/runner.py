@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import CrazychoirError, MissionError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
+from crazychoir_fw.flight.links import simulated_radios
 from crazychoir_fw.flight.summary import collision_failures, judge, summarize
 from crazychoir_fw.mission.fleet import drone_settings
 from crazychoir_fw.mission.plan import Command, FlightPlan, plan_flight
-from crazychoir_fw.mission.radios import simulated_radios
 from crazychoir_fw.mission.schema import Mission
 
 if TYPE_CHECKING:

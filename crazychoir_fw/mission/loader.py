@@ -90,7 +90,7 @@ def parse_mission(
         mission = _with(mission, {key: value for key, value in overrides.items() if value is not None})
         _check_fleet(mission)
         _check_faults(mission)
-        check_radios(mission)
+        check_radios(mission.radios, [drone.id for drone in mission.fleet])
         if isinstance(mission, LayeredMission):
             mission = with_uris(mission, uris)
             check_layers(mission)

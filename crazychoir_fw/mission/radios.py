@@ -6,7 +6,7 @@ are written. Without the list, every drone has a perfect link.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator
@@ -15,8 +15,7 @@ from crazychoir_fw.common.errors import CrazychoirError, MissionError
 from crazychoir_fw.mission.values import did_you_mean, refusal, unknown_key
 
 if TYPE_CHECKING:
-    from crazychoir_fw.crtp.link_model import Link, RadioConfig, SimulatedRadios
-    from crazychoir_fw.mission.schema import Mission
+    from crazychoir_fw.crtp.link_model import RadioConfig
 
 
 def _radio(value: Any) -> RadioConfig:
@@ -45,38 +44,20 @@ def _radio(value: Any) -> RadioConfig:
 Radios = list[Annotated[Any, BeforeValidator(_radio)]]
 
 
-def check_radios(mission: Mission) -> None:
+def check_radios(radios: Sequence[RadioConfig], drones: Sequence[str]) -> None:
     """Refuse radios that serve nobody, and drones with two.
+
+    Args:
+        radios: Of a mission.
+        drones: Names of all drones.
 
     Raises:
         MissionError: With the key and what is wrong.
     """
-    if mission.radios:
+    if radios:
         from crazychoir_fw.crtp.link_model.radios import assign
 
         try:
-            assign(mission.radios, [drone.id for drone in mission.fleet])
+            assign(radios, drones)
         except CrazychoirError as error:
             raise MissionError(f"radios{error}") from None
-
-
-def make_link(mission: Mission, seed: int | None = None) -> Link:
-    """Return the radios of a mission; a `PerfectLink` when it has none.
-
-    Args:
-        mission: The mission.
-        seed: Seed of losses and delays; by default that of the mission.
-    """
-    from crazychoir_fw.crtp.link_model import PerfectLink
-
-    return simulated_radios(mission, seed) or PerfectLink()
-
-
-def simulated_radios(mission: Mission, seed: int | None = None) -> SimulatedRadios | None:
-    """Return the radios of a mission, if it has any."""
-    if not mission.radios:
-        return None
-    from crazychoir_fw.crtp.link_model import SimulatedRadios
-
-    drones = [drone.id for drone in mission.fleet]
-    return SimulatedRadios(mission.radios, drones, mission.seed if seed is None else seed)

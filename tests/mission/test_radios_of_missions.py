@@ -8,9 +8,9 @@ import pytest
 
 from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.crtp.link_model import PerfectLink, RadioConfig, SimulatedRadios
+from crazychoir_fw.flight.links import make_link
 from crazychoir_fw.flight.runner import fly
 from crazychoir_fw.mission import parse_mission
-from crazychoir_fw.mission.radios import make_link
 from crazychoir_fw.simulation.replay import replay
 
 
