@@ -60,12 +60,12 @@ def measure(mission, options, seconds, result):
     from crazychoir_fw.flight.backends import make_backend
     from crazychoir_fw.ros.hosting import HostedExperiment
     from crazychoir_fw.ros.process import make_executor
-    from crazychoir_fw.ros.simulation import Pace
+    from crazychoir_fw.ros.simulation import PaceSettings
 
     context = Context()
     rclpy.init(args=[], context=context)
     executor = make_executor(context)
-    pace = Pace(options.speed, options.lockstep, 30.0, unattended=True)
+    pace = PaceSettings(options.speed, options.lockstep, 30.0, unattended=True)
     experiment = HostedExperiment(mission, make_backend(mission), executor, pace, None, context)
     booting = time.perf_counter()
     late = experiment.wait_for([part.name for part in options.parts], 300.0)

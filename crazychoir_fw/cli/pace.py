@@ -3,7 +3,7 @@
 import time
 
 
-class Pace:
+class FramePacer:
     """Real time for one flight, from the first question on.
 
     Args:

@@ -28,7 +28,7 @@ _NO_JOURNAL = "the drones were served with --no-journal"
 
 
 @dataclass(frozen=True)
-class Request:
+class ServeRequest:
     """What the command line asks for."""
 
     host: str
@@ -97,7 +97,7 @@ def serve(
     require_way(view)
     if (mission is None) == (drones is None):
         refuse("name a mission file, or a number of drones with --drones")
-    request = Request(
+    request = ServeRequest(
         host,
         port,
         speed,
@@ -142,7 +142,7 @@ def _mission(path: Path | None, drones: int | None, overrides: dict[str, Any]) -
     return parse_mission(grid, source="--drones", **overrides)
 
 
-def _serve(mission: "Mission", request: Request) -> list[str]:
+def _serve(mission: "Mission", request: ServeRequest) -> list[str]:
     """Serve until the end. Returns what the core stopped drones for, one sentence each."""
     from crazychoir_fw.common.errors import StateError
     from crazychoir_fw.flight.links import simulated_radios

@@ -12,7 +12,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.cli.pace import Pace
+from crazychoir_fw.cli.pace import FramePacer
 from crazychoir_fw.common.errors import CrazychoirError, StateError
 from crazychoir_fw.recording.likeness import Likeness
 from crazychoir_fw.recording.overlays import drone_colors, place_ghost, place_name
@@ -50,7 +50,7 @@ def open_window(say: Callable[[str], None]) -> Iterator[Observer]:
 
     viewer = overlay = likeness = None
     threads: list[threading.Thread] = []
-    pace = Pace(_FRAME_S)
+    pace = FramePacer(_FRAME_S)
 
     def show(world: World, progress: Progress) -> None:
         nonlocal viewer, overlay, likeness

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.cli.pace import Pace
+from crazychoir_fw.cli.pace import FramePacer
 from crazychoir_fw.common.errors import MissingLibraryError
 from crazychoir_fw.recording.likeness import Likeness
 from crazychoir_fw.recording.overlays import drone_colors
@@ -62,7 +62,7 @@ def open_page(say: Callable[[str], None], patience_s: float = PATIENCE_S) -> Ite
     server = viser.ViserServer(host=HOST, port=PORT, label="crazychoir", verbose=False)
     server.gui.configure_theme(show_logo=False, show_share_button=False)
     page: Page | None = None
-    pace = Pace(_FRAME_S)
+    pace = FramePacer(_FRAME_S)
 
     def show(world: World, progress: Progress) -> None:
         nonlocal page

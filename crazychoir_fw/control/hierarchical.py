@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.control.controller import CrazyflieController, ReferenceHandler
+from crazychoir_fw.control.periodic_timer import PeriodicTimer
 from crazychoir_fw.control.position import DEFAULT_MASS, STANDARD_GRAVITY
-from crazychoir_fw.control.schedule import Schedule
 from crazychoir_fw.control.senders import SenderStrategy
 from crazychoir_fw.control.strategies import AttitudeCtrlStrategy, PositionCtrlStrategy
 
@@ -70,10 +70,10 @@ class HierarchicalController(CrazyflieController):
             )
         if attitude_strategy is None and self.command_sender.kind == "fpqr":
             raise RangeError(f"{who}: attitude_strategy is None, allowed with thrust and body rates: an attitude law")
-        self._send_schedule = Schedule(send_freq)
-        self._position_schedule: Schedule | None = None
+        self._send_schedule = PeriodicTimer(send_freq)
+        self._position_schedule: PeriodicTimer | None = None
         if not _is_same(self.position_strategy.update_frequency, send_freq):
-            self._position_schedule = Schedule(self.position_strategy.update_frequency)
+            self._position_schedule = PeriodicTimer(self.position_strategy.update_frequency)
 
         mass = getattr(self.position_strategy, "mass", DEFAULT_MASS)
         gravity = getattr(self.position_strategy, "gravity", STANDARD_GRAVITY)

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from crazychoir_fw.common.attitude import rpy_of_rotation
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Twist
-from crazychoir_fw.control.schedule import checked_frequency
+from crazychoir_fw.control.periodic_timer import checked_frequency
 
 Array = NDArray[np.float64]
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.messages import Pose, Reference
-from crazychoir_fw.control.schedule import checked_frequency
+from crazychoir_fw.control.periodic_timer import checked_frequency
 
 Array = NDArray[np.float64]
 

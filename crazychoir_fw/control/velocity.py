@@ -10,7 +10,7 @@ from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.control.controller import CrazyflieController, ReferenceHandler
 from crazychoir_fw.control.gains import VELOCITY_GAINS, VelocityGains, chosen_gains
-from crazychoir_fw.control.schedule import Schedule, checked_frequency
+from crazychoir_fw.control.periodic_timer import PeriodicTimer, checked_frequency
 from crazychoir_fw.control.senders import SenderStrategy
 
 Array = NDArray[np.float64]
@@ -83,7 +83,7 @@ class VelocityController(CrazyflieController):
         if self.command_sender.kind != "vel":
             raise RangeError(f"{who}: command_sender sends {self.command_sender.kind}, allowed: vel (VelSender)")
         self.velocity_strategy = velocity_strategy
-        self._schedule = Schedule(velocity_strategy.update_frequency)
+        self._schedule = PeriodicTimer(velocity_strategy.update_frequency)
 
     @property
     def periods(self) -> tuple[float, ...]:

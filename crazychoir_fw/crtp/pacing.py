@@ -17,7 +17,7 @@ MAX_SLICE = 10
 _RECENT_S = 1.0
 
 
-class Pace:
+class TickPacer:
     """Tells how many ticks to advance. Times are seconds of a clock that goes on evenly."""
 
     def __init__(self, speed: float | None, ticks_per_step: int = 1) -> None:

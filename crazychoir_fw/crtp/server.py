@@ -16,7 +16,7 @@ from crazychoir_fw.crtp.client_session import SILENCE_S, ClientSession
 from crazychoir_fw.crtp.clock import Clock
 from crazychoir_fw.crtp.drone_radio import DroneRadio
 from crazychoir_fw.crtp.link_model import Link, PerfectLink
-from crazychoir_fw.crtp.pacing import SLICE_S, Pace
+from crazychoir_fw.crtp.pacing import SLICE_S, TickPacer
 from crazychoir_fw.crtp.radio_thread import Radio, report
 from crazychoir_fw.crtp.server_statistics import Statistics
 from crazychoir_fw.crtp.service_context import ServiceContext
@@ -74,7 +74,7 @@ class Server:
         self.host = host
         self.port = port
         ticks_per_step = max(1, round(world.model.opt.timestep * TICKS_PER_SECOND))
-        self._pace = Pace(speed, ticks_per_step)
+        self._pace = TickPacer(speed, ticks_per_step)
         self._link = None if type(link) is PerfectLink else link
         self._newest_client_wins = newest_client_wins
         self._relax_after_session = relax_after_session

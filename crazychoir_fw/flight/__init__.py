@@ -1,6 +1,6 @@
 """Layers fly a swarm in one process, on drones that are simulated, integrated or real."""
 
-from crazychoir_fw.flight.agent import Agent, Phase
+from crazychoir_fw.flight.agent import Agent, DronePhase
 from crazychoir_fw.flight.backend import Backend
 from crazychoir_fw.flight.control_group import ControlGroup
 from crazychoir_fw.flight.experiment import Experiment
@@ -9,10 +9,10 @@ __all__ = [
     "Agent",
     "Backend",
     "ControlGroup",
+    "DronePhase",
     "Experiment",
     "HardwareBackend",
     "IntegratorBackend",
-    "Phase",
     "SimBackend",
 ]
 

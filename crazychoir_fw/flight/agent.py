@@ -14,7 +14,7 @@ from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 _FLOOR_M = 0.1  # what starts higher does not start on a floor
 
 
-class Phase(enum.Enum):
+class DronePhase(enum.Enum):
     """Where in its flight a drone is."""
 
     GROUND = "ground"
@@ -62,7 +62,7 @@ class Agent:
     """What plans, for drones that follow trajectories."""
     is_watched: bool = False
     """Whether it is known only: it decides and speaks, but nobody commands it."""
-    phase: Phase = Phase.GROUND
+    phase: DronePhase = DronePhase.GROUND
     reference: Reference | None = None
     """What it follows at present."""
     home: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))

@@ -15,7 +15,7 @@ from crazychoir_fw.flight.control_laws import GRAVITY
 from crazychoir_fw.flight.controllers import make_controller, make_groups
 from crazychoir_fw.flight.safety_filters import make_collision_avoidance, make_safety_filter, make_sensing
 from crazychoir_fw.guidance.gains import FORMATION_GAINS, FormationGains
-from crazychoir_fw.guidance.graph import Schedule
+from crazychoir_fw.guidance.graph import NeighborSchedule
 from crazychoir_fw.mission.communicators import graph_of, make_communicators, schedule_of
 from crazychoir_fw.mission.factory import build, changed_gains, class_of
 from crazychoir_fw.mission.roles import (
@@ -63,7 +63,7 @@ __all__ = [
 ]
 
 
-def make_guidance(mission: LayeredMission, i: int, communicator: Any, schedule: Schedule | None = None) -> Any:
+def make_guidance(mission: LayeredMission, i: int, communicator: Any, schedule: NeighborSchedule | None = None) -> Any:
     """Return what decides for one drone.
 
     Args:

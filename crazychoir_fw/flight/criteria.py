@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.flight.agent import Phase
+from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.flight.formation_metrics import (
     Formation,
     coupling_errors,
@@ -85,7 +85,7 @@ def references(log: FlightLog) -> Array:
 def is_up(log: FlightLog) -> NDArray[np.bool_]:
     """Return whose motors turned when, shape (T, N)."""
     phase = np.asarray(log.signals["layers.phase"])
-    return (phase == Phase.FLYING.number) | (phase == Phase.LANDING.number)
+    return (phase == DronePhase.FLYING.number) | (phase == DronePhase.LANDING.number)
 
 
 class Judge:
@@ -280,7 +280,7 @@ class Judge:
 
     def landed(self) -> NDArray[np.bool_]:
         """Return who stands with motors off after a flight, shape (N,)."""
-        return np.asarray(self.log.signals["layers.phase"])[-1] == Phase.LANDED.number
+        return np.asarray(self.log.signals["layers.phase"])[-1] == DronePhase.LANDED.number
 
     # ---------------------------------------------------------------- verdicts
 
@@ -349,7 +349,7 @@ class Judge:
         if criteria.landed and self.windows and self.windows[-1].name == "land":
             # what became of those that failed is said elsewhere
             last = np.asarray(self.log.signals["layers.phase"])[-1]
-            asked = counted & (last != Phase.FAILED.number) & (last != Phase.GROUND.number)
+            asked = counted & (last != DronePhase.FAILED.number) & (last != DronePhase.GROUND.number)
             late = [name for name, down, counts in zip(names, self.landed(), asked, strict=True) if counts and not down]
             sentence = f"{', '.join(late)}: did not land" if late else "all landed"
             found.append(Verdict("landed", True, float(self.landed().sum()), not late, sentence))

@@ -14,7 +14,7 @@ from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownName
 from crazychoir_fw.common.finite import are_finite
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.common.user_code import describe
-from crazychoir_fw.flight.agent import Agent, Phase
+from crazychoir_fw.flight.agent import Agent, DronePhase
 from crazychoir_fw.flight.backend import Backend, one_of
 from crazychoir_fw.flight.control_group import ControlGroup
 from crazychoir_fw.flight.services import Service
@@ -169,7 +169,7 @@ class Experiment:
     def land(self, drones: Names = None) -> None:
         """Land; the motors of each drone stop when it is down."""
         for agent in self._press("land", drones, motors=False):
-            agent.phase = Phase.LANDING
+            agent.phase = DronePhase.LANDING
 
     def stop(self, drones: Names = None) -> None:
         """Stop the motors at once."""
@@ -177,7 +177,7 @@ class Experiment:
         self.backend.stop([agent.index for agent in chosen])
         for agent in chosen:
             self._guarded(agent, _button(agent.guidance, "stop"), self.time)
-            agent.phase = Phase.LANDED if agent.phase is not Phase.FAILED else agent.phase
+            agent.phase = DronePhase.LANDED if agent.phase is not DronePhase.FAILED else agent.phase
             self._note("stop", agent)
 
     def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
@@ -193,7 +193,7 @@ class Experiment:
     def _press(self, name: str, drones: Names, motors: bool) -> list[Agent]:
         """Press a button of some drones; returns those that it is for."""
         now = self.time
-        wanted = [agent for agent in self._chosen(drones) if agent.phase is not Phase.FAILED]
+        wanted = [agent for agent in self._chosen(drones) if agent.phase is not DronePhase.FAILED]
         wanted = [agent for agent in wanted if motors or agent.is_up]
         resting = [agent for agent in wanted if not agent.is_up]
         if resting and motors:
@@ -201,12 +201,12 @@ class Experiment:
             now = self.time  # real drones take their time
         poses = self._poses()
         for agent in wanted:
-            if agent.phase is not Phase.FAILED and self._known[agent.index]:
+            if agent.phase is not DronePhase.FAILED and self._known[agent.index]:
                 self._guarded(agent, agent.guidance.set_pose, one_of(poses, agent.index))
-            if agent.phase is not Phase.FAILED:
+            if agent.phase is not DronePhase.FAILED:
                 self._guarded(agent, _button(agent.guidance, name), now)
                 self._note(name, agent)
-        return [agent for agent in wanted if agent.phase is not Phase.FAILED]
+        return [agent for agent in wanted if agent.phase is not DronePhase.FAILED]
 
     def _turn_on(self, agents: Sequence[Agent]) -> None:
         refused = set(self.backend.unlock([agent.index for agent in agents]))
@@ -221,7 +221,7 @@ class Experiment:
             if not self._known[agent.index]:
                 self._fail(agent, f"{agent.name}: nobody knows where it is")
                 continue
-            agent.phase = Phase.FLYING
+            agent.phase = DronePhase.FLYING
             agent.has_flown, agent.low_since = False, None
             agent.begin_at(poses.position[agent.index])
             # until somebody says otherwise
@@ -335,7 +335,7 @@ class Experiment:
         self._let_watch(poses)
         for agent in agents:
             guidance = agent.guidance
-            if agent.phase is Phase.FAILED:
+            if agent.phase is DronePhase.FAILED:
                 continue
             try:
                 guidance.set_pose(one_of(poses, agent.index))
@@ -346,7 +346,7 @@ class Experiment:
                 self._fail_by(agent, guidance, error)
         for agent in agents:
             guidance = agent.guidance
-            if agent.phase is Phase.FAILED:
+            if agent.phase is DronePhase.FAILED:
                 continue
             try:
                 # all have sent: rounds that are complete end at once, the others wait for their deadline
@@ -369,7 +369,7 @@ class Experiment:
         """Take what the guidance of a drone asks for."""
         if not agent.is_up:
             return
-        if outputs.idle and agent.phase is Phase.LANDING:
+        if outputs.idle and agent.phase is DronePhase.LANDING:
             # guidance goes by time alone: who lags behind and still comes down shall not fall the rest of the way
             if not poses.velocity[agent.index, 2] < -_DESCENDS:
                 self._touch_down([agent])
@@ -428,7 +428,7 @@ class Experiment:
             landed = [
                 agent
                 for agent in up
-                if agent.phase is Phase.LANDING
+                if agent.phase is DronePhase.LANDING
                 and poses.position[agent.index, 2] < agent.floor + TOUCHDOWN_M
                 and abs(poses.velocity[agent.index, 2]) < _LANDING_SPEED
             ]
@@ -448,7 +448,7 @@ class Experiment:
             height = heights[agent.index] - agent.floor
             if height > _FLOWN_M:
                 agent.has_flown = True
-            if height > TOUCHDOWN_M or not agent.has_flown or agent.phase is not Phase.FLYING:
+            if height > TOUCHDOWN_M or not agent.has_flown or agent.phase is not DronePhase.FLYING:
                 agent.low_since = None
             elif agent.low_since is None:
                 agent.low_since = now
@@ -459,7 +459,7 @@ class Experiment:
         """Turn motors off after a landing."""
         self.backend.stop([agent.index for agent in agents])
         for agent in agents:
-            agent.phase = Phase.LANDED
+            agent.phase = DronePhase.LANDED
             agent.reference = None
             self._commands[agent.index] = 0.0
             self._note("landed", agent)
@@ -490,10 +490,10 @@ class Experiment:
         self._fail(agent, f"{agent.name}: {type(layer).__name__}: {describe(error)} (at {self.time:.2f} s)")
 
     def _fail(self, agent: Agent, sentence: str) -> None:
-        if agent.phase is Phase.FAILED:
+        if agent.phase is DronePhase.FAILED:
             return
         was_up = agent.is_up
-        agent.phase, agent.failure, agent.reference = Phase.FAILED, sentence, None
+        agent.phase, agent.failure, agent.reference = DronePhase.FAILED, sentence, None
         self._commands[agent.index] = 0.0
         if was_up:
             try:

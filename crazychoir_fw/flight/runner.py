@@ -125,7 +125,7 @@ def fly(
     _check_faults(mission, world)
     radio = turn_on_radios(mission, world)
     recorder = FlightRecorder(world, rate_hz=LOG_RATE)
-    result = Flight(mission, plan, world, recorder, Film(frames_per_second), observe).run()
+    result = MissionFlight(mission, plan, world, recorder, Film(frames_per_second), observe).run()
     if radio is not None:
         result.summary["link"] = radio.link.statistics()
     return result
@@ -164,7 +164,7 @@ def _check_faults(mission: Mission, world: "World") -> None:
             raise MissionError(f"faults[{number}].{entry.name}: {error}") from None
 
 
-class Flight:
+class MissionFlight:
     """One flight while it runs."""
 
     def __init__(

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.control import SafeFlatnessPositionCtrl
+from crazychoir_fw.control.periodic_timer import PeriodicTimer
 from crazychoir_fw.control.safety import SingleIntegratorCollisionAvoidance
-from crazychoir_fw.control.schedule import Schedule
 from crazychoir_fw.flight.agent import Agent
 from crazychoir_fw.flight.control_group import ControlGroup
 from crazychoir_fw.flight.mixed_reference_ctrl import MixedReferenceCtrl
@@ -50,7 +50,7 @@ class FilteredController:
         """
         self.controller = controller
         self.avoidance = avoidance
-        self._schedule = Schedule(rate)
+        self._schedule = PeriodicTimer(rate)
 
     @property
     def periods(self) -> tuple[float, ...]:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.control.periodic_timer import PeriodicTimer
 from crazychoir_fw.control.safety import ClosestRobotGetter
-from crazychoir_fw.control.schedule import Schedule
 from crazychoir_fw.flight.backend import Indices
 
 Array = NDArray[np.float64]
@@ -37,7 +37,7 @@ class Sensing:
         """
         self.getter = ClosestRobotGetter(sensing_distance)
         self._read = read
-        self._schedule = Schedule(rate)
+        self._schedule = PeriodicTimer(rate)
         self._asked: float | None = None
         self._gathered = Pose()
         self._last: Array | None = None

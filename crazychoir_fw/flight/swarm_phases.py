@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from crazychoir_fw.flight.agent import Agent, Phase
+from crazychoir_fw.flight.agent import Agent, DronePhase
 
 
 class SwarmPhases:
@@ -15,7 +15,7 @@ class SwarmPhases:
     def __init__(self, agents: Sequence[Agent]) -> None:
         """Take the agents, and look."""
         self._agents = list(agents)
-        self._seen: list[Phase] | None = None
+        self._seen: list[DronePhase] | None = None
         self.look()
 
     def look(self) -> None:
@@ -31,4 +31,4 @@ class SwarmPhases:
         self.turning.flags.writeable = False  # everybody is given this one
         self.up = [agent for agent in self._agents if agent.is_up]
         """Whose motors turn."""
-        self.is_anybody_landing = Phase.LANDING in phases
+        self.is_anybody_landing = DronePhase.LANDING in phases

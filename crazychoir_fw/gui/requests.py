@@ -33,20 +33,20 @@ Id = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[\w-]+$")]
 Drones = Annotated[list[Annotated[str, Field(max_length=64)]], Field(min_length=1, max_length=1000)] | None
 
 
-class Request(BaseModel):
+class ApiRequest(BaseModel):
     """Base of all: unknown keys are refused."""
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
 
 
-class Press(Request):
+class Press(ApiRequest):
     """A button of the flight."""
 
     name: Literal["takeoff", "land", "stop", "start"]
     drones: Drones = None
 
 
-class GoTo(Request):
+class GoTo(ApiRequest):
     """Fly to a point; several drones keep their places to each other, their middle flies there."""
 
     name: Literal["goto"]
@@ -57,7 +57,7 @@ class GoTo(Request):
     duration: _ranged(0.2, 600.0) | None = None
 
 
-class Arm(Request):
+class Arm(ApiRequest):
     """Arm or disarm."""
 
     name: Literal["arm"]
@@ -65,14 +65,14 @@ class Arm(Request):
     armed: bool = True
 
 
-class Reboot(Request):
+class Reboot(ApiRequest):
     """Start the onboard software again."""
 
     name: Literal["reboot"]
     drones: Drones = None
 
 
-class SetParameter(Request):
+class SetParameter(ApiRequest):
     """Write a parameter on board."""
 
     name: Literal["set_parameter"]
@@ -81,14 +81,14 @@ class SetParameter(Request):
     value: _ranged(-1e38, 1e38)
 
 
-class SetSpeed(Request):
+class SetSpeed(ApiRequest):
     """Simulated seconds per second; 0 pauses."""
 
     name: Literal["speed"]
     factor: _ranged(0.0, 100.0)
 
 
-class Rewind(Request):
+class Rewind(ApiRequest):
     """Go back to a time of a branch, and fly on from there as a new branch."""
 
     name: Literal["rewind"]
@@ -97,7 +97,7 @@ class Rewind(Request):
     time: Seconds
 
 
-class Fly(Request):
+class Fly(ApiRequest):
     """Fly what was previewed."""
 
     name: Literal["fly"]
@@ -107,7 +107,7 @@ class Fly(Request):
 Command = Annotated[Press | GoTo | Arm | Reboot | SetParameter | SetSpeed | Rewind | Fly, Field(discriminator="name")]
 
 
-class Envelope(Request):
+class Envelope(ApiRequest):
     """A command with its id: whoever sends it again, with the same id, gets the first answer."""
 
     id: Id
@@ -117,7 +117,7 @@ class Envelope(Request):
 Sample = Annotated[list[_ranged(-1e6, 1e6)], Field(min_length=3, max_length=3)]
 
 
-class NewDrawing(Request):
+class NewDrawing(ApiRequest):
     """A stroke, as it was drawn."""
 
     action: Literal["add"]
@@ -127,7 +127,7 @@ class NewDrawing(Request):
     name: Word | None = None
 
 
-class ChangeDrawing(Request):
+class ChangeDrawing(ApiRequest):
     """A new name, height or drone of a drawing."""
 
     action: Literal["change"]
@@ -137,20 +137,20 @@ class ChangeDrawing(Request):
     drone: Annotated[str, Field(max_length=64)] | None = None
 
 
-class DeleteDrawing(Request):
+class DeleteDrawing(ApiRequest):
     """Away with a drawing, or with all."""
 
     action: Literal["delete"]
     drawing: Id | None = None
 
 
-class UndoDrawing(Request):
+class UndoDrawing(ApiRequest):
     """Undo the last change of the drawings."""
 
     action: Literal["undo"]
 
 
-class FileDrawing(Request):
+class FileDrawing(ApiRequest):
     """Save all drawings under a name, load them, load an example, or take in the text of a CSV file."""
 
     action: Literal["save", "load", "example", "import"]
@@ -163,14 +163,14 @@ DrawingChange = Annotated[
 ]
 
 
-class DrawingEnvelope(Request):
+class DrawingEnvelope(ApiRequest):
     """A change of the drawings with its id."""
 
     id: Id
     change: DrawingChange
 
 
-class PreviewRequest(Request):
+class PreviewRequest(ApiRequest):
     """How drawings are made into curves."""
 
     method: Literal["spline", "minimum_snap"] = "spline"

@@ -22,7 +22,14 @@ from crazychoir_fw.guidance.distance_formation import FormationControl, Formatio
 from crazychoir_fw.guidance.distributed_feedback import CFDistributedFeedback
 from crazychoir_fw.guidance.disturbance import DisturbedTransport
 from crazychoir_fw.guidance.gains import FORMATION_GAINS, FormationGains
-from crazychoir_fw.guidance.graph import Graph, RandomEdges, Schedule, SeveralSchedules, TimedGraphs, WithinDistance
+from crazychoir_fw.guidance.graph import (
+    Graph,
+    NeighborSchedule,
+    RandomEdges,
+    SeveralSchedules,
+    TimedGraphs,
+    WithinDistance,
+)
 from crazychoir_fw.guidance.group import GuidanceGroup
 from crazychoir_fw.guidance.outputs import Outputs
 from crazychoir_fw.guidance.simple import GoToGuidance, SimpleDIControl, SimpleGuidance, TargetListGuidance
@@ -47,10 +54,10 @@ __all__ = [
     "Graph",
     "GuidanceGroup",
     "InProcessTransport",
+    "NeighborSchedule",
     "Outputs",
     "Phase",
     "RandomEdges",
-    "Schedule",
     "SeveralSchedules",
     "SimpleDIControl",
     "SimpleGuidance",

@@ -17,7 +17,7 @@ from typing import Any
 from crazychoir_fw.common.errors import MessageError, RangeError, StateError
 from crazychoir_fw.guidance.communicator_interface import Communicator, Ids, Statistics
 from crazychoir_fw.guidance.frozen import SharedPose, frozen, handed_out
-from crazychoir_fw.guidance.graph import Schedule
+from crazychoir_fw.guidance.graph import NeighborSchedule
 from crazychoir_fw.guidance.mailbox import NOTHING, Mailbox
 from crazychoir_fw.guidance.serialization import LARGEST_BYTES, dumps, loads
 from crazychoir_fw.guidance.transport import Transport
@@ -46,7 +46,7 @@ class TopicCommunicator(Communicator):
         transport: Transport,
         deadline: float = 1.0,
         clock: Callable[[], float] | None = None,
-        schedule: Schedule | None = None,
+        schedule: NeighborSchedule | None = None,
         topic: str = TOPIC,
         largest_bytes: int = LARGEST_BYTES,
     ) -> None:

@@ -14,7 +14,7 @@ from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.guidance.cf_guidance import CFGuidance, Phase
 from crazychoir_fw.guidance.communicator import TopicCommunicator
-from crazychoir_fw.guidance.graph import Schedule
+from crazychoir_fw.guidance.graph import NeighborSchedule
 from crazychoir_fw.guidance.outputs import Outputs
 
 Array = NDArray[np.float64]
@@ -44,7 +44,7 @@ class CFDistributedFeedback(CFGuidance):
         update_frequency: float = 100.0,
         deadline: float = 0.05,
         silence: float = 0.5,
-        schedule: Schedule | None = None,
+        schedule: NeighborSchedule | None = None,
         on_lost: Listener | None = None,
         on_rejoined: Listener | None = None,
     ) -> None:

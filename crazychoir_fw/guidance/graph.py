@@ -223,7 +223,7 @@ def _pair(edge: Sequence[Agent], size: int, numbers: dict[str, int]) -> tuple[in
 # -------------------------------------------------------------------- graphs that change
 
 
-class Schedule(Protocol):
+class NeighborSchedule(Protocol):
     """Neighbors as they change. All agents must come to the same answer, or they wait for each other in vain."""
 
     def neighbors_at(self, agent: int, now: float, label: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -349,7 +349,7 @@ class WithinDistance:
 class SeveralSchedules:
     """Neighbors by several schedules, each for some of the agents."""
 
-    def __init__(self, parts: Sequence[tuple[Sequence[int], Schedule]]) -> None:
+    def __init__(self, parts: Sequence[tuple[Sequence[int], NeighborSchedule]]) -> None:
         """Put them together: who takes part in which order, and the schedule that counts these from 0."""
         self._parts = [(tuple(members), schedule) for members, schedule in parts]
 

@@ -12,8 +12,8 @@ from crazychoir_fw import guidance
 from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.guidance.graph import (
     Graph,
+    NeighborSchedule,
     RandomEdges,
-    Schedule,
     SeveralSchedules,
     TimedGraphs,
     WithinDistance,
@@ -37,7 +37,9 @@ def graph_of(mission: LayeredMission) -> Graph:
     return Graph(len(names), tuple(sorted(edges)), tuple(names))
 
 
-def schedule_of(mission: LayeredMission, begin: float = 0.0, positions: Positions | None = None) -> Schedule | None:
+def schedule_of(
+    mission: LayeredMission, begin: float = 0.0, positions: Positions | None = None
+) -> NeighborSchedule | None:
     """Return the neighbors of a mission as they change, or None if they do not.
 
     Args:
@@ -113,7 +115,7 @@ def _largest(communication: Communication, names: Sequence[str]) -> Graph:
 
 def _schedule(
     communication: Communication, names: Sequence[str], numbers: list[int], begin: float, positions: Positions | None
-) -> Schedule:
+) -> NeighborSchedule:
     chosen, largest = communication.graph, _largest(communication, names)
     if not _changes(communication):
         return largest
@@ -134,7 +136,7 @@ def _schedule(
 class _Since:
     """A schedule whose time begins later."""
 
-    def __init__(self, schedule: Schedule, begin: float) -> None:
+    def __init__(self, schedule: NeighborSchedule, begin: float) -> None:
         self._schedule, self._begin = schedule, begin
 
     def neighbors_at(self, agent: int, now: float, label: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -162,7 +164,7 @@ def make_communicators(
     transport: Any,
     clock: Callable[[], float],
     only: Sequence[int] | None = None,
-    schedule: Schedule | None = None,
+    schedule: NeighborSchedule | None = None,
 ) -> dict[int, Any]:
     """Return the communicators of drones, by number.
 

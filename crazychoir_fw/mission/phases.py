@@ -158,7 +158,7 @@ class Land(Maneuver):
     """Time to get there (s)."""
 
 
-class Phase(OneOf):
+class PhaseEntry(OneOf):
     """One entry of `flight`: exactly one of these keys."""
 
     takeoff: Takeoff | None = None
@@ -167,7 +167,7 @@ class Phase(OneOf):
     route: Route | None = None
     trajectory: Trajectory | None = None
     land: Land | None = None
-    together: Annotated[list["Phase"], Field(min_length=1)] | None = None
+    together: Annotated[list["PhaseEntry"], Field(min_length=1)] | None = None
     """Phases of different drones that begin at the same time; it ends with the longest."""
 
     @property
@@ -176,6 +176,6 @@ class Phase(OneOf):
         return next(iter(self.model_fields_set))
 
     @property
-    def maneuver(self) -> "Maneuver | list[Phase]":
+    def maneuver(self) -> "Maneuver | list[PhaseEntry]":
         """What is set under that name."""
         return getattr(self, self.name)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.common.trajectory_files import MEMORY_PIECES, end_points, total_duration
-from crazychoir_fw.mission.phases import GoTo, Hover, Land, Maneuver, Phase, Route, Takeoff, Trajectory
+from crazychoir_fw.mission.phases import GoTo, Hover, Land, Maneuver, PhaseEntry, Route, Takeoff, Trajectory
 from crazychoir_fw.mission.schema import Mission
 from crazychoir_fw.mission.values import did_you_mean
 
@@ -117,7 +117,7 @@ def plan_flight(mission: Mission) -> FlightPlan:
     return plan
 
 
-def _plan_phase(plan: FlightPlan, phase: Phase, path: str, now: int) -> int:
+def _plan_phase(plan: FlightPlan, phase: PhaseEntry, path: str, now: int) -> int:
     """Add one phase that begins at tick *now*, and return the tick of its end."""
     path = f"{path}.{phase.name}"
     if not isinstance(phase.maneuver, Maneuver):
@@ -126,7 +126,7 @@ def _plan_phase(plan: FlightPlan, phase: Phase, path: str, now: int) -> int:
     return _PLANNERS[type(phase.maneuver)](plan, phase.maneuver, path, now)
 
 
-def _refuse_double_orders(plan: FlightPlan, phases: list[Phase], path: str) -> None:
+def _refuse_double_orders(plan: FlightPlan, phases: list[PhaseEntry], path: str) -> None:
     seen: dict[int, int] = {}
     for i, child in enumerate(phases):
         for drone in sorted(_everyone_in(plan, child, f"{path}[{i}]")):
@@ -138,7 +138,7 @@ def _refuse_double_orders(plan: FlightPlan, phases: list[Phase], path: str) -> N
             seen[drone] = i
 
 
-def _everyone_in(plan: FlightPlan, phase: Phase, path: str) -> set[int]:
+def _everyone_in(plan: FlightPlan, phase: PhaseEntry, path: str) -> set[int]:
     if isinstance(phase.maneuver, Maneuver):
         return set(_selected(plan, phase.maneuver, path))
     return set().union(*(_everyone_in(plan, child, path) for child in phase.maneuver))

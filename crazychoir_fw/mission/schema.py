@@ -13,7 +13,7 @@ from crazychoir_fw.mission.faults import Faults
 from crazychoir_fw.mission.fleet import Drone, Drones, Settings, decide
 from crazychoir_fw.mission.layers import Layers
 from crazychoir_fw.mission.mixed import MixedSettings
-from crazychoir_fw.mission.phases import Phase
+from crazychoir_fw.mission.phases import PhaseEntry
 from crazychoir_fw.mission.radios import Radios
 from crazychoir_fw.mission.section import Section
 from crazychoir_fw.mission.values import beside, did_you_mean, number, refusal, whole, wind_parameters, word
@@ -79,7 +79,7 @@ class Mission(Section):
     drones: Drones
     """A list of drones, or a layout of many."""
 
-    flight: Annotated[list[Phase], Field(min_length=1, max_length=10000)]
+    flight: Annotated[list[PhaseEntry], Field(min_length=1, max_length=10000)]
     """The phases in order."""
 
     faults: Faults = Field(default_factory=list)

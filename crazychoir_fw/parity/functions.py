@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from crazychoir_fw.common.errors import CrazychoirError
-from crazychoir_fw.parity.cases import Case, Outcome, Request
+from crazychoir_fw.parity.cases import Case, CaseRequest, Outcome
 from crazychoir_fw.parity.deviation import Deviation, Verdict, measure, overall
 from crazychoir_fw.parity.side import Side
 from crazychoir_fw.parity.tolerances import tolerance_of
@@ -120,7 +120,7 @@ def compare_case(reference: Side, candidate: Side, case: Case) -> Comparison:
     outcomes: dict[str, Outcome] = {}
     for role, side in sides.items():
         try:
-            outcome = outcomes[role] = case.run(Request(side, logs))
+            outcome = outcomes[role] = case.run(CaseRequest(side, logs))
         except CrazychoirError as error:
             result.failures[role] = str(error)
         else:

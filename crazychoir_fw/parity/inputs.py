@@ -50,7 +50,7 @@ _NOTHING = 0xFFFFFFFF  # a type that no measurement has
 
 
 @dataclass
-class Flight:
+class FlightInputs:
     """One drone's flight, from the first tick of its loop on."""
 
     name: str
@@ -84,7 +84,7 @@ class Flight:
 class Inputs:
     """Everything recorded."""
 
-    flights: dict[str, Flight]
+    flights: dict[str, FlightInputs]
     metadata: dict[str, Any] = field(default_factory=dict)
     """Provider that flew, platform, seed, seconds, versions."""
 
@@ -147,7 +147,7 @@ def load(path: Path) -> Inputs:
         raise CrazychoirError(f"{path} holds no inputs for this version: {error}; record them again") from error
 
 
-def _assemble(name: str, about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> Flight:
+def _assemble(name: str, about: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> FlightInputs:
     prefix = f"{name}/"
     tracks = {key[len(prefix) :]: array for key, array in arrays.items() if key.startswith(prefix)}
     measurements, stations = tracks.pop("measurements"), tracks.pop("base_stations")
@@ -158,7 +158,9 @@ def _assemble(name: str, about: dict[str, Any], arrays: dict[str, NDArray[Any]])
     for track, (found, wanted) in checked.items():
         if found != wanted:
             raise ValueError(f"{prefix}{track} has another layout")
-    return Flight(name, about["controller"], about["estimator"], about["parameters"], tracks, measurements, stations)
+    return FlightInputs(
+        name, about["controller"], about["estimator"], about["parameters"], tracks, measurements, stations
+    )
 
 
 def _measurement_dtype() -> np.dtype:
@@ -202,7 +204,7 @@ def record(
         if len(tracks["tick"]):
             measurements = queue.of(index, int(tracks["tick"][0]), int(tracks["tick"][-1]))
             stations = recorder.base_stations(index)
-            flights[member.name] = Flight(
+            flights[member.name] = FlightInputs(
                 name=member.name,
                 controller=member.controller,
                 estimator=member.estimator or "kalman",

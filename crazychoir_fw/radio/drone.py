@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.common.errors import RadioError, RangeError, StateError
 from crazychoir_fw.common.finite import finite
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
-from crazychoir_fw.radio.flight import Flight
+from crazychoir_fw.radio.flight import FlightState
 from crazychoir_fw.radio.leaving import take_leave
 from crazychoir_fw.radio.link import DroneLink, LinkState
 from crazychoir_fw.radio.logs import LogValue
@@ -75,7 +75,7 @@ class RadioDrone:
         self._gate = PoseGate(options.pose_hz)
         self._link = DroneLink(self._who, uri, options, self._set_up, self._link_changed)
         self._sender = Sender(agent_id, self._link, options, self._tick)
-        self._flight = Flight(self._sender, options, self.first_mode, self._send_level, self._happened)
+        self._flight = FlightState(self._sender, options, self.first_mode, self._send_level, self._happened)
         self._whereabouts = PoseCache(self._who, options, self._sender, self._flight)
         self._telemetry = Telemetry(self._who, options, self._logged, self._moved, self._happened)
 

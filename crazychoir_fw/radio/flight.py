@@ -31,7 +31,7 @@ _SETTLES_S = 0.15
 _AGAIN_S = 0.1
 
 
-class Flight:
+class FlightState:
     """Modes change under the lock of the sender, from any thread; packets are only posted there.
 
     Args:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from crazychoir_fw.radio.flight import Flight
+from crazychoir_fw.radio.flight import FlightState
 from crazychoir_fw.radio.modes import Mode
 from crazychoir_fw.radio.sender import Sender
 
@@ -15,7 +15,11 @@ _LOOK_S = 0.05
 
 
 def take_leave(
-    flight: Flight, sender: Sender, action: str, is_flying: Callable[[], bool | None], tick: Callable[[], object] | None
+    flight: FlightState,
+    sender: Sender,
+    action: str,
+    is_flying: Callable[[], bool | None],
+    tick: Callable[[], object] | None,
 ) -> None:
     """Do what the option `on_close` says; blocks while the drone lands.
 
@@ -53,7 +57,7 @@ def take_leave(
     time.sleep(_LAST_WORDS_S)
 
 
-def _wait_for_landing(flight: Flight, sender: Sender, tick: Callable[[], object] | None) -> None:
+def _wait_for_landing(flight: FlightState, sender: Sender, tick: Callable[[], object] | None) -> None:
     end = time.monotonic() + _LONGEST_LANDING_S
     while flight.mode is Mode.LANDING and sender.is_connected and time.monotonic() < end:
         if tick is not None:

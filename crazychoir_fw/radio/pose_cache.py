@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.radio.flight import Flight
+from crazychoir_fw.radio.flight import FlightState
 from crazychoir_fw.radio.modes import Mode
 from crazychoir_fw.radio.options import Options
 from crazychoir_fw.radio.sender import Sender
@@ -26,7 +26,7 @@ class PoseCache:
         flight: What ends when the drone is outside.
     """
 
-    def __init__(self, who: str, options: Options, sender: Sender, flight: Flight) -> None:
+    def __init__(self, who: str, options: Options, sender: Sender, flight: FlightState) -> None:
         self._who = who
         self._area = options.safety_area
         self._clock = options.clock

@@ -20,7 +20,7 @@ from std_msgs.msg import String
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.flight.access import Access, DroneState
-from crazychoir_fw.flight.agent import Phase
+from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.ros.names import qos
 
 STATES = "/drone_states"
@@ -36,7 +36,7 @@ _TELL_EVERY = 0.1  # [s], wall
 class ToldDrone:
     """What a host says of a drone."""
 
-    phase: Phase
+    phase: DronePhase
     presses: int = 0
     """How many buttons the host has carried out for it."""
     reference: NDArray[np.float64] | None = None
@@ -147,7 +147,7 @@ def _read_drone(fields: Mapping[str, Any]) -> ToldDrone:
         link=str(fields["link"]),
         failure=str(fields["trouble"]),
     )
-    return ToldDrone(Phase(fields["phase"]), int(fields["presses"]), reference, str(fields["failure"]), state)
+    return ToldDrone(DronePhase(fields["phase"]), int(fields["presses"]), reference, str(fields["failure"]), state)
 
 
 def _number(value: Any) -> float:

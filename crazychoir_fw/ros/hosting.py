@@ -22,7 +22,7 @@ from std_msgs.msg import Empty, String
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint
 from crazychoir_fw.flight.access import open_access
-from crazychoir_fw.flight.agent import Agent, Phase
+from crazychoir_fw.flight.agent import Agent, DronePhase
 from crazychoir_fw.flight.agents import graph_of, is_only_watched, names_of, what_it_follows
 from crazychoir_fw.flight.experiment import Experiment, Names
 from crazychoir_fw.ros.arming_services import serve_arming_services
@@ -38,7 +38,7 @@ from crazychoir_fw.ros.remote import (
     points_taker,
     reference_taker,
 )
-from crazychoir_fw.ros.simulation import Pace, SimulationNode
+from crazychoir_fw.ros.simulation import PaceSettings, SimulationNode
 from crazychoir_fw.ros.statistics import RemoteCommunicator, StatisticsCollector
 from crazychoir_fw.ros.tasks import EVERYTHING, HAPPENINGS, LAST_TABLE, MEMORY
 
@@ -78,7 +78,7 @@ class HostedExperiment(Experiment):
         mission: Any,
         backend: Any,
         executor: Any,
-        pace: Pace,
+        pace: PaceSettings,
         observe: Any = None,
         context: Context | None = None,
     ) -> None:
@@ -320,7 +320,7 @@ class HostedExperiment(Experiment):
                     self.node.answers.bury((i, topic))
             if "guidance" in part.layers:
                 self._guidance_ended.add(i)
-                if self.agents[i].phase is Phase.LANDING and not self.backend.is_real_time:
+                if self.agents[i].phase is DronePhase.LANDING and not self.backend.is_real_time:
                     self._bring_down(self.agents[i])
         self._note_of_service(
             "ended", part.agents[0] if len(part.agents) == 1 else None, f"process {part.name} has ended"
@@ -390,7 +390,7 @@ class HostedExperiment(Experiment):
                 sentence = f"no command for {self._command_timeout:g} s, stays where it is"
                 self.node.get_logger().warning(f"{agent.name}: {sentence}")
                 self._note("held", agent, sentence)
-                if agent.phase is Phase.LANDING:
+                if agent.phase is DronePhase.LANDING:
                     self._bring_down(agent)
                 else:
                     self._guarded(

@@ -17,7 +17,7 @@ from rclpy.context import Context
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.control import safety as plain
-from crazychoir_fw.control.schedule import Schedule
+from crazychoir_fw.control.periodic_timer import PeriodicTimer
 from crazychoir_fw.guidance.serialization import dumps, loads
 from crazychoir_fw.ros.names import CLOSEST_ROBOTS, ODOM
 from crazychoir_fw.ros.node import LayerNode
@@ -120,7 +120,7 @@ class ClosestRobotGetter(LayerNode):
         self._published = -np.inf
         nobody: Any = (np.zeros(0, int), np.zeros((0, 3)), np.zeros((0, 3)))
         self._found = [nobody] * count
-        self._schedule = Schedule(rate)
+        self._schedule = PeriodicTimer(rate)
         self._closest = [self.announce(CLOSEST_ROBOTS, self.topic_of(i, CLOSEST_ROBOTS.name)) for i in self.agents]
         for row, i in enumerate(self.agents):
             self.listen(ODOM, self._pose_taker(row), self.topic_of(i, ODOM.name), raw=True)

@@ -21,7 +21,7 @@ from std_srvs.srv import Trigger
 
 from crazychoir_fw.common.errors import CrazychoirError, MissionError, StateError, UnknownNameError
 from crazychoir_fw.common.messages import Reference, TrajectoryPoint
-from crazychoir_fw.flight.agent import Agent, Phase
+from crazychoir_fw.flight.agent import Agent, DronePhase
 from crazychoir_fw.flight.agents import (
     guidance_class,
     names_of,
@@ -135,19 +135,19 @@ class JoinedFlight:
             StateError: If nobody listens.
             UnknownNameError: If there is no such drone.
         """
-        self._press("takeoff", drones, Phase.FLYING)
+        self._press("takeoff", drones, DronePhase.FLYING)
 
     def start(self, drones: Names = None) -> None:
         """Press ``/experiment_trigger``; see `takeoff`."""
-        self._press("start", drones, Phase.FLYING)
+        self._press("start", drones, DronePhase.FLYING)
 
     def land(self, drones: Names = None) -> None:
         """Press ``/land``; see `takeoff`."""
-        self._press("land", drones, Phase.LANDING)
+        self._press("land", drones, DronePhase.LANDING)
 
     def stop(self, drones: Names = None) -> None:
         """Press ``/stop``; see `takeoff`."""
-        self._press("stop", drones, Phase.LANDED)
+        self._press("stop", drones, DronePhase.LANDED)
 
     def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
         """Publish points on ``traj_params``; see `takeoff`."""
@@ -157,7 +157,7 @@ class JoinedFlight:
         for agent in chosen:
             self._trajectories[agent.index].publish(points_to_joint_trajectory(points, agent.index))
 
-    def _press(self, button: str, drones: Names, phase: Phase) -> None:
+    def _press(self, button: str, drones: Names, phase: DronePhase) -> None:
         chosen = self._chosen(drones)
         is_for_all = len(chosen) == len(self.agents)
         publishers = [self._buttons[button]] if is_for_all else [self._button_of[button, a.index] for a in chosen]
@@ -165,7 +165,7 @@ class JoinedFlight:
             self._check_heard(publisher, own=int(is_for_all))
         if button == "stop":
             self._was_stopped = True
-        elif phase is Phase.FLYING:
+        elif phase is DronePhase.FLYING:
             self._take_up_again()
         if is_for_all:
             self._own_presses[button] += 1
@@ -174,7 +174,7 @@ class JoinedFlight:
         for agent in chosen:
             expected, _ = self._expected.get(agent.index, (self._presses[agent.index], 0.0))
             self._expected[agent.index] = expected + 1, wall.monotonic()
-            if phase is Phase.FLYING or agent.is_up:
+            if phase is DronePhase.FLYING or agent.is_up:
                 agent.phase = phase
 
     def _check_heard(self, publisher: Any, own: int) -> None:
@@ -291,7 +291,7 @@ class JoinedFlight:
         self._idle.clear()
         self._references.clear()
         for agent in self.agents:
-            agent.phase, agent.reference, agent.failure = Phase.GROUND, None, None
+            agent.phase, agent.reference, agent.failure = DronePhase.GROUND, None, None
 
     def _mind_silence(self) -> None:
         is_silent = wall.monotonic() - max(self.backend.heard_wall, self._told_wall) > _SILENT_S
@@ -314,9 +314,9 @@ class JoinedFlight:
         if not self.is_hosted:
             for agent in self.agents:
                 if button in ("takeoff", "start"):
-                    agent.phase = Phase.FLYING
+                    agent.phase = DronePhase.FLYING
                 elif agent.is_up:
-                    agent.phase = Phase.LANDING if button == "land" else Phase.LANDED
+                    agent.phase = DronePhase.LANDING if button == "land" else DronePhase.LANDED
 
     def _take_states(self, text: str) -> None:
         told = read_states(text)
@@ -382,10 +382,10 @@ class JoinedFlight:
     def _guess(self, agent: Agent) -> None:
         """Find out the phase from height and buttons; a host that is not ours does not tell it."""
         i, height = agent.index, self.backend.poses().position[agent.index, 2] - agent.floor
-        if agent.phase is Phase.LANDING and (height < TOUCHDOWN_M or self._idle.get(i)):
-            agent.phase = Phase.LANDED
-        elif agent.phase is Phase.GROUND and height > _UP_M:
-            agent.phase = Phase.FLYING  # somebody had it take off before the page was there
+        if agent.phase is DronePhase.LANDING and (height < TOUCHDOWN_M or self._idle.get(i)):
+            agent.phase = DronePhase.LANDED
+        elif agent.phase is DronePhase.GROUND and height > _UP_M:
+            agent.phase = DronePhase.FLYING  # somebody had it take off before the page was there
         data = self._references.pop(i, None)
         if data is not None and agent.is_up:
             try:

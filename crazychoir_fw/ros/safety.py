@@ -22,7 +22,7 @@ from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Twist
 from crazychoir_fw.control import SafeHierarchicalController as PlainSafeHierarchicalController
 from crazychoir_fw.control import safety as plain
-from crazychoir_fw.control.schedule import Schedule
+from crazychoir_fw.control.periodic_timer import PeriodicTimer
 from crazychoir_fw.ros.controller import CrazyflieController, HierarchicalController
 from crazychoir_fw.ros.names import ACCELERATION, CLOSEST_ROBOTS, CMD_VEL, CMD_VEL_DES, Topic
 from crazychoir_fw.ros.neighbor_sensing import closest_of_bytes
@@ -243,7 +243,7 @@ class CollisionAvoidance(PoseTriggered, LayerNode):
             "desired_timeout", 0.5, "age of the desired input at which the drone stays where it is (s)", low=0.001
         )
         self._watch = PoseWatch(self, timeout)
-        self._schedule = Schedule(node_frequency)
+        self._schedule = PeriodicTimer(node_frequency)
         self._longest_step = CLOSE * self._schedule.period
         self._desired_at = -math.inf
         topic: Topic = {"cmd_vel": CMD_VEL, "acceleration": ACCELERATION}[made.input_topic_name]

@@ -77,7 +77,7 @@ class Host(Protocol):
 
 
 @dataclass(frozen=True)
-class Pace:
+class PaceSettings:
     """How fast simulated time goes on."""
 
     speed: float | None = 1.0
@@ -102,7 +102,7 @@ class SimulationNode(LayerNode):
         *,
         command: str = "fpqr",
         rate: float = 100.0,
-        pace: Pace = Pace(),
+        pace: PaceSettings = PaceSettings(),
         answers: Mapping[str, Sequence[int]] | None = None,
         imu: bool = False,
         mocap_noise: float | None = None,

@@ -15,7 +15,7 @@ import pytest
 from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app, view
-from crazychoir_fw.cli.pace import Pace
+from crazychoir_fw.cli.pace import FramePacer
 from crazychoir_fw.common.errors import CrazychoirError, StateError
 from crazychoir_fw.flight.runner import Progress
 from crazychoir_fw.simulation import DroneConfig, World
@@ -111,7 +111,7 @@ def test_the_pace_is_that_of_the_clock(monkeypatch):
     now, slept = [100.0], []
     clock = types.SimpleNamespace(perf_counter=lambda: now[0], sleep=slept.append)
     monkeypatch.setattr("crazychoir_fw.cli.pace.time", clock)
-    pace = Pace(0.1)
+    pace = FramePacer(0.1)
     assert [pace.is_frame(t) for t in (0.0, 0.05, 0.1, 0.12, 0.31)] == [True, False, True, False, True]
     pace.wait(0.5)
     now[0] += 1.0

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.crtp.clock import Clock
-from crazychoir_fw.crtp.pacing import MAX_LAG_S, MAX_SLICE, Pace
+from crazychoir_fw.crtp.pacing import MAX_LAG_S, MAX_SLICE, TickPacer
 from crazychoir_fw.crtp.token_bucket import TokenBucket
 
 
@@ -26,7 +26,7 @@ def advance(pace, until, cost_per_tick=0.0, dt=0.0005):
 
 @pytest.mark.parametrize("speed", [0.1, 0.5, 1.0, 3.0, 20.0])
 def test_it_keeps_the_speed(speed):
-    pace = Pace(speed)
+    pace = TickPacer(speed)
     now, tick = advance(pace, 5.0, cost_per_tick=1e-6)
     assert tick == pytest.approx(now * speed * 1000, abs=2 * MAX_SLICE)
     assert pace.real_time_factor == pytest.approx(speed, rel=0.01)
@@ -36,7 +36,7 @@ def test_it_keeps_the_speed(speed):
 
 @pytest.mark.parametrize("ticks_per_step", [1, 2, 4, 20])
 def test_it_advances_by_whole_steps(ticks_per_step):
-    pace = Pace(1.0, ticks_per_step)
+    pace = TickPacer(1.0, ticks_per_step)
     pace.begin(0.0, 0)
     for now in (0.0, 0.001, 0.0055, 0.021, 0.11):
         assert pace.due(now, 0) % ticks_per_step == 0
@@ -44,7 +44,7 @@ def test_it_advances_by_whole_steps(ticks_per_step):
 
 
 def test_a_slow_world_gives_up_what_it_cannot_catch_up():
-    pace = Pace(1.0)
+    pace = TickPacer(1.0)
     now, tick = advance(pace, 5.0, cost_per_tick=0.002)
     assert tick == pytest.approx(now * 500, abs=MAX_SLICE)
     assert pace.resyncs > 0
@@ -53,7 +53,7 @@ def test_a_slow_world_gives_up_what_it_cannot_catch_up():
 
 
 def test_a_short_stall_is_caught_up():
-    pace = Pace(1.0)
+    pace = TickPacer(1.0)
     pace.begin(0.0, 0)
     tick = 0
     while due := pace.due(0.2, tick):
@@ -65,7 +65,7 @@ def test_a_short_stall_is_caught_up():
 
 
 def test_a_pause_is_no_lag():
-    pace = Pace(1.0)
+    pace = TickPacer(1.0)
     pace.begin(0.0, 0)
     pace.begin(100.0, 0)
     assert pace.due(100.001, 0) == 0
@@ -75,7 +75,7 @@ def test_a_pause_is_no_lag():
 
 @pytest.mark.parametrize("speed", [None, 0.0])
 def test_as_fast_as_possible(speed):
-    pace = Pace(speed)
+    pace = TickPacer(speed)
     pace.begin(0.0, 0)
     assert pace.due(0.0, 0) == MAX_SLICE
     assert pace.wait_s(0.0, 0) == 0.0
@@ -84,7 +84,7 @@ def test_as_fast_as_possible(speed):
 @pytest.mark.parametrize("speed", [-0.1, 1000.1, math.nan, math.inf])
 def test_speeds_that_are_none(speed):
     with pytest.raises(RangeError, match="speed is .* allowed: 0 to 1000"):
-        Pace(speed)
+        TickPacer(speed)
 
 
 @given(st.lists(st.tuples(st.booleans(), st.floats(-10, 10), st.floats(0, 10)), max_size=30))

@@ -6,7 +6,7 @@ from flown_layers import NAMES, formation, hover, mission, within
 
 from crazychoir_fw.common.errors import CrazychoirError, UnknownNameError
 from crazychoir_fw.common.messages import TrajectoryPoint
-from crazychoir_fw.flight.agent import Phase
+from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.flight.agents import make_controller
 from crazychoir_fw.flight.control_group import ControlGroup
 from crazychoir_fw.flight.layered_flight import fly_layers, make_experiment
@@ -109,7 +109,7 @@ def test_nothing_turns_before_takeoff_and_after_landing():
     assert experiment.run_until_landed(5.0)
     experiment.run(0.5)
     assert np.all(experiment.backend.integrator.input == 0.0)
-    assert experiment.agents[0].phase is Phase.LANDED
+    assert experiment.agents[0].phase is DronePhase.LANDED
     assert [h.kind for h in experiment.events] == ["takeoff", "land", "landed"]
 
 

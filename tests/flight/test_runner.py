@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from crazychoir_fw.common.errors import StateError
-from crazychoir_fw.flight.runner import Film, Flight
+from crazychoir_fw.flight.runner import Film, MissionFlight
 from crazychoir_fw.mission import parse_mission
 from crazychoir_fw.mission.plan import plan_flight
 from crazychoir_fw.simulation import DroneConfig
@@ -112,7 +112,7 @@ class Setup:
         self.recorder = Recorder(self.world)
         self.film = Film(fps)
         plan = plan_flight(self.mission)
-        self.flight = Flight(self.mission, plan, self.world, self.recorder, self.film, observe)
+        self.flight = MissionFlight(self.mission, plan, self.world, self.recorder, self.film, observe)
 
     def at(self, seconds, action):
         """Schedule *action* at a time of the plan (s)."""

@@ -6,7 +6,7 @@ from flown_layers import mission, within
 
 from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.common.messages import Pose
-from crazychoir_fw.flight.agent import Phase
+from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.flight.agents import make_groups
 from crazychoir_fw.flight.layered_flight import fly_layers, make_experiment
 from crazychoir_fw.flight.sensing import Sensing
@@ -117,7 +117,7 @@ def test_when_one_falls_the_other_goes_straight_on(safety):
 
     experiment.agents[1].guidance.step = fail
     experiment.run(7.0)
-    assert experiment.agents[1].phase is Phase.FAILED
+    assert experiment.agents[1].phase is DronePhase.FAILED
     at = experiment.backend.true_positions()[0]
     np.testing.assert_allclose(at, [0.8, 0.0, 0.6], atol=0.05)
 
@@ -141,7 +141,7 @@ def test_who_is_not_seen_any_more_stays_an_obstacle_where_it_was(safety):
         experiment.step()
         least = min(least, np.linalg.norm((backend.true_positions()[0] - gone)[:2]))
     assert least >= 0.29
-    assert experiment.agents[0].phase is Phase.FLYING
+    assert experiment.agents[0].phase is DronePhase.FLYING
     assert backend.true_positions()[0, 0] > 0.3
 
 

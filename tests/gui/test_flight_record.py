@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
 from crazychoir_fw.common.errors import RangeError, StateError
-from crazychoir_fw.flight.agent import Phase
+from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.gui.flight_record import check_format, csv_lines, record_of, write_record
 from crazychoir_fw.recording.flight_log import FlightLog
 
@@ -60,7 +60,7 @@ def flown(session, client):
     client.command(name="rewind", branch=0, time=back)
     client.command(name="goto", drones=["agent_0"], x=-1.5, y=0.0, z=1.0)
     fly(3.0)
-    assert all(agent.phase is Phase.FLYING for agent in session.experiment.agents)
+    assert all(agent.phase is DronePhase.FLYING for agent in session.experiment.agents)
     return old, record_of(session), back
 
 

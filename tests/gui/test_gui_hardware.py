@@ -15,7 +15,7 @@ from served_drones import Served
 
 from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.flight.access.hardware import HardwareAccess
-from crazychoir_fw.flight.agent import Phase
+from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.flight.layered_flight import make_experiment
 from crazychoir_fw.gui.opening import open_mission
 from crazychoir_fw.gui.session import Session
@@ -124,7 +124,7 @@ def test_a_drawn_curve_is_flown(lockstep, api, until, tmp_path, text, kind):
         beside = np.linalg.norm(flown[:, leg.drone, None, :2] - circle, axis=2).min(axis=1)
         assert np.sqrt((beside**2).mean()) < 0.1
     assert client.command(name="land")["ok"]
-    until(lambda: all(agent.phase is Phase.LANDED for agent in session.experiment.agents))
+    until(lambda: all(agent.phase is DronePhase.LANDED for agent in session.experiment.agents))
     assert world.positions()[:, 2].max() < 0.1
 
 

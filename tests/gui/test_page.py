@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from playwright.sync_api import expect
 
-from crazychoir_fw.flight.agent import Phase
+from crazychoir_fw.flight.agent import DronePhase
 
 expect.set_options(timeout=60_000)
 
@@ -103,7 +103,7 @@ def test_draw_preview_fly_land(open_page, session, until):
     assert [leg.drone for leg in legs] == [0, 1, 2, 3]
     until(lambda: session.flying is None, 120.0)
     page.evaluate("cc.press('land', null)")
-    until(lambda: all(agent.phase is Phase.LANDED for agent in session.experiment.agents), 120.0)
+    until(lambda: all(agent.phase is DronePhase.LANDED for agent in session.experiment.agents), 120.0)
 
     times = np.array(session.branches.present.times)
     paths = np.array([sample.position for sample in session.branches.present.samples])

@@ -59,10 +59,10 @@ def test_made_up_inputs_move_what_they_are_to_move(cases, platform):
     ):
         result = compare_case(Side(), Side(platform=platform), find(cases, group, name))
         assert signal in {deviation.signal for deviation in result.deviations}
-    from crazychoir_fw.parity.cases import Request
+    from crazychoir_fw.parity.cases import CaseRequest
 
     for group, name, signal in (("kalman", "out of bounds", "is_within_bounds"), ("power", "cap", "was_capped")):
-        values = find(cases, group, name).run(Request(Side(platform=platform))).signals[signal]
+        values = find(cases, group, name).run(CaseRequest(Side(platform=platform))).signals[signal]
         assert values.any()
         assert not values.all()
 

@@ -5,7 +5,7 @@ import pytest
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.common.errors import CrazychoirError
-from crazychoir_fw.parity.cases import Request
+from crazychoir_fw.parity.cases import CaseRequest
 from crazychoir_fw.parity.cases.complementary import complementary_cases
 from crazychoir_fw.parity.cases.controllers import controller_cases
 from crazychoir_fw.parity.cases.kalman import kalman_cases, measurement_types
@@ -41,7 +41,7 @@ def test_every_kind_of_setpoint_occurs(whole_flight):
 @pytest.mark.parametrize("name", ["pid", "position", "sweeps", "beams", "twr_robust", "tdoa2", "planar", "flow"])
 def test_replayed_filter_gives_the_estimates_of_the_flight(short_inputs, name):
     case = next(case for case in kalman_cases(short_inputs) if case.name == f"flight {name}")
-    outcome = case.run(Request(Side()))
+    outcome = case.run(CaseRequest(Side()))
     flight = short_inputs.flights[name]
     if flight.has_loop:
         # the controllers see the estimate of the tick before
@@ -56,7 +56,7 @@ def test_replayed_filter_gives_the_estimates_of_the_flight(short_inputs, name):
 @pytest.mark.parametrize("name", ["pid", "mellinger", "indi", "brescianini", "lee"])
 def test_replayed_controller_gives_the_commands_of_the_flight(short_inputs, name):
     case = next(case for case in controller_cases(short_inputs) if case.name == f"{name}: flight {name}")
-    outcome = case.run(Request(Side()))
+    outcome = case.run(CaseRequest(Side()))
     control = short_inputs.flights[name].tracks["control"]
     raw = np.ascontiguousarray(control["normalizedForces"])
     assert np.array_equal(outcome.signals["control.controlMode"], control["controlMode"])
@@ -74,7 +74,7 @@ def test_replayed_controller_gives_the_commands_of_the_flight(short_inputs, name
 
 def test_replayed_complementary_estimator_gives_the_estimates_of_the_flight(short_inputs):
     case = next(case for case in complementary_cases(short_inputs) if case.name == "flight complementary")
-    outcome = case.run(Request(Side()))
+    outcome = case.run(CaseRequest(Side()))
     for signal, values in columns(short_inputs.flights["complementary"].tracks["estimate"]).items():
         assert np.array_equal(outcome.signals[f"estimate.{signal}"], values), signal
 

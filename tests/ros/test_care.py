@@ -12,7 +12,7 @@ from crazychoir_fw.cli import app
 from crazychoir_fw.common.errors import StateError, UnknownNameError
 from crazychoir_fw.flight.access import Access, open_access
 from crazychoir_fw.flight.access.ros import NO_ARM, RosAccess
-from crazychoir_fw.flight.agent import Agent, Phase
+from crazychoir_fw.flight.agent import Agent, DronePhase
 from crazychoir_fw.flight.sim_backend import SimBackend
 from crazychoir_fw.mission.loader import parse_mission
 from crazychoir_fw.ros.arming_services import ARM, request_once, serve_arming_services, served_on
@@ -85,12 +85,12 @@ def test_one_is_armed_and_disarmed_and_a_wrong_name_is_refused(host):
 
 
 def test_who_flies_is_not_rebooted_and_the_others_are(host):
-    host.agents[0].phase = Phase.FLYING
-    host.agents[1].phase, host.agents[1].failure = Phase.FAILED, "it fell"
+    host.agents[0].phase = DronePhase.FLYING
+    host.agents[1].phase, host.agents[1].failure = DronePhase.FAILED, "it fell"
     with pytest.raises(StateError, match="agent_0: a flies; LAND or STOP it before REBOOT"):
         request_once("reboot", False, [], host.domain)
-    assert host.agents[0].phase is Phase.FLYING
-    assert (host.agents[1].phase, host.agents[1].failure) == (Phase.GROUND, None)
+    assert host.agents[0].phase is DronePhase.FLYING
+    assert (host.agents[1].phase, host.agents[1].failure) == (DronePhase.GROUND, None)
     assert not host.world["b"].can_arm  # its software has just begun
 
 

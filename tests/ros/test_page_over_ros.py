@@ -22,7 +22,7 @@ from std_msgs.msg import Empty, String
 from crazychoir_fw.common.errors import CrazychoirError, RangeError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight.access.ros import FEW_PLOTS, NO_ARM, NO_PARAMETERS, NO_TIME
-from crazychoir_fw.flight.agent import Phase
+from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.gui.opening import open_mission
 from crazychoir_fw.gui.session import Session
 from crazychoir_fw.ros.bundles import HostCard
@@ -112,12 +112,12 @@ def served(tmp_path_factory):
 
 def on_the_floor(served):
     served.command(name="stop")
-    served.until(lambda: all(phase is not Phase.FLYING for phase in served.phases), "all motors are off")
+    served.until(lambda: all(phase is not DronePhase.FLYING for phase in served.phases), "all motors are off")
 
 
 def test_takeoff_goto_land_stop(served):
     assert served.command(name="takeoff")["text"] == "TAKE-OFF: all 4 drones"
-    served.until(lambda: served.phases == [Phase.FLYING] * 4, "all fly")
+    served.until(lambda: served.phases == [DronePhase.FLYING] * 4, "all fly")
     served.until(lambda: np.abs(served.places[:, 2] - 1.0).max() < 0.05, "all are up")
     answer = served.command(name="goto", x=0.0, y=0.5, z=1.3, drones=["agent_1"])
     assert answer["ok"], answer["text"]
@@ -127,10 +127,10 @@ def test_takeoff_goto_land_stop(served):
     agent = served.onlooker.experiment.agents[1]
     served.until(lambda: np.allclose(agent.reference.position, (0.0, 0.5, 1.3)), "the reference is shown")
     assert served.command(name="stop", drones=["agent_3"])["text"] == "STOP: agent_3"
-    served.until(lambda: served.phases[3] is Phase.LANDED, "one has stopped")
-    assert served.phases[:3] == [Phase.FLYING] * 3
+    served.until(lambda: served.phases[3] is DronePhase.LANDED, "one has stopped")
+    assert served.phases[:3] == [DronePhase.FLYING] * 3
     assert served.command(name="land")["ok"]
-    served.until(lambda: served.phases == [Phase.LANDED] * 4, "all have landed")
+    served.until(lambda: served.phases == [DronePhase.LANDED] * 4, "all have landed")
     kinds = {happening.kind for happening in served.onlooker.experiment.events}
     assert {"takeoff", "land", "landed", "stop"} <= kinds
 
@@ -197,7 +197,7 @@ def test_in_a_browser_drones_move_and_sentences_stand_for_what_is_missing(served
         page.get_by_test_id("no-parameters").wait_for()
         assert page.evaluate("cc.words.no_rewind") == NO_TIME
         page.keyboard.press("Escape")
-        served.until(lambda: Phase.FLYING not in served.phases, "Esc is STOP")
+        served.until(lambda: DronePhase.FLYING not in served.phases, "Esc is STOP")
         assert errors == []
         chromium.close()
 
@@ -274,18 +274,18 @@ def test_phases_are_guessed_where_no_host_tells_them(bench, monkeypatch):
 
         agent = flight.agents[0]
         until(lambda: flight._watches_topics and flight.time > 0.0, 0.0)
-        assert agent.phase is Phase.GROUND
+        assert agent.phase is DronePhase.GROUND
         until(lambda: flight._buttons["takeoff"].get_subscription_count() > 1, 0.0)
         flight.takeoff()
-        until(lambda: pressed and agent.phase is Phase.FLYING, 0.0)
+        until(lambda: pressed and agent.phase is DronePhase.FLYING, 0.0)
         with pytest.raises(CrazychoirError, match="nobody listens to /land on ROS domain"):
             flight.land()
         land = bench.user.create_publisher(Empty, "/land", 10)
         until(lambda: land.get_subscription_count() > 0, 0.8)
         land.publish(Empty())
-        until(lambda: agent.phase is Phase.LANDING, 0.8)
+        until(lambda: agent.phase is DronePhase.LANDING, 0.8)
         assert "LAND was pressed elsewhere" in [happening.details for happening in flight.events]
-        until(lambda: agent.phase is Phase.LANDED, 0.01)
+        until(lambda: agent.phase is DronePhase.LANDED, 0.01)
         until(lambda: flight._button_of["stop", 0].get_subscription_count() > 0, 0.01)
         flight.stop(["agent_0"])
         until(lambda: single, 0.01)

@@ -28,7 +28,7 @@ from crazychoir_fw.ros.conversions import message_to_reference, reference_to_mes
 from crazychoir_fw.ros.hub import Hub
 from crazychoir_fw.ros.names import ACCELERATION
 from crazychoir_fw.ros.node import LayerNode
-from crazychoir_fw.ros.simulation import Pace, SimulationNode
+from crazychoir_fw.ros.simulation import PaceSettings, SimulationNode
 from crazychoir_fw.ros.teams import ControlTeam, has_no_memory
 from crazychoir_fw.ros.wire import bytes_to_reference, labeled_bytes, reference_bytes, vector3_bytes
 
@@ -140,7 +140,7 @@ def swarm(bench):
     """A host, and two controllers of one hub that know it."""
     hub = Hub("layers", lockstep=True)
     controllers = [controller_of(bench, hub, i) for i in range(2)]
-    node = bench.add(SimulationNode(Drones(), pace=Pace(None, True, unattended=True), context=bench.context))
+    node = bench.add(SimulationNode(Drones(), pace=PaceSettings(None, True, unattended=True), context=bench.context))
     node.members.invite()
     bench.until(lambda: node.members._served)
     return hub, controllers, node

@@ -29,7 +29,7 @@ from crazychoir_fw.ros.names import BUTTONS, LATEST
 from crazychoir_fw.ros.parts import parts_of
 from crazychoir_fw.ros.plugins import PluginHost
 from crazychoir_fw.ros.radio import RadioHandlerFPQR, RadioHandlerXYZ
-from crazychoir_fw.ros.simulation import Pace, SimulationNode
+from crazychoir_fw.ros.simulation import PaceSettings, SimulationNode
 from crazychoir_fw.ros.wall_timeouts import WallTimeoutClock
 from crazychoir_fw.ros.wire import (
     Rows,
@@ -221,7 +221,9 @@ def world():
 
 
 def test_drones_of_a_world_are_topics(bench, world):
-    node = bench.add(SimulationNode(PluginHost(world), command="vel", pace=Pace(None, True), context=bench.context))
+    node = bench.add(
+        SimulationNode(PluginHost(world), command="vel", pace=PaceSettings(None, True), context=bench.context)
+    )
     odometry = bench.hear(Odometry, "/agent_1/odom")
     speak = bench.speaker(Twist, "/agent_1/cmd_vel")
     idle = bench.user.create_publisher(Bool, "/agent_1/idle", LATEST)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from crazychoir_fw.common.errors import CrazychoirError, StateError
-from crazychoir_fw.flight.agent import Phase
+from crazychoir_fw.flight.agent import DronePhase
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.access.access import Access
@@ -31,7 +31,7 @@ def reboot_all(agents: Sequence[Agent], access: Access) -> str:
         except CrazychoirError as error:  # the others are not to wait for this one
             problems.append(str(error))
             continue
-        agent.phase, agent.failure, agent.reference = Phase.GROUND, None, None
+        agent.phase, agent.failure, agent.reference = DronePhase.GROUND, None, None
     if problems:
         raise StateError("; ".join(problems[:_MAX_PROBLEMS]))
     return ", ".join(dict.fromkeys(expected))

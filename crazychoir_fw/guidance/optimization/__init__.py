@@ -6,7 +6,7 @@ in `crazychoir_fw.guidance.optimization.graphs`, DISROPT's own objects run with
 """
 
 from crazychoir_fw.guidance.optimization.admm import ADMM
-from crazychoir_fw.guidance.optimization.agent import Agent, Schedule
+from crazychoir_fw.guidance.optimization.agent import Agent
 from crazychoir_fw.guidance.optimization.aggregative_tracking import (
     AggregativeProblem,
     AggregativeTracking,
@@ -47,7 +47,6 @@ __all__ = [
     "QuadraticProblem",
     "ResilientAggregativeTracking",
     "RobustAggregativeTracking",
-    "Schedule",
     "SurveillanceProblem",
     "UnboundedError",
     "assigned_task",

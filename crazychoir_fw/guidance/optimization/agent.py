@@ -4,24 +4,18 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from crazychoir_fw.common.errors import RangeError, StateError
 
 if TYPE_CHECKING:
     from crazychoir_fw.guidance.communicator import TopicCommunicator
+    from crazychoir_fw.guidance.graph import NeighborSchedule
 
 Weights = Sequence[float] | Mapping[int, float]
 """A row of the weight matrix, or weights by neighbor."""
 
 _SLACK = 1e-9  # by which weights may miss [0, 1] after their sum was rounded
-
-
-class Schedule(Protocol):
-    """Neighbors as they change, for instance `crazychoir_fw.guidance.RandomEdges`; everybody has the same."""
-
-    def neighbors_at(self, agent: int, now: float, label: int) -> tuple[Sequence[int], Sequence[int]]:
-        """Return in- and out-neighbors of an agent at a time (s), in the round of that label."""
 
 
 class Agent:
@@ -45,7 +39,7 @@ class Agent:
         out_weights: Weights | None = None,
         auto_local: bool = True,
         *,
-        schedule: Schedule | None = None,
+        schedule: NeighborSchedule | None = None,
     ) -> None:
         """Take part.
 

@@ -1,7 +1,7 @@
 """What is asked of both providers: every function of the table, with recorded and with systematic inputs."""
 
 from crazychoir_fw.parity.cases.avoidance import avoidance_cases
-from crazychoir_fw.parity.cases.case import Case, Outcome, Request
+from crazychoir_fw.parity.cases.case import Case, CaseRequest, Outcome
 from crazychoir_fw.parity.cases.complementary import complementary_cases
 from crazychoir_fw.parity.cases.controllers import controller_cases
 from crazychoir_fw.parity.cases.kalman import kalman_cases
@@ -22,4 +22,4 @@ def all_cases(inputs: Inputs) -> list[Case]:
     ]
 
 
-__all__ = ["Case", "Outcome", "Request", "all_cases"]
+__all__ = ["Case", "CaseRequest", "Outcome", "all_cases"]

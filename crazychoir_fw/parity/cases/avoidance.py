@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.parity.cases.case import Case, Outcome, Request
-from crazychoir_fw.parity.inputs import Flight, Inputs
+from crazychoir_fw.parity.cases.case import Case, CaseRequest, Outcome
+from crazychoir_fw.parity.inputs import FlightInputs, Inputs
 from crazychoir_fw.parity.structs import columns, pointer, zeros
 
 _NEEDS = ("collision_avoidance", "collision_avoidance_is_enabled")
@@ -42,7 +42,7 @@ def avoidance_cases(inputs: Inputs) -> list[Case]:
     return cases
 
 
-def _recorded(request: Request, flight: Flight) -> Outcome:
+def _recorded(request: CaseRequest, flight: FlightInputs) -> Outcome:
     tracks = flight.tracks
     outcome = _run(
         request, tracks["commanded"], tracks["peers"], tracks["sensors"], tracks["estimate"], tracks["tick"], flight, {}
@@ -51,7 +51,7 @@ def _recorded(request: Request, flight: Flight) -> Outcome:
     return outcome
 
 
-def _made_up(request: Request, parameters: dict[str, float]) -> Outcome:
+def _made_up(request: CaseRequest, parameters: dict[str, float]) -> Outcome:
     dice = np.random.default_rng(21)
     ticks = np.arange(1000, 1000 + _MADE_UP)
     setpoints, sensors, estimates = (zeros(name, _MADE_UP) for name in ("setpoint_t", "sensorData_t", "state_t"))
@@ -71,13 +71,13 @@ def _made_up(request: Request, parameters: dict[str, float]) -> Outcome:
 
 
 def _run(
-    request: Request,
+    request: CaseRequest,
     commanded: NDArray[Any],
     peers: NDArray[Any],
     sensors: NDArray[Any],
     estimates: NDArray[Any],
     ticks: NDArray[Any],
-    flight: Flight | None,
+    flight: FlightInputs | None,
     parameters: dict[str, float],
 ) -> Outcome:
     block = request.boot(flight)

@@ -10,18 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.parity.inputs import Flight
+from crazychoir_fw.parity.inputs import FlightInputs
 from crazychoir_fw.parity.side import Block, LogGatherer, Side
 
 
 @dataclass(frozen=True)
-class Request:
+class CaseRequest:
     """Who is asked, and which of its log variables are to be watched."""
 
     side: Side
     logs: tuple[str, ...] = ()
 
-    def boot(self, flight: Flight | None = None) -> Block:
+    def boot(self, flight: FlightInputs | None = None) -> Block:
         """Return a fresh block, with the parameters that were set before that flight."""
         block = self.side.boot()
         for name, value in (flight.parameters if flight is not None else {}).items():
@@ -55,7 +55,7 @@ class Case:
     name: str
     about: str
     """What the inputs are, in a few words."""
-    run: Callable[[Request], Outcome]
+    run: Callable[[CaseRequest], Outcome]
     needs: tuple[str, ...] = ()
     """Functions of the provider's table that are called."""
     controller: str | None = None

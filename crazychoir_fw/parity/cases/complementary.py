@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.parity.cases.case import Case, Outcome, Request
+from crazychoir_fw.parity.cases.case import Case, CaseRequest, Outcome
 from crazychoir_fw.parity.cases.kalman import measurement_types
-from crazychoir_fw.parity.inputs import Flight, Inputs
+from crazychoir_fw.parity.inputs import FlightInputs, Inputs
 from crazychoir_fw.parity.structs import columns, dtype_of, pointer, zeros
 
 _SAMPLES = {
@@ -45,7 +45,7 @@ def complementary_cases(inputs: Inputs) -> list[Case]:
     return cases
 
 
-def latest_samples(flight: Flight) -> NDArray[Any]:
+def latest_samples(flight: FlightInputs) -> NDArray[Any]:
     """Return what the estimator looks at in each tick: the latest sample of each sensor, shape (T,)."""
     ticks = flight.tracks["tick"]
     kinds = measurement_types(flight)
@@ -60,7 +60,7 @@ def latest_samples(flight: Flight) -> NDArray[Any]:
     return found
 
 
-def _replay(request: Request, flight: Flight, is_restarted: bool) -> Outcome:
+def _replay(request: CaseRequest, flight: FlightInputs, is_restarted: bool) -> Outcome:
     ticks = flight.tracks["tick"]
     samples = latest_samples(flight)
     block = request.boot(flight)

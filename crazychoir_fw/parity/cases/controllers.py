@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi
 from crazychoir_fw.onboard.core import check
-from crazychoir_fw.parity.cases.case import Case, Outcome, Request, control_signals, joined
-from crazychoir_fw.parity.inputs import Flight, Inputs
+from crazychoir_fw.parity.cases.case import Case, CaseRequest, Outcome, control_signals, joined
+from crazychoir_fw.parity.inputs import FlightInputs, Inputs
 from crazychoir_fw.parity.side import CONTROLLERS
 from crazychoir_fw.parity.structs import joined_rows, pointer, zeros
 
@@ -59,13 +59,13 @@ def controller_cases(inputs: Inputs) -> list[Case]:
 
 
 def _run(
-    request: Request,
+    request: CaseRequest,
     word: str,
     setpoints: NDArray[Any],
     sensors: NDArray[Any],
     estimates: NDArray[Any],
     steps: NDArray[Any],
-    flight: Flight | None = None,
+    flight: FlightInputs | None = None,
     reset_at: int = -1,
 ) -> Outcome:
     block = request.boot(flight)
@@ -88,19 +88,19 @@ def _run(
     return Outcome(np.arange(count), {**control_signals(controls), **logs.signals()}, block.failure)
 
 
-def _recorded(request: Request, word: str, flight: Flight) -> Outcome:
+def _recorded(request: CaseRequest, word: str, flight: FlightInputs) -> Outcome:
     tracks = flight.tracks
     outcome = _run(request, word, tracks["setpoint"], tracks["sensors"], tracks["estimate"], tracks["step"], flight)
     outcome.ticks = tracks["tick"]
     return outcome
 
 
-def _made_up(request: Request, word: str, rows: Any) -> Outcome:
+def _made_up(request: CaseRequest, word: str, rows: Any) -> Outcome:
     setpoints, sensors, estimates = rows()
     return _run(request, word, setpoints, sensors, estimates, np.arange(1, len(setpoints) + 1))
 
 
-def _position_reset(request: Request, word: str) -> Outcome:
+def _position_reset(request: CaseRequest, word: str) -> Outcome:
     setpoints, sensors, estimates = _smooth_rows(1000, seed=5, size=1.0)
     setpoints["mode"]["x"] = setpoints["mode"]["y"] = setpoints["mode"]["z"] = 1
     return _run(request, word, setpoints, sensors, estimates, np.arange(1, 1001), reset_at=500)
@@ -218,7 +218,7 @@ def golden_rows(case: int, is_pitch_negated: bool) -> tuple[NDArray[Any], NDArra
     return setpoints, sensors, estimates
 
 
-def _golden(request: Request, word: str) -> Outcome:
+def _golden(request: CaseRequest, word: str) -> Outcome:
     outcomes = []
     for case in range(len(_GOLDEN)):
         rows = golden_rows(case, is_pitch_negated=word != "lee")

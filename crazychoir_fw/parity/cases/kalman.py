@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.parity.cases.case import Case, Outcome, Request
-from crazychoir_fw.parity.inputs import Flight, Inputs
+from crazychoir_fw.parity.cases.case import Case, CaseRequest, Outcome
+from crazychoir_fw.parity.inputs import FlightInputs, Inputs
 from crazychoir_fw.parity.structs import columns, pointer, zeros
 
 _NEEDS = (
@@ -84,12 +84,12 @@ def kalman_cases(inputs: Inputs) -> list[Case]:
     return cases
 
 
-def measurement_types(flight: Flight) -> NDArray[np.uint32]:
+def measurement_types(flight: FlightInputs) -> NDArray[np.uint32]:
     """Return the type of each measurement of a flight, shape (M,)."""
     return np.ascontiguousarray(flight.measurements["measurement"][:, :4]).view(np.uint32)[:, 0]
 
 
-def _describe(flight: Flight) -> str:
+def _describe(flight: FlightInputs) -> str:
     present = set(measurement_types(flight).tolist())
     words = [word for word, kind in _TYPES.items() if kind in present]
     return f"{len(flight.measurements)} measurements: inertial, {', '.join(words)}"
@@ -98,7 +98,7 @@ def _describe(flight: Flight) -> str:
 class _Task:
     """One loop of the filter's task per tick, in the firmware's order, with the functions of one provider."""
 
-    def __init__(self, request: Request, flight: Flight | None, samples: int, start: int) -> None:
+    def __init__(self, request: CaseRequest, flight: FlightInputs | None, samples: int, start: int) -> None:
         self.block = request.boot(flight)
         self._f = self.block.functions
         self._state = self.block.state
@@ -166,7 +166,7 @@ class _Task:
         return Outcome(ticks, signals, self.block.failure)
 
 
-def _replay(request: Request, flight: Flight) -> Outcome:
+def _replay(request: CaseRequest, flight: FlightInputs) -> Outcome:
     ticks = flight.tracks["tick"]
     rows = np.ascontiguousarray(flight.measurements["measurement"])
     first = ffi.cast("measurement_t *", rows.ctypes.data)
@@ -190,7 +190,7 @@ def _replay(request: Request, flight: Flight) -> Outcome:
 
 
 def _made_up(
-    request: Request, kind: int, parameter: str | None, far: float | None = None, is_reverting: bool = True
+    request: CaseRequest, kind: int, parameter: str | None, far: float | None = None, is_reverting: bool = True
 ) -> Outcome:
     ticks = np.arange(1, MADE_UP_TICKS + 1)
     task = _Task(request, None, len(ticks), start=0)

@@ -10,7 +10,7 @@ import numpy as np
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.onboard.trajectories import pack_compressed
-from crazychoir_fw.parity.cases.case import Case, Outcome, Request
+from crazychoir_fw.parity.cases.case import Case, CaseRequest, Outcome
 from crazychoir_fw.parity.fleet import example_compressed, example_pieces
 from crazychoir_fw.parity.structs import columns, dtype_of
 
@@ -28,7 +28,7 @@ _COMPRESSED_AT = 2049  # odd: compressed bytes need no alignment
 class _Planner:
     """The plan functions of a provider, asked for a goal every 10 ms."""
 
-    def __init__(self, request: Request) -> None:
+    def __init__(self, request: CaseRequest) -> None:
         self.block = request.boot()
         self._f = self.block.functions
         self.state = self.block.state
@@ -112,7 +112,7 @@ def planning_cases() -> list[Case]:
     ]
 
 
-def _run(request: Request, script: Callable[[_Planner], None]) -> Outcome:
+def _run(request: CaseRequest, script: Callable[[_Planner], None]) -> Outcome:
     planner = _Planner(request)
     planner.follow(0.03)  # before there is any plan
     script(planner)

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.parity.cases.case import Case, Outcome, Request
-from crazychoir_fw.parity.inputs import Flight, Inputs
+from crazychoir_fw.parity.cases.case import Case, CaseRequest, Outcome
+from crazychoir_fw.parity.inputs import FlightInputs, Inputs
 from crazychoir_fw.parity.structs import columns, pointer, zeros
 
 _OVERRIDES = (0, 1, 2, 3)
@@ -81,7 +81,7 @@ def power_cases(inputs: Inputs) -> list[Case]:
     return cases
 
 
-def _recorded(request: Request, flight: Flight) -> Outcome:
+def _recorded(request: CaseRequest, flight: FlightInputs) -> Outcome:
     tracks, count = flight.tracks, len(flight.tracks["tick"])
     block = request.boot(flight)
     functions, state = block.functions, block.state
@@ -134,7 +134,7 @@ def control_rows(mode: int) -> NDArray[Any]:
     return rows
 
 
-def _mix(request: Request, mode: int) -> Outcome:
+def _mix(request: CaseRequest, mode: int) -> Outcome:
     rows = control_rows(mode)
     block = request.boot()
     uncapped = zeros("motors_thrust_uncapped_t", len(rows))
@@ -154,7 +154,7 @@ def _thrusts(count: int, low: int, high: int) -> NDArray[Any]:
     return rows
 
 
-def _compensate(request: Request) -> Outcome:
+def _compensate(request: CaseRequest) -> Outcome:
     voltages = np.repeat(np.float32([0.0, 1.99, 2.0, 2.5, 3.0, 3.3, 3.7, 4.2, 5.0]), 120)
     rows = _thrusts(len(voltages), 0, 70000)
     block = request.boot()
@@ -165,7 +165,7 @@ def _compensate(request: Request) -> Outcome:
     return Outcome(np.arange(len(rows)), columns(found, "compensated"), block.failure)
 
 
-def _cap(request: Request) -> Outcome:
+def _cap(request: CaseRequest) -> Outcome:
     rows = _thrusts(3000, -70000, 200000)
     block = request.boot()
     pwm, was_capped = zeros("motors_thrust_pwm_t", len(rows)), np.zeros(len(rows), bool)
@@ -177,7 +177,7 @@ def _cap(request: Request) -> Outcome:
     return Outcome(np.arange(len(rows)), {**columns(pwm, "pwm"), "was_capped": was_capped}, block.failure)
 
 
-def _idle(request: Request) -> Outcome:
+def _idle(request: CaseRequest) -> Outcome:
     values = (None, 0, 1, 7000, 65535)
     block = request.boot()
     idle = np.zeros(len(values), np.int64)
@@ -188,7 +188,7 @@ def _idle(request: Request) -> Outcome:
     return Outcome(np.arange(len(values)), {"idle": idle}, block.failure)
 
 
-def _override(request: Request) -> Outcome:
+def _override(request: CaseRequest) -> Outcome:
     per_mode = 200
     count = per_mode * len(_OVERRIDES)
     block = request.boot()

@@ -9,7 +9,7 @@ from crazychoir_fw.common.errors import RangeError
 _EARLY = 1e-6  # of a period: clocks are floats
 
 
-class Schedule:
+class PeriodicTimer:
     """Is due at the first instant that it is asked for, and from there at whole multiples of its period.
 
     Periods are counted, so that nothing drifts. What was missed is not made up for. A clock that goes back, because a
