@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Reference
-from crazychoir_fw.guidance.cf_guidance import CFGuidance, Phase
+from crazychoir_fw.guidance.cf_guidance import TOUCHDOWN_HEIGHT, CFGuidance, Phase
+from crazychoir_fw.guidance.climb import Climb, toward
 from crazychoir_fw.guidance.communicator import TopicCommunicator
 from crazychoir_fw.guidance.graph import NeighborSchedule
 from crazychoir_fw.guidance.outputs import Outputs
@@ -22,6 +23,9 @@ Array = NDArray[np.float64]
 Listener = Callable[[int, int, float], None]
 """Takes the agent, the neighbor and the time (s)."""
 
+# of take-off and landing; 6 and 4 are damped by 0.8, and slower than the attitude follows
+_CLIMB_P = 6.0  # [1/s^2]
+_CLIMB_D = 4.0  # [1/s]
 _LATE_ROUNDS = 3  # who is farther behind than this is not waited for: it counts rounds by itself
 
 
@@ -90,6 +94,7 @@ class CFDistributedFeedback(CFGuidance):
         self._last_heard: dict[int, float] = {}
         self._next_look = -math.inf
         self._last_outputs = Outputs()
+        self._vertical_way: Climb | None = None
         self.previous_round: float | None = None
         """When the round before was finished (s)."""
         self.changes = 0
@@ -109,6 +114,22 @@ class CFDistributedFeedback(CFGuidance):
     def message(self) -> object:
         """Return what neighbors are told in a round: the own pose."""
         return self.current_pose
+
+    # ---------------------------------------------------------------- phases
+
+    def begin_takeoff(self, now: float) -> None:
+        """Ask for the climb: leaders by a trajectory, others by accelerations."""
+        super().begin_takeoff(now)
+        self._set_out(np.array([*self._above_start()[:2], self._position()[2]]), self.height, now)
+
+    def begin_landing(self, now: float) -> None:
+        """Ask for the descent."""
+        super().begin_landing(now)
+        self._set_out(self._position(), TOUCHDOWN_HEIGHT, now)
+
+    def _set_out(self, start: Array, height: float, now: float) -> None:
+        way = max(abs(height - float(start[2])), TOUCHDOWN_HEIGHT)
+        self._vertical_way = Climb(start, height, now, way / self.takeoff_time)
 
     # ---------------------------------------------------------------- a round
 
@@ -193,9 +214,12 @@ class CFDistributedFeedback(CFGuidance):
         return self._awaited
 
     def respond(self, neigh_data: dict[int, Pose], now: float) -> Reference | None:
-        """Return the reference of any phase of flight."""
-        del now
-        return Reference(acceleration=self.evaluate_input(neigh_data)) if self._phase is Phase.FLIGHT else None
+        """Return the reference of any phase of flight: from START on that of the law, else straight up or down."""
+        if self._phase is Phase.FLIGHT:
+            return Reference(acceleration=self.evaluate_input(neigh_data))
+        if self._vertical_way is None or self.current_pose is None:
+            return None
+        return Reference(acceleration=toward(self.current_pose, *self._vertical_way.wanted(now), _CLIMB_P, _CLIMB_D))
 
     def step(self, now: float) -> Outputs:
         """Begin or finish a round, as far as that is possible now; never waits.

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Reference
 from crazychoir_fw.guidance.cf_guidance import TOUCHDOWN_HEIGHT, CFGuidance, Phase
+from crazychoir_fw.guidance.climb import Climb, toward
 from crazychoir_fw.guidance.moving_reference import MovingReference
 from crazychoir_fw.guidance.outputs import Outputs
 
@@ -235,42 +236,35 @@ class SimpleDIControl(CFGuidance):
             goal = rows.reshape(len(rows), -1)[-1, -3:]
         self.goal = None if goal is None else self._checked("goal", goal)
         self.k_p, self.k_d = float(k_p), float(k_d)
-        self._from: NDArray[np.float64] | None = None
+        self._climb: Climb | None = None
 
     def begin_takeoff(self, now: float) -> None:
         """Ask for the climb."""
-        self._from = np.array([*self._above_start()[:2], self._position()[2]])
+        self._set_out(np.array([*self._above_start()[:2], self._position()[2]]), self.height, now)
 
     def begin_landing(self, now: float) -> None:
         """Ask for the descent."""
-        self._from = self._position().copy()
+        self._set_out(self._position(), TOUCHDOWN_HEIGHT, now)
+
+    def _set_out(self, start: NDArray[np.float64], height: float, now: float) -> None:
+        self._climb = Climb(start, height, now, self.height / self.takeoff_time)
 
     def step(self, now: float) -> Outputs:
         """Return what to ask for at a time (s)."""
         if self._phase is Phase.IDLE or self._phase is Phase.STOPPED or self.current_pose is None:
             return self.outputs(now, None)
-        return self.outputs(now, Reference(acceleration=self._toward(*self._wanted(now))))
+        return self.outputs(
+            now, Reference(acceleration=toward(self.current_pose, *self._wanted(now), self.k_p, self.k_d))
+        )
 
     def _wanted(self, now: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return where to be (m) and how fast (m/s)."""
         if self._phase is Phase.FLIGHT:
             return (self._above_start() if self.goal is None else self.goal), np.zeros(3)
-        place = np.array(self._position() if self._from is None else self._from)
-        end = self.height if self._phase is Phase.TAKEOFF else TOUCHDOWN_HEIGHT
-        climb = self.height / self.takeoff_time
-        way = min(climb * (now - self._begin), abs(end - place[2]))
-        moves = way < abs(end - place[2])
-        sign = math.copysign(1.0, end - place[2])
-        place[2] += sign * way
-        return place, np.array([0.0, 0.0, sign * climb if moves else 0.0])
-
-    def _toward(self, place: NDArray[np.float64], velocity: NDArray[np.float64]) -> NDArray[np.float64]:
-        pose = self.current_pose
-        own = np.zeros(3) if pose.velocity is None else pose.velocity  # type: ignore[union-attr]
-        return self.k_p * (place - self._position()) + self.k_d * (velocity - own)
+        return (self._position(), np.zeros(3)) if self._climb is None else self._climb.wanted(now)
 
     def has_landed(self, now: float) -> bool:
         """Return whether the landing is over: it falls with the speed of the take-off."""
-        top = self._position()[2] if self._from is None else self._from[2]
+        top = self._position()[2] if self._climb is None else self._climb.start[2]
         at_bottom = top * self.takeoff_time / self.height
         return now - self._begin >= at_bottom + self.takeoff_time

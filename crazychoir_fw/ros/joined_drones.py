@@ -21,7 +21,7 @@ from crazychoir_fw.common.errors import CrazychoirError, StateError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight.access import DroneState
 from crazychoir_fw.flight.agents import names_of, starts_of
-from crazychoir_fw.ros import bundles, care
+from crazychoir_fw.ros import arming_services, bundles
 from crazychoir_fw.ros.bundles import HostCard
 from crazychoir_fw.ros.names import CF_ODOM, LATEST, ODOM
 from crazychoir_fw.ros.node import LayerNode
@@ -99,7 +99,7 @@ class JoinedDrones:
     @property
     def is_cared_for(self) -> bool:
         """Whether somebody arms and reboots drones."""
-        return bool(care.served_on(self._node, care.ARM))
+        return bool(arming_services.served_on(self._node, arming_services.ARM))
 
     def arm(self, index: int, is_armed: bool) -> None:
         """Ask for a drone to be armed or disarmed.
@@ -107,17 +107,17 @@ class JoinedDrones:
         Raises:
             StateError: If it is not; the text says why.
         """
-        self._ask_for(index, care.ARM, is_armed)
+        self._ask_for(index, arming_services.ARM, is_armed)
 
     def reboot(self, index: int) -> str:
         """Ask for a drone to be rebooted; returns what to expect. See `arm`."""
-        return self._ask_for(index, care.REBOOT)
+        return self._ask_for(index, arming_services.REBOOT)
 
     def _ask_for(self, index: int, name: str, is_armed: bool = False) -> str:
         service = self._node.topic_of(index, name)
-        if service not in care.served_on(self._node, name):
+        if service not in arming_services.served_on(self._node, name):
             raise StateError(f"{self.names[index]}: nobody serves {service}")
-        return care.ask_for(self._node, service, name, is_armed, self._spin)
+        return arming_services.ask_for(self._node, service, name, is_armed, self._spin)
 
     @property
     def lacks_bundles(self) -> bool:
