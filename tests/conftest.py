@@ -42,6 +42,17 @@ def pytest_configure(config):
         os.environ.setdefault("CRAZYCHOIR_CACHE", str(config.cache.mkdir("firmware") / "cache"))
 
 
+def pytest_collection_modifyitems(items):
+    """Mark tests of files that take long: `pytest -m "not slow"` is for in between."""
+    slow = {TESTS / name for name in (TESTS / "slow.txt").read_text().split()}
+    for item in items:
+        if item.path in slow:
+            item.add_marker(pytest.mark.slow)
+    missing = [path.name for path in slow if not path.is_file()]
+    if missing:
+        raise pytest.UsageError(f"tests/slow.txt names files that are not there: {', '.join(missing)}")
+
+
 def pytest_collection():
     """Collect tests without collecting garbage."""
     gc.disable()

@@ -416,7 +416,7 @@ SHARED = Bench()
 @given(st.integers(0, 3), st.binary(max_size=MAX_PAYLOAD))
 def test_any_payload_is_survived(channel, payload):
     answer = SHARED.ask(channel, payload)
-    SHARED.line.carry_out()
+    SHARED.context.carry_out()
     assert answer is None or 1 <= len(answer) <= MAX_PAYLOAD
 
 
@@ -425,7 +425,7 @@ def test_answers_about_known_parameters_have_the_size_that_cflib_unpacks(channel
     name = NAMES[number]
     row = parameter_table()[name]
     answer = SHARED.ask(channel, struct.pack("<H", number) + rest)
-    SHARED.line.carry_out()
+    SHARED.context.carry_out()
     size = row.dtype.itemsize
     assert answer is None or answer[:2] == struct.pack("<H", number)
     if channel == READ:
@@ -441,7 +441,7 @@ def test_answers_about_known_parameters_have_the_size_that_cflib_unpacks(channel
 def test_misc_answers_repeat_command_and_number(command, number, rest):
     request = struct.pack("<BH", command, number) + rest
     answer = SHARED.ask(MISC, request)
-    SHARED.line.carry_out()
+    SHARED.context.carry_out()
     if 2 <= command <= 8:
         assert answer[:3] == request[:3]
         assert 4 <= len(answer) <= 12

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from crazychoir_fw.crtp import turns as rules
+from crazychoir_fw.crtp import read_scheduler as rules
 from crazychoir_fw.crtp.read_scheduler import Reading, ReadScheduler, reading_of
 
 ITEM, TYPE, VALUE = b"\x5c\2\0\0", b"\x2f\7\0\0", b"\x2d\0\0"

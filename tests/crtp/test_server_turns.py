@@ -5,7 +5,7 @@ import threading
 import pytest
 from server_clients import SOURCE, events
 
-from crazychoir_fw.crtp import turns
+from crazychoir_fw.crtp import read_scheduler
 from crazychoir_fw.crtp.link_model import PerfectLink
 
 
@@ -70,7 +70,7 @@ def test_in_lockstep_nobody_waits(open_server, connect):
 
 def test_who_waits_when_the_server_stops_running_is_answered(open_server, connect, monkeypatch):
     for name in ("IDLE_S", "LONGEST_S", "PATIENCE_S"):
-        monkeypatch.setattr(turns, name, 60.0)
+        monkeypatch.setattr(read_scheduler, name, 60.0)
     server = open_server(speed=None)
     thread = threading.Thread(target=server.run)
     thread.start()

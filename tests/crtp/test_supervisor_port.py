@@ -136,8 +136,8 @@ SHARED = bench()
 @given(st.integers(0, 3), st.binary(max_size=MAX_PAYLOAD))
 def test_any_payload_is_survived(channel, payload):
     answers = [parse(datagram) for datagram in SHARED.receive(Packet(9, channel, payload).to_bytes())]
-    SHARED.line.carry_out()
-    answers += [parse(datagram) for datagram, _ in SHARED.line.take_out()]
+    SHARED.context.carry_out()
+    answers += [parse(datagram) for datagram, _ in SHARED.context.take_out()]
     assert len(answers) <= 1
     for port, back, answer in answers:
         assert (port, back) == (9, channel)

@@ -54,7 +54,7 @@ def run(program):
 
 
 def test_the_layers_work_without_it():
-    layers = "cli, control, experiment, guidance, integrator, messages, mission, mocap, planning, radio"
+    layers = "cli, common, control, flight, guidance, mission, mocap, planning, radio, simulation"
     ran = run(f"from crazychoir_fw import {layers}; print(sorted(m for m in sys.modules if m.startswith('rclpy')))")
     assert (ran.returncode, ran.stdout.strip()) == (0, "[]"), ran.stderr
 
