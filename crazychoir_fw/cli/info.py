@@ -11,7 +11,7 @@ from crazychoir_fw.cli.tables import facts_table
 def info(as_json: Annotated[bool, typer.Option("--json", help="Print JSON for programs.")] = False) -> None:
     """Show what is installed: versions, providers, controllers, sizes."""
     from crazychoir_fw.mujoco_models import SCENES
-    from crazychoir_fw.onboard.core import info as facts_of_core
+    from crazychoir_fw.onboard.installation import info as facts_of_core
 
     facts = {**facts_of_core(), "scenes": list(SCENES), **_firmware()}
     if as_json:

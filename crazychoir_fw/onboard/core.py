@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import ctypes
 import functools
-import platform as host
 import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -255,13 +254,6 @@ def _version_text(number: int) -> str:
     return f"{number // 1_000_000}.{number // 1000 % 1000}.{number % 1000}"
 
 
-def _ros_distribution() -> str | None:
-    import importlib.util
-    import os
-
-    return os.environ.get("ROS_DISTRO", "wheels") if importlib.util.find_spec("rclpy") else None
-
-
 def identity() -> dict[str, str]:
     """Return what flew, for logs and reports: version, compiler and flags of the core, MuJoCo."""
     return {
@@ -269,26 +261,6 @@ def identity() -> dict[str, str]:
         "compiler": ffi.string(lib.cf_build_compiler()).decode(),
         "flags": ffi.string(lib.cf_build_flags()).decode(),
         "mujoco": mujoco.__version__,
-    }
-
-
-def info() -> dict[str, Any]:
-    """Return what this installation is: versions, build flags, providers and the size of a drone."""
-    from crazychoir_fw.onboard.variables import log_table, parameter_table
-
-    return {
-        **identity(),
-        "provider": providers()[0],
-        "providers": providers(),
-        "libraries": [provider_identity(number) for number in range(1, lib.cf_provider_count())],
-        "platform": f"{host.system()} {host.machine()}",
-        "controllers": choices("controller"),
-        "estimators": choices("estimator"),
-        "parameters": len(parameter_table()),
-        "logs": len(log_table()),
-        "state_bytes": lib.cf_state_bytes(0),
-        "ros": _ros_distribution(),
-        "python": host.python_version(),
     }
 
 

@@ -27,11 +27,11 @@ def bad_mission(tmp_path):
 
 
 @pytest.fixture
-def core_with_facts(monkeypatch):
-    """A core that knows a few facts."""
-    core = ModuleType("crazychoir_fw.onboard.core")
-    core.info = lambda: FACTS
-    monkeypatch.setitem(sys.modules, "crazychoir_fw.onboard.core", core)
+def installation_with_facts(monkeypatch):
+    """An installation that tells a few facts."""
+    installation = ModuleType("crazychoir_fw.onboard.installation")
+    installation.info = lambda: FACTS
+    monkeypatch.setitem(sys.modules, "crazychoir_fw.onboard.installation", installation)
 
 
 def test_bad_mission_prints_one_sentence_and_exits_with_2(bad_mission):
@@ -81,7 +81,7 @@ def test_no_command_shows_the_help():
     assert "info" in result.output
 
 
-@pytest.mark.usefixtures("core_with_facts")
+@pytest.mark.usefixtures("installation_with_facts")
 def test_info_as_json_is_what_core_says_and_which_firmware_would_fly(monkeypatch, miniature):
     monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(miniature))
     result = run("info", "--json")
@@ -98,7 +98,7 @@ def test_help_says_where_a_checkout_is_looked_for(words, where):
     assert where in run(*words, "--help").stdout
 
 
-@pytest.mark.usefixtures("core_with_facts")
+@pytest.mark.usefixtures("installation_with_facts")
 def test_info_says_why_there_is_no_firmware(monkeypatch, tmp_path):
     monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(tmp_path))
     facts = json.loads(run("info", "--json").stdout)
@@ -106,7 +106,7 @@ def test_info_says_why_there_is_no_firmware(monkeypatch, tmp_path):
     assert str(tmp_path) in facts["firmware"]
 
 
-@pytest.mark.usefixtures("core_with_facts")
+@pytest.mark.usefixtures("installation_with_facts")
 def test_info_is_a_table_for_people():
     result = run("info")
     assert result.exit_code == 0

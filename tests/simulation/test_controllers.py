@@ -8,7 +8,8 @@ import pytest
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.onboard.core import choices, info
+from crazychoir_fw.onboard.core import choices
+from crazychoir_fw.onboard.installation import info
 from crazychoir_fw.simulation import DroneConfig, World
 
 NUMBERS = {"pid": 1, "mellinger": 2, "indi": 3, "brescianini": 4, "lee": 5}

@@ -14,6 +14,7 @@ from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
 from crazychoir_fw.onboard import core
 from crazychoir_fw.onboard.core import find_provider, load_library, provider_functions, provider_identity
+from crazychoir_fw.onboard.installation import info
 from crazychoir_fw.onboard.variables import factory_values, log_table, parameter_table
 
 BUILTIN_BYTES = lib.cf_state_bytes(0)
@@ -61,7 +62,7 @@ def test_builtin_is_number_0_and_says_how_it_was_built():
 def test_a_library_says_what_it_was_built_from():
     number = load_library(Toy(toy_path(), name="known", identity={"version": "2024.10", "features": ["kalman"]}))
     assert provider_identity(number) == {"provider": "known", "version": "2024.10", "features": ["kalman"]}
-    assert provider_identity(number) in core.info()["libraries"]
+    assert provider_identity(number) in info()["libraries"]
 
 
 @pytest.mark.parametrize("number", [-1, 5000])
