@@ -1,4 +1,4 @@
-"""Layers fly a swarm in one process, on drones that are simulated, integrated or real."""
+"""Missions are flown, in one process, by drones that are simulated, integrated or real."""
 
 from crazychoir_fw.flight.agent import Agent, DronePhase
 from crazychoir_fw.flight.backend import Backend

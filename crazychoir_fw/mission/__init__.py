@@ -1,4 +1,4 @@
-"""Missions: a flight as a YAML file, its check, its plan, its flight and its summary."""
+"""Missions: a flight as a YAML file, its check and its plan."""
 
 from crazychoir_fw.mission.loader import load_mission, parse_mission
 from crazychoir_fw.mission.schema import Mission

@@ -55,10 +55,10 @@ def installed_source(name: str) -> Callable[[Sequence[Any]], PoseSource]:
     for entry in entry_points(group=GROUP, name=name):
         try:
             return entry.load()
+        except MissingLibraryError:
+            raise
         except ImportError as error:
-            raise MissingLibraryError(
-                f"poses of '{name}' need {error.name}: run pip install 'crazychoir-fw[{name}]'"
-            ) from None
+            raise MissingLibraryError(f"poses of '{name}' ({entry.value}) cannot be loaded: {error}") from None
     raise MissingLibraryError(f"no installed package offers poses of '{name}' (entry point of group {GROUP})")
 
 

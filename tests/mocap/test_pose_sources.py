@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from crazychoir_fw.common.errors import StateError
-from crazychoir_fw.mocap.sources import MotionCapture, UdpPoses
+from crazychoir_fw.common.errors import MissingLibraryError, StateError
+from crazychoir_fw.mocap.sources import GROUP, MotionCapture, UdpPoses, installed_source
 
 
 @pytest.fixture
@@ -103,3 +103,53 @@ def test_missing_package_and_unknown_system_are_said(monkeypatch):
     monkeypatch.setitem(sys.modules, "motioncapture", SimpleNamespace(connect=connect))
     with pytest.raises(StateError, match="motion capture vicon at cameras.local: Unknown"):
         MotionCapture("vicon", "cameras.local")
+
+
+# ---- sources of installed packages ----
+
+
+@pytest.fixture
+def other_package(tmp_path, monkeypatch):
+    """Return a function that installs a package which offers a source of poses, with this text."""
+
+    def install(text):
+        (tmp_path / "elsewhere.py").write_text(text)
+        facts = tmp_path / "elsewhere-1.0.dist-info"
+        facts.mkdir()
+        (facts / "METADATA").write_text("Metadata-Version: 2.1\nName: elsewhere\nVersion: 1.0\n")
+        (facts / "entry_points.txt").write_text(f"[{GROUP}]\nelsewhere = elsewhere:Poses\n")
+        monkeypatch.syspath_prepend(str(tmp_path))
+        monkeypatch.delitem(sys.modules, "elsewhere", raising=False)
+
+    return install
+
+
+def test_an_installed_package_offers_poses(other_package):
+    other_package("class Poses:\n    def __init__(self, bodies):\n        self.bodies = bodies\n")
+    assert installed_source("elsewhere")(["cf1"]).bodies == ["cf1"]
+
+
+def test_ours_are_poses_of_topics():
+    pytest.importorskip("rclpy")
+    assert installed_source("ros").__name__ == "TopicPoses"
+
+
+def test_what_a_package_lacks_is_told(other_package):
+    other_package("import nowhere_to_be_found\n")
+    sentence = r"poses of 'elsewhere' \(elsewhere:Poses\) cannot be loaded: No module named 'nowhere_to_be_found'"
+    with pytest.raises(MissingLibraryError, match=sentence):
+        installed_source("elsewhere")
+
+
+def test_a_sentence_about_a_missing_library_is_kept(other_package):
+    other_package(
+        "from crazychoir_fw.common.errors import MissingLibraryError\n"
+        "raise MissingLibraryError('needs rclpy: run pip install it')\n"
+    )
+    with pytest.raises(MissingLibraryError, match="^needs rclpy: run pip install it$"):
+        installed_source("elsewhere")
+
+
+def test_poses_that_nobody_offers_are_refused():
+    with pytest.raises(MissingLibraryError, match="no installed package offers poses of 'nobody'"):
+        installed_source("nobody")
