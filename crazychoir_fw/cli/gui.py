@@ -128,7 +128,7 @@ class Page:
             console.print(f"The page is at {address} (Ctrl-C ends it)", soft_wrap=True, markup=False)
             if self.opens_browser:
                 threading.Thread(target=webbrowser.open, args=[address], daemon=True).start()
-            with stop_at_signals(lambda: None):  # which the server hears
+            with stop_at_signals(lambda: setattr(server, "should_exit", True)):
                 server.run([self.bound])
         if self.log is not None:
             _write_log(session, self.log)
