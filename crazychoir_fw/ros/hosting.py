@@ -159,8 +159,7 @@ class HostedExperiment(Experiment):
                 continue
             follows = what_it_follows(mission, i)
             topic = REFERENCES[follows]
-            node.hear(topic, node.topic_of(i, topic.name), reference_taker(node, guidance, follows))
-        node.members.invite()
+            node.listen(topic, reference_taker(guidance, follows), node.topic_of(i, topic.name), raw=True)
 
     def _collector(self, mission: Any, remote: Sequence[RemoteGuidance]) -> StatisticsCollector:
         graph = graph_of(mission)

@@ -1,7 +1,6 @@
 """The drones of a flight that others fly: where they are, and how.
 
-Where they are comes from the bundles that the host sends its processes anyway; where no bundles come, as from a
-simulation of somebody else's, the odometry of each drone is listened to.
+Where they are is what their odometry says.
 """
 
 from __future__ import annotations
@@ -21,9 +20,8 @@ from crazychoir_fw.common.errors import CrazychoirError, StateError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight.access import DroneState
 from crazychoir_fw.flight.agents import names_of, starts_of
-from crazychoir_fw.ros import arming_services, bundles
-from crazychoir_fw.ros.bundles import HostCard
-from crazychoir_fw.ros.names import CF_ODOM, LATEST, ODOM
+from crazychoir_fw.ros import arming_services
+from crazychoir_fw.ros.names import CF_ODOM, ODOM
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.wire import odometry_pose
 
@@ -32,8 +30,7 @@ Array = NDArray[np.float64]
 NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT)
 """Of what is old when the next comes."""
 
-_BUNDLES_S = 1.0  # [s], wall, without bundles, after which each drone is listened to
-_CANARIES = 3  # drones whose odometry says that there is any
+_STAMPS_S = 1.0  # [s], wall, after which odometry without stamps has none
 
 
 class JoinedDrones:
@@ -51,7 +48,7 @@ class JoinedDrones:
         spin: Callable[[], None] = lambda: None,
         stop_now: Callable[[list[int]], None] = lambda indices: None,
     ) -> None:
-        """Listen to bundles, and to a few drones, which tell whether there is anything but bundles.
+        """Listen to each drone.
 
         Args:
             node: Who listens.
@@ -68,24 +65,22 @@ class JoinedDrones:
         self.trouble: str | None = None
         """Why this is not the flight of the mission, a sentence."""
         self.time = 0.0
-        self.heard_wall = self._bundled_wall = -np.inf
+        self.heard_wall = -np.inf
         self.first_wall = np.inf
         """When the first of them was heard (s, wall)."""
         self.is_heard = self.is_silent = False
         self._has_stamps = False
-        self._bundle: bytes | None = None
         self._said: dict[tuple[str, int], bytes] = {}
-        self._rows: list[int] | None = None
-        self._watched: set[tuple[str, int]] = set()
         count = len(self.names)
         position = np.array(starts_of(mission), float).reshape(count, 3)
         orientation = np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
         # who is not heard yet stands where the mission has it
         self._pose = Pose(position, orientation, np.zeros((count, 3)), np.zeros((count, 3)), 0.0)
-        node.listen(bundles.ODOMETRY, self._take_bundle, profile=NEWEST, raw=True)
-        node.listen(bundles.HOST, lambda message: self._take_card(message.data), profile=LATEST)
-        for i in range(min(count, _CANARIES)):
-            self._watch(i)
+        for i in range(count):
+            for topic in (ODOM, CF_ODOM):
+                node.create_subscription(
+                    Odometry, node.topic_of(i, topic.name), self._odometry_taker((topic.name, i)), NEWEST, raw=True
+                )
 
     def poses(self) -> Pose:
         """Return where they were heard last, arrays of shape (N, ...)."""
@@ -119,17 +114,6 @@ class JoinedDrones:
             raise StateError(f"{self.names[index]}: nobody serves {service}")
         return arming_services.ask_for(self._node, service, name, is_armed, self._spin)
 
-    @property
-    def lacks_bundles(self) -> bool:
-        """Whether drones are heard, and bundles are not."""
-        now = wall.monotonic()
-        return now - self.first_wall > _BUNDLES_S and now - self._bundled_wall > _BUNDLES_S
-
-    def watch_odometry(self) -> None:
-        """Listen to each drone, from now on."""
-        for i in range(len(self.names)):
-            self._watch(i)
-
     def watch_radio(self, i: int) -> None:
         """Listen to what radio nodes say of a drone."""
 
@@ -145,53 +129,18 @@ class JoinedDrones:
         )
         node.create_subscription(String, node.topic_of(i, "radio_state"), lambda m: change(link=m.data), 10)
 
-    def _watch(self, i: int) -> None:
-        for topic in (ODOM, CF_ODOM):
-            key = topic.name, i
-            if key not in self._watched:
-                self._watched.add(key)
-                self._node.create_subscription(
-                    Odometry, self._node.topic_of(i, topic.name), self._odometry_taker(key), NEWEST, raw=True
-                )
-
     def _odometry_taker(self, key: tuple[str, int]) -> Callable[[bytes], None]:
         def take(data: bytes) -> None:
             self._said[key] = data
-            self._heard()
+            self.heard_wall = wall.monotonic()
+            self.first_wall = min(self.first_wall, self.heard_wall)
 
         return take
-
-    def _take_bundle(self, data: bytes) -> None:
-        self._bundle = data
-        self._bundled_wall = self._heard()
-
-    def _heard(self) -> float:
-        self.heard_wall = now = wall.monotonic()
-        self.first_wall = min(self.first_wall, now)
-        return now
-
-    def _take_card(self, text: str) -> None:
-        topics = HostCard.read(text).odometry
-        rows = {topic: row for row, topic in enumerate(topics)}
-        wanted = [self._node.topic_of(i, ODOM.name) for i in range(len(self.names))]
-        if set(wanted) != set(rows):
-            self.trouble = (
-                f"the flight on this ROS domain has {len(topics)} drones, and the mission {len(wanted)}; "
-                "give its --domain, or open the page with its mission"
-            )
-            return
-        self._rows = [rows[topic] for topic in wanted]
 
     def refresh(self) -> bool:
         """Take what has been heard; returns whether time has jumped back, as when a flight begins anew."""
         before = self.time
-        if self._bundle is not None and self._rows is not None:
-            nanoseconds, numbers = bundles.unpack_odometry(self._bundle)
-            if len(numbers) == len(self._rows):
-                self._place(slice(None), numbers[self._rows])
-                self.time, self._has_stamps = nanoseconds / 1e9, True
-            self._said.clear()
-        said, self._said, self._bundle = self._said, {}, None
+        said, self._said = self._said, {}
         # what drones over the radio say of themselves is used where nothing better is known
         for (name, i), data in sorted(said.items()):
             try:
@@ -204,7 +153,7 @@ class JoinedDrones:
             self._place([i], np.concatenate([pose.position, pose.orientation, pose.velocity, pose.angular])[None])
             if pose.time is not None:
                 self.time, self._has_stamps = pose.time, True
-            elif not self._has_stamps and wall.monotonic() - self.first_wall > _BUNDLES_S:
+            elif not self._has_stamps and wall.monotonic() - self.first_wall > _STAMPS_S:
                 self.time = wall.monotonic() - self.first_wall  # the odometry of some nodes has no stamps
         self._pose.time = self.time
         return self.time < before - 1.0

@@ -277,8 +277,6 @@ class JoinedFlight:
         if self.backend.refresh():
             self._note("again", None, "time begins anew: it is another flight")
             self._begin_anew()
-        if self.backend.lacks_bundles:
-            self.backend.watch_odometry()
         if not self.is_hosted:
             if not self._watches_topics and self._is_without_host:
                 self._watch_topics()

@@ -91,8 +91,6 @@ def pose_subscribe(
     profile = qos(qos_profile) if isinstance(qos_profile, int) else qos_profile
     # odometry has 72 numbers of covariance, that take much longer to decode than what is wanted
     raw = handler == "pubsub" and not is_filter
-    if raw and node.hub is not None:
-        take = node.hub.pose_inlet(node, node.resolve_topic_name(topic), accept, strict)
     return node.listen(line, take, topic, profile=profile, callback_group=callback_group, raw=raw)
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import String
 
-from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint, Twist
 from crazychoir_fw.flight.agent import Agent
 from crazychoir_fw.guidance import Outputs
@@ -129,14 +128,11 @@ def points_taker(guidance: RemoteGuidance) -> Any:
     return take
 
 
-def reference_taker(node: SimulationNode, guidance: RemoteGuidance, kind: str) -> Any:
+def reference_taker(guidance: RemoteGuidance, kind: str) -> Any:
     """Return what takes the references of a guidance, of a kind, as bytes."""
 
     def take(data: bytes) -> None:
-        try:
-            guidance.reference = bytes_to_reference(data, kind)
-            guidance.is_new = True
-        except CrazychoirError as error:
-            node.complain(kind, error)
+        guidance.reference = bytes_to_reference(data, kind)
+        guidance.is_new = True
 
     return take

@@ -147,9 +147,6 @@ class SafeController(CrazyflieController):
         super().__init__(*args, **options)
         self._sight = _Sight(self, self._take_closest, self._gathering.took_closest)
 
-    def join(self, team: Any, number: int) -> None:
-        """A team would not know who is near: each computes for itself."""
-
     def _take_closest(self, poses: Pose) -> None:
         self.controller.set_closest(poses)  # type: ignore[attr-defined]
 

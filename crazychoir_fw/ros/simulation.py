@@ -33,11 +33,9 @@ from crazychoir_fw.ros.names import (
     REFERENCES,
     STOP,
     TRAJ_PARAMS,
-    Topic,
     qos,
 )
 from crazychoir_fw.ros.node import LayerNode
-from crazychoir_fw.ros.peer_registry import PeerRegistry
 from crazychoir_fw.ros.wire import (
     Rows,
     clock_layout,
@@ -167,10 +165,6 @@ class SimulationNode(LayerNode):
         self._clock_publisher = self.announce(CLOCK)
         self._odom_rows = Rows(odometry_layout(), count)
         self._odom = [self.announce(ODOM, self.topic_of(i, "odom")) for i in range(count)]
-        self._odom_topics = [self.topic_of(i, "odom") for i in range(count)]
-        self._numbers = np.zeros((count, 13))
-        self.members = PeerRegistry(self, self._odom_topics)
-        """Processes of layers that need no message per drone."""
         self._imu: list[Any] = []
         if imu and hasattr(self.host, "imu"):
             self._imu_rows = Rows(imu_layout(), count)
@@ -193,7 +187,7 @@ class SimulationNode(LayerNode):
                 self.listen(TRAJ_PARAMS, self._point_taker(i), topic)
             else:
                 # the bytes themselves, read when the step needs them
-                self.hear(CMD_VEL, topic, self._command_taker(i))
+                self.listen(CMD_VEL, self._command_taker(i), topic, raw=True)
         for topic, drones in answers.items():
             if topic != CMD_VEL.name:
                 for i in drones:
@@ -209,13 +203,7 @@ class SimulationNode(LayerNode):
     def _listen_for_answers(self, index: int, topic: str) -> None:
         party = (index, topic)
         kind = REFERENCES[topic].type if topic in REFERENCES else Empty
-        line = Topic(topic, kind, 10, 10, "")
-        self.hear(line, self.topic_of(index, topic), lambda _: self._answer(party))
-
-    def hear(self, line: Topic, topic: str, callback: Callable[[bytes], None]) -> None:
-        """Have ``callback(bytes)`` called for the messages of a topic (absolute name), however they come."""
-        self.members.hear(topic, callback)
-        self.create_subscription(line.type, topic, callback, line.subscribe_qos, raw=True)
+        self.create_subscription(kind, self.topic_of(index, topic), lambda _: self._answer(party), 10, raw=True)
 
     def _idle_taker(self, index: int) -> Callable[[Bool], None]:
         """A guidance says whether its drone shall rest: motors off, whatever its controller asks for."""
@@ -304,15 +292,13 @@ class SimulationNode(LayerNode):
         """Say how things are: odometry first, then the clock, on which nodes begin to work."""
         self.answers.ask()
         nanoseconds = round(self.host.time * 1e9)
-        pose, numbers = self.host.poses(), self._numbers
-        numbers[:, :3] = pose.position
-        numbers[:, 3:7] = (0.0, 0.0, 0.0, 1.0) if pose.orientation is None else pose.orientation
-        numbers[:, 7:10] = 0.0 if pose.velocity is None else pose.velocity
-        numbers[:, 10:] = 0.0 if pose.angular is None else pose.angular
+        pose, columns = self.host.poses(), self._odom_rows.columns
+        columns["position"] = pose.position
+        columns["orientation"] = (0.0, 0.0, 0.0, 1.0) if pose.orientation is None else pose.orientation
+        columns["velocity"] = 0.0 if pose.velocity is None else pose.velocity
+        columns["angular"] = 0.0 if pose.angular is None else pose.angular
         self.last_step_wall = time.perf_counter()
-        self.members.look()
-        self.members.send(nanoseconds, numbers)
-        self._publish_odometry(nanoseconds)
+        self._publish_rows(self._odom, self._odom_rows, nanoseconds)
         if self._imu:
             self._imu_rows.columns["angular"], self._imu_rows.columns["acceleration"] = self.host.imu()
             self._publish_rows(self._imu, self._imu_rows, nanoseconds)
@@ -322,22 +308,7 @@ class SimulationNode(LayerNode):
             self._mocap_rows.columns["position"] = truth.position + noise
             self._mocap_rows.columns["orientation"] = truth.orientation
             self._publish_rows(self._mocap, self._mocap_rows, nanoseconds)
-        if self.members.is_heard_outside(self._clock_publisher, CLOCK.name):
-            self.publish_clock()
-
-    def _publish_odometry(self, nanoseconds: int) -> None:
-        """Publish the odometry of those drones that somebody outside of the bundles listens to."""
-        heard = self.members.is_heard_outside
-        chosen = [i for i, topic in enumerate(self._odom_topics) if heard(self._odom[i], topic)]
-        if not chosen:
-            return
-        rows, numbers = self._odom_rows, self._numbers
-        rows.stamp(nanoseconds)
-        columns = rows.columns
-        columns["position"], columns["orientation"] = numbers[:, :3], numbers[:, 3:7]
-        columns["velocity"], columns["angular"] = numbers[:, 7:10], numbers[:, 10:]
-        for i in chosen:
-            self._odom[i].publish(rows.row(i))
+        self.publish_clock()
 
     def publish_clock(self) -> None:
         """Say what time it is."""
@@ -355,7 +326,6 @@ class SimulationNode(LayerNode):
             executor: The executor that this node is in; it is worked on meanwhile.
             until: Simulated time of the end (s); None has no end.
         """
-        self.members.invite()
         self.publish()
         while not self._stopping and self.context.ok() and (until is None or self.host.time < until - 1e-9):
             if self.is_due(executor):

@@ -10,16 +10,13 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Empty, String
 
 from crazychoir_fw.guidance.communicator_interface import Statistics
-
-if TYPE_CHECKING:
-    from crazychoir_fw.ros.guidance_node import GuidanceNode
-    from crazychoir_fw.ros.node import LayerNode
+from crazychoir_fw.ros.node import LayerNode
 
 STATISTICS = "/communication_statistics"
 """Topic (`std_msgs/String`, JSON) on which each guidance tells what its communicator has seen."""
@@ -38,7 +35,7 @@ _LONGEST_WAIT_S = 3.0  # [s], wall
 class StatisticsTeller:
     """Tells what the communicator of one guidance has seen."""
 
-    def __init__(self, node: GuidanceNode, communicator: Any) -> None:
+    def __init__(self, node: LayerNode, communicator: Any) -> None:
         """Tell it of a node."""
         self._node, self._communicator = node, communicator
         self._publisher = node.create_publisher(String, STATISTICS, _EVERYBODY)

@@ -25,10 +25,8 @@ from crazychoir_fw.flight.access.ros import FEW_PLOTS, NO_ARM, NO_PARAMETERS, NO
 from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.gui.opening import open_mission
 from crazychoir_fw.gui.session import Session
-from crazychoir_fw.ros.bundles import HostCard
 from crazychoir_fw.ros.conversions import pose_to_odometry
-from crazychoir_fw.ros.drone_states import EVENTS, read_event, read_states
-from crazychoir_fw.ros.names import LATEST
+from crazychoir_fw.ros.drone_states import EVENTS, STATES, STATES_QOS, read_event, read_states
 from crazychoir_fw.ros.page import JoinedFlight, join
 
 pytest.importorskip("nicegui")
@@ -227,10 +225,16 @@ def test_a_flight_that_is_not_there_is_not_joined():
 
 
 def test_a_flight_of_another_mission_is_not_joined(bench):
-    card = HostCard(["/agent_0/odom", "/agent_1/odom"], {})
-    bench.user.create_publisher(String, "/_swarm/host", LATEST).publish(String(data=card.text()))
-    with pytest.raises(CrazychoirError, match="has 2 drones, and the mission 4; give its --domain"):
-        join(open_mission(EXAMPLES / "draw.yaml"), int(os.environ["ROS_DOMAIN_ID"]), PATIENCE)
+    told = {"mission": "other", "backend": "sim", "time": 0.0, "drones": {}}
+    states = bench.user.create_publisher(String, STATES, STATES_QOS)
+    flight = JoinedFlight(open_mission(EXAMPLES / "draw.yaml"), int(os.environ["ROS_DOMAIN_ID"]))
+    try:
+        bench.until(lambda: states.get_subscription_count())
+        states.publish(String(data=json.dumps(told)))
+        with pytest.raises(CrazychoirError, match="has a flight of 'other' with 0 drones, and not of"):
+            flight.wait_until_found(PATIENCE)
+    finally:
+        flight.close()
 
 
 @pytest.mark.parametrize(
