@@ -28,6 +28,9 @@ from crazychoir_fw.ros.statistics import StatisticsTeller
 from crazychoir_fw.ros.wall_timeouts import RoundResync, WallTimeoutClock
 from crazychoir_fw.ros.wire import reference_bytes
 
+ANSWERED = "answered"
+"""Topic on which a guidance answers each tick in lock step."""
+
 _SAME_PRESS = 0.05  # [s]
 _MISSED = 0.5  # of the patience: so long nobody waits for neighbors unless one is behind
 _LOOK_EVERY = 0.05  # [s], wall: at rounds that wait
@@ -78,7 +81,7 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
         )
         self._answers = None
         if self.declare("lockstep", False, "whether each tick is answered on the topic answered"):
-            self._answers = self.create_publisher(Empty, "answered", 10)
+            self._answers = self.create_publisher(Empty, ANSWERED, 10)
         self.guidance: Any = build(self)
         """The plain guidance."""
         # otherwise its rounds last over many steps, and no step waits for one

@@ -1,7 +1,8 @@
 """`crazychoir fly MISSION.yaml --ros`: the processes of a mission, started, watched and ended.
 
 One process has the drones (simulation, integrator or radio), presses the buttons of `flight`, writes and judges, as the
-runner in one process does. The layers live in the others: one per drone and layer, one per drone, or all in one.
+runner in one process does. The layers live in the others, one per drone and layer or one per drone, or all with the
+drones.
 """
 
 from __future__ import annotations
@@ -122,7 +123,8 @@ def fly_as_processes(
     flight = _Flight(supervisor, mission, options, parts, watchers or {})
     before = signal.signal(signal.SIGTERM, _interrupt)
     if not quiet:
-        print(f"ROS domain {domain}: {len(parts)} processes of layers and the host", flush=True)
+        layers = f"{len(parts)} processes of layers and the host" if parts else "layers and host are one process"
+        print(f"ROS domain {domain}: {layers}", flush=True)
     try:
         return flight.run(host)
     except KeyboardInterrupt:
@@ -182,7 +184,8 @@ class _Flight:
                 if options.restart:
                     supervisor.restart(child.name)
                     supervisor.say(f"{child.name} started again")
-            if not any(child.is_alive for child in supervisor.children.values() if child.name not in vital):
+            is_left = any(child.is_alive for child in supervisor.children.values() if child.name not in vital)
+            if self._parts and not is_left:
                 supervisor.say("no process of layers is left: the flight ends")
                 return 1
 
@@ -218,6 +221,7 @@ def hosting(options: RosOptions) -> Iterator[Callable[..., Any]]:
     from rclpy.signals import SignalHandlerOptions
 
     from crazychoir_fw.ros.hosting import HostedExperiment, names_from
+    from crazychoir_fw.ros.one_process import OneProcessExperiment
     from crazychoir_fw.ros.process import make_executor, take_leave
 
     context = Context()
@@ -232,20 +236,22 @@ def hosting(options: RosOptions) -> Iterator[Callable[..., Any]]:
         if ended and not options.restart:
             raise CrazychoirError(f"{ended[0]} has ended before the flight began, see what it said")
 
-    def make(flown: LayeredMission, backend: Any, observe: Any = None) -> HostedExperiment:
-        experiment = HostedExperiment(flown, backend, executor, pace, observe, context)
+    kind = HostedExperiment if options.parts else OneProcessExperiment
+
+    def make(flown: LayeredMission, backend: Any, observe: Any = None) -> HostedExperiment | OneProcessExperiment:
+        experiment = kind(flown, backend, executor, pace, observe, context)
         nodes.append(experiment.node)
-        experiment.prepare(flown.flight)
+        experiment.tell_states()
         late = experiment.wait_for([part.name for part in options.parts], _BOOT_S, look)
         if late:
             raise CrazychoirError(
                 f"{', '.join(late[:3])}{' and others' if len(late) > 3 else ''}: not found on ROS domain "
                 f"{options.domain} within {_BOOT_S:g} s"
             )
-        experiment.warm_up()
-        experiment.tell_states(flown)
-        if options.deaths is not None:
-            experiment.watch_deaths(options.deaths, options.parts)
+        if isinstance(experiment, HostedExperiment):
+            experiment.warm_up()
+            if options.deaths is not None:
+                experiment.watch_deaths(options.deaths, options.parts)
         return experiment
 
     try:

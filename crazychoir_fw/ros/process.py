@@ -25,13 +25,13 @@ from crazychoir_fw.flight.services import make_table
 from crazychoir_fw.guidance import TimeVaryingCommunicator
 from crazychoir_fw.mission.communicators import disturbed, goes_by_distance
 from crazychoir_fw.ros.communicator import RosTransport
-from crazychoir_fw.ros.guidance_node import GuidanceNode
-from crazychoir_fw.ros.hosting import ANSWERED, READY
+from crazychoir_fw.ros.guidance_node import ANSWERED, GuidanceNode
 from crazychoir_fw.ros.names import CLOCK, LATEST
 from crazychoir_fw.ros.parts import SENSING, TABLE, Part, has_table, layers_of_drone
 from crazychoir_fw.ros.pose_cache import PoseCache
 from crazychoir_fw.ros.safety_parts import make_avoidance_node, make_control_node, make_sensing_node
 from crazychoir_fw.ros.tasks import TableDesk, TaskTable
+from crazychoir_fw.ros.topic_experiment import READY
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
 
 NOT_MADE = os.EX_CONFIG

@@ -98,7 +98,7 @@ class SimulationNode(LayerNode):
         self,
         host: Host,
         *,
-        command: str = "fpqr",
+        command: str | None = "fpqr",
         rate: float = 100.0,
         pace: PaceSettings = PaceSettings(),
         answers: Mapping[str, Sequence[int]] | None = None,
@@ -113,7 +113,8 @@ class SimulationNode(LayerNode):
 
         Args:
             host: What flies.
-            command: What the drones take: ``fpqr``, ``frpy`` or ``vel`` on ``cmd_vel``, ``xyz`` on ``traj_params``.
+            command: What the drones take: ``fpqr``, ``frpy`` or ``vel`` on ``cmd_vel``, ``xyz`` on ``traj_params``;
+                None: the node publishes only.
             rate: Odometry per simulated second (Hz), a divisor of 1000.
             pace: How fast time goes on.
             answers: In lockstep, topics (``cmd_vel``, ``acceleration``, …, or ``guidance`` on ``answered``) by whose
@@ -129,7 +130,7 @@ class SimulationNode(LayerNode):
         Raises:
             RangeError: If an argument is outside its range.
         """
-        if command not in KINDS:
+        if command is not None and command not in KINDS:
             raise RangeError(f"command is {command!r}, allowed: {', '.join(KINDS)}")
         if not (1 <= rate <= 1000 and 1000 % rate == 0):
             raise RangeError(f"rate is {rate!r} Hz, allowed: a divisor of 1000")
@@ -156,7 +157,9 @@ class SimulationNode(LayerNode):
         self._fresh = np.zeros(count, bool)
         self._refused: list[str] = []
         self._publish_topics(count, imu, mocap_noise, seed)
-        self._subscribe_topics(count, answers)
+        self.answers = Answers(())
+        if command is not None:
+            self._subscribe_topics(count, answers)
         self._looked = -1e9
         self._due: float | None = None
 

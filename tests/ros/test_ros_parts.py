@@ -352,7 +352,7 @@ def test_radio_refuses_drones_without_number(bench):
 
 def test_a_mission_falls_into_processes():
     mission = load_mission(ROOT / "examples" / "bearing_formation.yaml")
-    assert [part.name for part in parts_of(mission, "one")] == ["layers"]
+    assert parts_of(mission, "one") == []
     assert [part.name for part in parts_of(mission, "per-drone")] == ["agent_0", "agent_1", "agent_2", "agent_3"]
     names = [part.name for part in parts_of(mission, "per-node")]
     assert len(names) == 10 and "agent_0/planning" in names and "agent_2/planning" not in names
