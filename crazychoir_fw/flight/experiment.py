@@ -75,6 +75,9 @@ class Experiment:
         experiment.run(7.0)
     """
 
+    no_rewind: str | None = None
+    """Why time cannot be turned back though the backend can, a sentence."""
+
     def __init__(
         self,
         backend: Backend,

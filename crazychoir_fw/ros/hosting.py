@@ -21,14 +21,14 @@ from crazychoir_fw.common.messages import Pose, TrajectoryPoint
 from crazychoir_fw.flight.agent import Agent, DronePhase
 from crazychoir_fw.flight.agents import graph_of, is_only_watched, names_of, what_it_follows
 from crazychoir_fw.flight.experiment import Names
-from crazychoir_fw.ros.conversions import points_to_joint_trajectory
 from crazychoir_fw.ros.guidance_node import ANSWERED
 from crazychoir_fw.ros.names import LATEST, REFERENCES, TRAJ_PARAMS
-from crazychoir_fw.ros.parts import Part, has_table, one_command
+from crazychoir_fw.ros.parts import Part, has_table, layers_of_drone, one_command
 from crazychoir_fw.ros.remote import (
     HostedDrones,
     RemoteGroup,
     RemoteGuidance,
+    RemotePlanner,
     neighbors_taker,
     points_taker,
     reference_taker,
@@ -96,11 +96,14 @@ class HostedExperiment(TopicExperiment):
             obeys_idle=False,
             context=context,
         )
-        remote = [RemoteGuidance() for _ in range(count)]
-        agents = [
-            Agent(i, name, remote[i], is_watched=is_only_watched(mission, i))
-            for i, name in enumerate(names_of(mission))
-        ]
+        remote = [RemoteGuidance.of(mission, i) for i in range(count)]
+        agents = []
+        for i, name in enumerate(names_of(mission)):
+            planner = None
+            if "planning" in layers_of_drone(mission, i):
+                points = node.announce(TRAJ_PARAMS, node.topic_of(i, TRAJ_PARAMS.name))
+                planner = RemotePlanner(remote[i], points, i)
+            agents.append(Agent(i, name, remote[i], planner, is_only_watched(mission, i)))
         self._remote = None if kind == "xyz" else RemoteGroup(node, kind)
         groups = [] if self._remote is None else [self._remote]
         super().__init__(node, executor, mission, backend, agents, groups, observe=observe)
@@ -163,11 +166,6 @@ class HostedExperiment(TopicExperiment):
             for agent in self._chosen(drones):
                 if agent.index in self._held or agent.index in self._guidance_ended:
                     self._bring_down(agent)
-
-    def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
-        """Hand points to the trajectory handlers, by topic."""
-        for agent in self._chosen(drones):
-            self._points[agent.index].publish(points_to_joint_trajectory(points, agent.index))
 
     def _hear_again(self, drones: Names) -> None:
         if self._remote is not None:

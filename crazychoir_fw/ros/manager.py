@@ -13,7 +13,7 @@ import signal
 import socket
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -97,7 +97,6 @@ def fly_as_processes(
     options: RosOptions,
     host: Callable[[RosOptions], int],
     quiet: bool = False,
-    watchers: Mapping[str, Callable[[RosOptions], int]] | None = None,
 ) -> int:
     """Fly a mission as processes, to its end. Returns the exit code of the host.
 
@@ -106,8 +105,6 @@ def fly_as_processes(
         options: How.
         host: Flies it where the drones are, with `fly_hosted`; runs in a process of its own.
         quiet: Whether nothing is printed of the processes.
-        watchers: Further processes, by name, that belong to the flight and decide nothing, such as a page; the flight
-            ends with the first of them.
 
     Raises:
         MissionError: If a process cannot make its nodes as the mission says.
@@ -120,7 +117,7 @@ def fly_as_processes(
     options = replace(options, lockstep=lockstep)
     register = None if options.folder is None else options.folder / "processes.json"
     supervisor = Supervisor(quiet, register=register)
-    flight = _Flight(supervisor, mission, options, parts, watchers or {})
+    flight = _Flight(supervisor, mission, options, parts)
     before = signal.signal(signal.SIGTERM, _interrupt)
     if not quiet:
         layers = f"{len(parts)} processes of layers and the host" if parts else "layers and host are one process"
@@ -152,13 +149,11 @@ class _Flight:
         mission: LayeredMission,
         options: RosOptions,
         parts: list[Part],
-        watchers: Mapping[str, Callable[[RosOptions], int]],
     ) -> None:
         self._supervisor = supervisor
         self._mission = mission
         self._options = options
         self._parts = parts
-        self._watchers = watchers
 
     def run(self, host: Callable[[RosOptions], int]) -> int:
         reading, writing = os.pipe()
@@ -167,13 +162,10 @@ class _Flight:
         for part in self._parts:
             work = partial(run_part, self._mission, part, options.lockstep, options.patience)
             supervisor.start(part.name, work)
-        for name, watch in self._watchers.items():
-            supervisor.start(name, partial(watch, options), captured=False)
-        vital = {HOST, *self._watchers}
         began = time.monotonic()
         while True:
             for child in supervisor.watch(1.0):
-                if child.name in vital:
+                if child.name == HOST:
                     return int(child.process.exitcode or 0)
                 if child.process.exitcode == NOT_MADE and child.starts == 1:  # later, others are in the air
                     raise MissionError(f"{self._mission.name}: {child.name} cannot be made, see what it said")
@@ -184,7 +176,7 @@ class _Flight:
                 if options.restart:
                     supervisor.restart(child.name)
                     supervisor.say(f"{child.name} started again")
-            is_left = any(child.is_alive for child in supervisor.children.values() if child.name not in vital)
+            is_left = any(child.is_alive for child in supervisor.children.values() if child.name != HOST)
             if self._parts and not is_left:
                 supervisor.say("no process of layers is left: the flight ends")
                 return 1

@@ -59,6 +59,7 @@ class OneProcessExperiment(TopicExperiment):
         self._is_idle: list[bool | None] = [None] * count
         self._words = [node.create_publisher(String, node.topic_of(i, "lost_neighbors"), 10) for i in range(count)]
         self._statistics, self._tell_next = node.create_publisher(String, STATISTICS, EVERYBODY), 0.0
+        self._points = [node.announce(TRAJ_PARAMS, node.topic_of(i, TRAJ_PARAMS.name)) for i in range(count)]
         self._own_points: list[list[JointTrajectory]] = [[] for _ in range(count)]
         for i in range(count):
             take = self._points_taker(agents[i])

@@ -15,7 +15,7 @@ from crazychoir_fw.flight.access import open_access
 from crazychoir_fw.flight.experiment import Experiment, Names
 from crazychoir_fw.ros.arming_services import serve_arming_services
 from crazychoir_fw.ros.drone_states import StateTeller
-from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, TRAJ_PARAMS
+from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST
 from crazychoir_fw.ros.simulation import SimulationNode
 
 READY = "/ready"
@@ -55,7 +55,6 @@ class TopicExperiment(Experiment):
                 where = topic.name if i is None else node.topic_of(i, topic.name.lstrip("/"))
                 self._buttons[name, i] = node.announce(topic, where)
                 node.listen(topic, lambda _, pressed=name, i=i: self._pressed(pressed, i), where)
-        self._points = [node.announce(TRAJ_PARAMS, node.topic_of(i, TRAJ_PARAMS.name)) for i in numbers]
         node.create_subscription(String, READY, lambda message: self._is_ready(message.data), _EVERYTHING)
 
     def _is_ready(self, process: str) -> None:
