@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -11,6 +10,7 @@ from rclpy.context import Context
 from std_msgs.msg import Bool
 
 from crazychoir_fw import control as plain
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.control import (
     AttitudeCtrlStrategy,
@@ -19,12 +19,12 @@ from crazychoir_fw.control import (
     SenderStrategy,
     VelocityCtrlStrategy,
 )
+from crazychoir_fw.ros.conversions import message_to_reference, twist_to_message
 from crazychoir_fw.ros.names import CMD_VEL, LATEST, REFERENCES
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.pose_triggered import CLOSE, PoseTriggered
 from crazychoir_fw.ros.pose_watch import PoseWatch
-from crazychoir_fw.ros.wire import bytes_to_reference, twist_bytes
 
 _REST = 1e-3  # [m/s, m/s^2], below which a reference stands still
 
@@ -93,7 +93,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
         handler = made.traj_handler
         if hasattr(handler, "kind") and hasattr(handler, "topic"):
             topic = REFERENCES[handler.kind]
-            self.listen(topic, self._take_reference, handler.topic, raw=True)
+            self.listen(topic, self._take_reference, handler.topic)
             self.create_subscription(Bool, "idle", self._take_idle, LATEST)
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
         self.when_time_jumps_back(self._begin_anew)
@@ -113,13 +113,13 @@ class CrazyflieController(PoseTriggered, LayerNode):
 
     def send_input(self, twist: Twist) -> None:
         """Publish a command; may be overridden."""
-        if not math.isfinite(twist.linear.sum() + twist.angular.sum()):
-            self.get_logger().error(f"command is {twist}: not sent", throttle_duration_sec=1.0)
-            return
-        self._commands.publish(twist_bytes(twist.linear, twist.angular))
+        try:
+            self._commands.publish(twist_to_message(twist))
+        except RangeError as error:
+            self.get_logger().error(f"command not sent: {error}", throttle_duration_sec=1.0)
 
-    def _take_reference(self, data: bytes) -> None:
-        self.controller.set_reference(bytes_to_reference(data, self.controller.traj_handler.kind))
+    def _take_reference(self, message: Any) -> None:
+        self.controller.set_reference(message_to_reference(message, self.controller.traj_handler.kind))
         self._has_new_reference = True
 
     def _take_idle(self, message: Bool) -> None:

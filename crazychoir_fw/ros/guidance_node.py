@@ -9,7 +9,6 @@ Who is silent is told on ``lost_neighbors`` (`std_msgs/String`, "lost agent_3", 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -17,16 +16,16 @@ from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
 from std_msgs.msg import Bool, Empty, String
 
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.ros.communicating import CommunicatingNode
-from crazychoir_fw.ros.conversions import points_to_joint_trajectory
+from crazychoir_fw.ros.conversions import points_to_joint_trajectory, reference_to_message
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, ODOM, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.pose_triggered import CLOSE, PoseTriggered
 from crazychoir_fw.ros.statistics import StatisticsTeller
 from crazychoir_fw.ros.wall_timeouts import RoundResync, WallTimeoutClock
-from crazychoir_fw.ros.wire import reference_bytes
 
 ANSWERED = "answered"
 """Topic on which a guidance answers each tick in lock step."""
@@ -252,12 +251,10 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
         if outputs.trajectory is not None:
             self._trajectory.publish(points_to_joint_trajectory(outputs.trajectory, self.agent_id))
         if reference is not None:
-            numbers = getattr(reference, self._kind, None)
-            if numbers is None or math.isfinite(numbers.sum()):
-                self._reference.publish(reference_bytes(reference, self._kind))
-            else:
-                text = f"asks for the {self._kind} {numbers}: not sent"
-                self.get_logger().error(text, throttle_duration_sec=1.0)
+            try:
+                self._reference.publish(reference_to_message(reference, self._kind))
+            except RangeError as error:
+                self.get_logger().error(f"reference not sent: {error}", throttle_duration_sec=1.0)
         idle = bool(getattr(outputs, "idle", False))
         if idle != self._idle:
             self._idle = idle

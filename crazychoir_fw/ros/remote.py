@@ -13,11 +13,10 @@ from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint, Twis
 from crazychoir_fw.flight.agent import Agent
 from crazychoir_fw.flight.agents import guidance_class, takeoff_time_of, what_it_follows
 from crazychoir_fw.guidance import Outputs
-from crazychoir_fw.ros.conversions import joint_trajectory_to_points, points_to_joint_trajectory
+from crazychoir_fw.ros.conversions import joint_trajectory_to_points, message_to_reference, points_to_joint_trajectory
 from crazychoir_fw.ros.parts import one_command
 from crazychoir_fw.ros.simulation import SimulationNode
 from crazychoir_fw.ros.statistics import RemoteCommunicator
-from crazychoir_fw.ros.wire import bytes_to_reference
 
 
 class RemoteGuidance:
@@ -158,10 +157,10 @@ def points_taker(guidance: RemoteGuidance) -> Any:
 
 
 def reference_taker(guidance: RemoteGuidance, kind: str) -> Any:
-    """Return what takes the references of a guidance, of a kind, as bytes."""
+    """Return what takes the references of a guidance, of a kind."""
 
-    def take(data: bytes) -> None:
-        guidance.reference = bytes_to_reference(data, kind)
+    def take(message: Any) -> None:
+        guidance.reference = message_to_reference(message, kind)
         guidance.is_new = True
 
     return take

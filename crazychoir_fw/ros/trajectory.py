@@ -12,11 +12,10 @@ from trajectory_msgs.msg import JointTrajectory
 from crazychoir_fw import planning as plain
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint
-from crazychoir_fw.ros.conversions import joint_trajectory_to_points
+from crazychoir_fw.ros.conversions import joint_trajectory_to_points, reference_to_message
 from crazychoir_fw.ros.names import REFERENCES, TRAJ_PARAMS, qos
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
-from crazychoir_fw.ros.wire import reference_bytes
 
 _NUMBERS = 26  # of the parameter traj_params
 
@@ -117,7 +116,7 @@ class TrajectoryHandler(LayerNode):
         """Publish the reference of a time (s); may be overridden."""
         reference = self.handler.evaluate(now)
         if reference is not None:
-            self._references.publish(reference_bytes(reference, self.handler.kind))
+            self._references.publish(reference_to_message(reference, self.handler.kind))
 
     def _begin_anew(self, now: float) -> None:
         self.handler.reset()
