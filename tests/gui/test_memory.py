@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from crazychoir_fw.flight.access import open_access
-from crazychoir_fw.flight.layered_flight import make_experiment
+from crazychoir_fw.flight.engine import make_experiment
 from crazychoir_fw.gui.memory import Memory
 from crazychoir_fw.gui.opening import open_mission
 
