@@ -12,7 +12,7 @@ import numpy as np
 from crazychoir_fw.common.errors import CrazychoirError, MissionError
 from crazychoir_fw.flight.agents import masses_of, names_of, starts_of
 from crazychoir_fw.flight.backend import Backend
-from crazychoir_fw.flight.odometry import through_mocap
+from crazychoir_fw.flight.odometry import MocapPoses
 from crazychoir_fw.flight.runner import READY_TIMEOUT, build_world, turn_on_radios
 from crazychoir_fw.mission.schema import LayeredMission
 
@@ -56,7 +56,7 @@ def _sim(
     odometry = mission.layers.odometry
     backend = SimBackend(world, "estimate" if odometry == "estimate" else "truth", mission.log_rate)
     if odometry == "mocap":
-        backend.read_poses = through_mocap(truth(world), mission.seed)
+        backend.read_poses = MocapPoses(truth(world), mission.seed)
     backend.radio = radio
     return backend
 
@@ -85,5 +85,5 @@ def _integrator(mission: LayeredMission, threads: int | None, visuals: bool) -> 
         disturbance=disturbance,
     )
     if mission.layers.odometry == "mocap":
-        backend.read_poses = through_mocap(backend.read_poses, mission.seed)
+        backend.read_poses = MocapPoses(backend.read_poses, mission.seed)
     return backend
