@@ -12,7 +12,7 @@ import numpy as np
 
 from crazychoir_fw.common.errors import MessageError
 from crazychoir_fw.common.messages import Pose
-from crazychoir_fw.guidance.serialization import DEEPEST, DTYPES, dumps
+from crazychoir_fw.guidance.serialization import DEEPEST, DTYPES, MAX_DIMENSIONS, dumps
 
 _SHARED = frozenset([type(None), bool, int, float, str, bytes])
 
@@ -51,7 +51,7 @@ def _frozen(obj: object, depth: int) -> Any:
     kind = type(obj)
     if kind in _SHARED or kind is SharedPose:
         return obj
-    if kind is np.ndarray and obj.dtype.name in DTYPES and obj.ndim <= 8:  # type: ignore[attr-defined]
+    if kind is np.ndarray and obj.dtype.name in DTYPES and obj.ndim <= MAX_DIMENSIONS:  # type: ignore[attr-defined]
         if not obj.flags.writeable:  # type: ignore[attr-defined]
             return obj
         copy = obj.copy()  # type: ignore[attr-defined]

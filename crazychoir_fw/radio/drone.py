@@ -351,7 +351,8 @@ class RadioDrone:
         if self._link.is_connected:
             with contextlib.suppress(RadioError):  # the link broke meanwhile
                 tick = None if self._options.threaded else self.tick
-                take_leave(self._flight, self._sender, self._options.on_close, lambda: self.is_flying, tick)
+                action, knows_position = self._options.on_close, self.needs_position or self._whereabouts.is_fresh
+                take_leave(self._flight, self._sender, action, lambda: self.is_flying, knows_position, tick)
         self._sender.outbox.end()
         self._link.close()
 

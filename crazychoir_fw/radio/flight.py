@@ -161,6 +161,19 @@ class FlightState:
 
         self._sender.post(hand_over)
 
+    def level_out(self) -> None:
+        """Sink with a level attitude for `level_s`, then stop the motors; the caller wakes the outbox."""
+        with self._lock:
+            if self.mode in (Mode.STOPPED, Mode.LANDED) or not self.is_active:
+                return
+            self._sender.forget()
+            self._become(Mode.LANDING)
+            self._begin_to_level(self._clock())
+
+    def _begin_to_level(self, now: float) -> None:
+        self._is_leveling = True
+        self._sender.repeat(self._level, now, self._options.level_s)
+
     def stop_for_good(self) -> None:
         """Stop the motors until the drone is restarted; the caller wakes the outbox."""
         with self._lock:
@@ -275,8 +288,7 @@ class FlightState:
         if what == "hover":
             self._sender.repeat(_send_hover, now, math.inf)
         elif what == "level":
-            self._is_leveling = True
-            self._sender.repeat(self._level, now, self._options.level_s)
+            self._begin_to_level(now)
         elif what == "land":
             self.land(reason=text)
         elif what == "stop":

@@ -56,7 +56,7 @@ class RadioHandlerFPQR(ThrustHandler):
     """Flies drones by thrust (N) and body rates (rad/s); the twin of `MotorCtrlFPQR`."""
 
     drone_class = FPQRDrone
-    defaults: ClassVar[Mapping[str, Any]] = {"command_timeout_s": 0.2, "on_silence": "level", "on_close": "stop"}
+    defaults: ClassVar[Mapping[str, Any]] = {"command_timeout_s": 0.2, "on_silence": "level"}
 
     def __init__(
         self,

@@ -55,7 +55,7 @@ class RadioHandlerFRPY(ThrustHandler):
     """Flies drones by thrust (N) and attitude (rad); the twin of `MotorCtrlFRPY`."""
 
     drone_class = FRPYDrone
-    defaults: ClassVar[Mapping[str, Any]] = {"command_timeout_s": 0.5, "on_silence": "level", "on_close": "stop"}
+    defaults: ClassVar[Mapping[str, Any]] = {"command_timeout_s": 0.5, "on_silence": "level"}
 
     def __init__(
         self,

@@ -77,7 +77,8 @@ class Options:
     safety_area: SafetyArea | None = None
     """The box that drones are kept in."""
     on_close: str = "land"
-    """What `close` does with drones that fly: ``land``, ``stop`` (motors off) or ``leave``."""
+    """What `close` does with drones that fly: ``land`` (by the planner on board; a thrust drone whose position is not
+    known sinks as for ``level``), ``stop`` (motors off) or ``leave``."""
     ready_timeout_s: float = 5.0
     """How long a drone may take to become ready to fly (s): boot, self-test, arming."""
 

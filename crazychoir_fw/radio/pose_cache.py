@@ -41,6 +41,11 @@ class PoseCache:
         known = self._known
         return known[1].copy() if known is not None else None
 
+    @property
+    def is_fresh(self) -> bool:
+        """Whether the position is at most 1 s old."""
+        return self._known is not None and self._clock() - self._known[0] <= _FRESH_S
+
     def note(self, position: NDArray[np.float64], now: float) -> None:
         """Remember where it is (m, world) at a time (s), and act when that is outside."""
         self._known = (now, position)

@@ -13,7 +13,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-import msgpack
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import String, UInt8MultiArray
@@ -57,7 +57,7 @@ def unpack_odometry(data: bytes) -> tuple[int, Array]:
 
 def pack_answers(nanoseconds: int, member: str, said: Sequence[Said]) -> bytes:
     """Return what a process has to say to the host."""
-    return labeled_bytes(nanoseconds, msgpack.packb([member, said]))
+    return labeled_bytes(nanoseconds, msgspec.msgpack.encode([member, said]))
 
 
 def unpack_answers(data: bytes) -> tuple[int, str, list[Said]]:
@@ -68,12 +68,9 @@ def unpack_answers(data: bytes) -> tuple[int, str, list[Said]]:
     """
     nanoseconds, content = label_and_data(data)
     try:
-        member, said = msgpack.unpackb(content, strict_map_key=True)
-        good = isinstance(member, str) and all(isinstance(topic, str) and isinstance(m, bytes) for topic, m in said)
-    except (ValueError, TypeError, msgpack.UnpackException):
-        good = False
-    if not good:
-        raise RangeError(f"{ANSWERS.name}: {len(content)} bytes that are no answers")
+        member, said = msgspec.msgpack.decode(content, type=tuple[str, list[Said]])
+    except (msgspec.MsgspecError, UnicodeError):
+        raise RangeError(f"{ANSWERS.name}: {len(content)} bytes that are no answers") from None
     return nanoseconds, member, said
 
 

@@ -18,6 +18,7 @@ from crazychoir_fw.simulation.clients import Commander, HighLevelCommander, Loca
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.lights import Lights
 from crazychoir_fw.simulation.loading import Payload, drop_payload
+from crazychoir_fw.simulation.state_check import check_kind, check_memory
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.cameras import Camera, Cameras
@@ -50,7 +51,8 @@ class Drone:
         self._qvel = data.qvel[qvel : qvel + 6]
         self._qacc = data.qacc[qvel : qvel + 6]
         self._subtree_mass = model.body_subtreemass[model.body(config.id).id :][:1]
-        self.memory: NDArray[np.uint8] = data.plugin_state[state : state + size].view(np.uint8)
+        self._place_of_state = slice(state, state + size)
+        self.memory: NDArray[np.uint8] = data.plugin_state[self._place_of_state].view(np.uint8)
         self._cf: Any = struct_view("cf_t", address_of(self.memory))
 
         is_detachable = bool(config.payload and config.payload.get("detachable"))
@@ -343,8 +345,30 @@ class Drone:
         return DroneSnapshot(self.memory, self._qpos, self._qvel)
 
     def restore(self, snapshot: DroneSnapshot) -> None:
-        """Make the drone what it was. A flight in which that was done cannot be replayed from its journal."""
+        """Make the drone what it was. A flight in which that was done cannot be replayed from its journal.
+
+        Raises:
+            RangeError: If the snapshot is one of another provider or platform.
+        """
+        if len(snapshot.state) != len(self.memory):
+            raise RangeError(f"{self.id}: the snapshot has {len(snapshot.state)} bytes, allowed: {len(self.memory)}")
+        check_kind(snapshot.state, self.id, *self._kind)
         self.uplink.dispatch("restore", snapshot)
+
+    def check_memory(self, plugin_state: NDArray[np.float64]) -> None:
+        """Refuse memory from a file that C could not work with.
+
+        Args:
+            plugin_state: Memory of all plugins, as in ``mjData.plugin_state``.
+
+        Raises:
+            RangeError: See `crazychoir_fw.simulation.state_check`.
+        """
+        check_memory(plugin_state[self._place_of_state].view(np.uint8), self.id, *self._kind)
+
+    @property
+    def _kind(self) -> tuple[int, int]:
+        return self.provider_number, int(self._cf.config.platform)
 
     def _restore(self, snapshot: DroneSnapshot) -> None:
         self.memory[:] = snapshot.state

@@ -314,9 +314,10 @@ class World:
         """Make the world what it was, or what another one like it was. The agenda stays as it is.
 
         Raises:
-            RangeError: If the snapshot is one of another world; the message says in what it differs.
+            RangeError: If the snapshot is one of another world; the message says in what it differs. Or if it comes
+                from a file, and a number that C relies on is out of its range.
         """
-        put(snapshot, self.model, self.data, self.fingerprint)
+        put(snapshot, self.model, self.data, self.fingerprint, self._check_memory)
         self.agenda.seek(self.tick)
         self._collisions.forget()
         self.events = list(snapshot.events)
@@ -326,6 +327,10 @@ class World:
         if not before.is_kept and before.gap is not None:
             self.journal.stop(before.gap)
         self._pilots.restored()
+
+    def _check_memory(self, plugin_state: NDArray[np.float64]) -> None:
+        for drone in self.drones:
+            drone.check_memory(plugin_state)
 
     def fork(self, count: int = 1) -> list[World]:
         """Return worlds that go on from the present instant, independent of this one and of each other.

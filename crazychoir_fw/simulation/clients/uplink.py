@@ -13,7 +13,7 @@ from typing import Any
 from crazychoir_fw._core import ffi, lib
 
 Listener = Callable[[str, tuple[Any, ...]], None]
-"""Called with verb and arguments of every request that reaches the drone, just before it takes effect."""
+"""Called with verb and arguments of every request that the drone takes, in their order."""
 
 FaultFilter = Callable[[str, tuple[Any, ...]], bool]
 """Asked before a request leaves the client: False swallows it. Who sends it later calls `Uplink.send`."""
@@ -81,10 +81,15 @@ class Uplink:
         return self.dispatch(verb, *arguments)
 
     def dispatch(self, verb: str, *arguments: Any) -> Any:
-        """Carry out a request on the drone, past the radio."""
+        """Carry out a request on the drone, past the radio.
+
+        Raises:
+            TypeError: If C cannot take an argument; nobody hears of the request then.
+            OverflowError: The same, for a number that is too large.
+        """
+        handler = self._handlers.get(verb)
+        # what C refuses has not happened: a journal that held it could not be replayed
+        result = getattr(lib, verb)(self._cf, *arguments) if handler is None else None
         for listener in self.listeners:
             listener(verb, arguments)
-        handler = self._handlers.get(verb)
-        if handler is not None:
-            return handler(*arguments)
-        return getattr(lib, verb)(self._cf, *arguments)
+        return result if handler is None else handler(*arguments)
