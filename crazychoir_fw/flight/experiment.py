@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.common.finite import are_finite
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
@@ -62,7 +63,7 @@ class Event:
         }
 
 
-class Experiment:
+class Experiment(Stateful):
     """Flies the layers of a swarm.
 
     A round is: poses, guidance, trajectory handlers, controllers, commands; then the backend goes on for a period. With
@@ -80,6 +81,7 @@ class Experiment:
 
     longest_film_s = 12.0
     """A film of a longer flight is played faster (s)."""
+    unkept = ("shares", "_observe")
 
     def __init__(
         self,
