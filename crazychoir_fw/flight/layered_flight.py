@@ -10,24 +10,22 @@ import numpy as np
 
 from crazychoir_fw.common.messages import TrajectoryPoint
 from crazychoir_fw.flight.agents import (
-    graph_of,
     guidance_of,
     leads,
     make_agents,
     make_groups,
+    metrics_of,
     names_of,
 )
 from crazychoir_fw.flight.backend import Backend
 from crazychoir_fw.flight.backends import make_backend
 from crazychoir_fw.flight.criteria import Judge, Window
 from crazychoir_fw.flight.experiment import Experiment
-from crazychoir_fw.flight.formation_metrics import shape_of
 from crazychoir_fw.flight.layered_result import LayeredResult
 from crazychoir_fw.flight.runner import Film, Observer, Progress
 from crazychoir_fw.flight.services import make_services
 from crazychoir_fw.flight.summary import collision_failures
 from crazychoir_fw.mission.schema import LayeredMission
-from crazychoir_fw.mission.surveillance import surveillance_of
 from crazychoir_fw.onboard.core import identity
 
 if TYPE_CHECKING:
@@ -174,9 +172,7 @@ class _Flight:
             "platform": ", ".join(sorted({drone.platform for drone in mission.fleet})),
         }
         log = experiment.log(about)
-        formation = shape_of(mission)
-        judge = Judge(log, self._windows, formation)
-        judge.surveillance = surveillance_of(mission)
+        judge = Judge(log, self._windows, metrics_of(mission))
         verdicts = judge.verdicts(mission.criteria, names, mission.may_fail)
 
         failures, expected = [], []
@@ -199,12 +195,9 @@ class _Flight:
             film = Film(
                 self._fps, list(times[is_new]), list(qpos[is_new]), max(1.0, float(np.ceil(flown / LONGEST_FILM_S)))
             )
-            if judge.surveillance is not None:
-                film.marks = [mark for mark in judge.surveillance.marks(None) if not mark.moves]
-                film.links = list(graph_of(mission).pairs)
+            film.marks = [mark for one in judge.metrics for mark in one.marks(None)]
+            film.links = [pair for one in judge.metrics for pair in one.pairs]
             film.drones = names if hasattr(self._backend, "mirror") else None
-            if formation is not None:
-                film.links = list(formation.graph.pairs)
         return LayeredResult(mission, self._world, log, film, summary, judge, no_film)  # type: ignore[arg-type]
 
     def _summary(
@@ -233,7 +226,7 @@ class _Flight:
             }
             for agent in experiment.agents
         ]
-        bearings = judge.final_bearing_errors()
+        figures_of_laws = {"bearing_error_deg": None, "bearing_error_max_deg": None, **judge.figures_of_laws()}
         flown = experiment.time - self._begin
         world = self._world
         summary = {
@@ -247,10 +240,7 @@ class _Flight:
             "wall_seconds": _rounded(seconds),
             "real_time_factor": _rounded(flown / seconds if seconds > 0.0 else np.nan),
             "criteria": [verdict.as_dict() for verdict in verdicts],
-            "bearing_error_deg": None if bearings is None else _rounded(np.mean(bearings) if len(bearings) else np.nan),
-            "bearing_error_max_deg": None
-            if bearings is None
-            else _rounded(np.max(bearings) if len(bearings) else np.nan),
+            **{key: None if value is None else _rounded(value) for key, value in figures_of_laws.items()},
             "drones": drones,
             "events": [happening.as_dict() for happening in experiment.events],
             "collisions": [
