@@ -46,7 +46,7 @@ class Marks:
         events = [event.as_dict() for event in self._session.experiment.events if event.kind in _KINDS]
         # whatever is not over by then is there now
         end = newest + 1.0
-        stories = [one.timeline(events, self._session.names, end) for one in self._metrics] if events else []
+        timelines = [one.timeline(events, self._session.names, end) for one in self._metrics] if events else []
         return [
             {
                 "position": np.round(mark.position, 3).tolist(),
@@ -54,7 +54,7 @@ class Marks:
                 "drone": mark.drone,
                 "link": None if mark.link is None else np.round(mark.link, 3).tolist(),
             }
-            for story in stories
-            for mark in (() if story is None else story.marks)
+            for timeline in timelines
+            for mark in (() if timeline is None else timeline.marks)
             if mark.end >= end
         ]

@@ -55,6 +55,7 @@ class Law:
 class BearingFormation(CFDistributedFeedback):
     """Leaders fly trajectories; followers take their places by the directions to their neighbors."""
 
+    unkept = (*CFDistributedFeedback.unkept, "_projections", "_laws")
     needs = Needs(graph=True, leaders=True, formation=True)
     node = NodeFace(
         positional=("update_frequency", *POSES, "input_topic"),

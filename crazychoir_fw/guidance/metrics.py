@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.guidance.law import LawContext
 from crazychoir_fw.recording.error_curve import ErrorCurve
-from crazychoir_fw.recording.marks import Mark, Story
+from crazychoir_fw.recording.marks import Mark, TaskTimeline
 
 Array = NDArray[np.float64]
 
@@ -202,7 +202,7 @@ class Metrics:
         del end
         return []
 
-    def timeline(self, events: Sequence[Mapping[str, Any]], names: Sequence[str], end: float) -> Story | None:
+    def timeline(self, events: Sequence[Mapping[str, Any]], names: Sequence[str], end: float) -> TaskTimeline | None:
         """Return what the drones worked on and where, if they work.
 
         Args:

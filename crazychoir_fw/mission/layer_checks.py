@@ -50,7 +50,7 @@ def with_uris(mission: LayeredMission, uris: Sequence[str] | None) -> LayeredMis
 def _check_buttons(mission: LayeredMission, names: list[str]) -> None:
     for i, phase in enumerate(mission.flight):
         path = f"flight[{i}].{phase.name}"
-        wanted = getattr(phase.button, "drones", None)
+        wanted = getattr(phase.maneuver, "drones", None)
         if wanted is not None:
             check_names(f"{path}.drones", wanted, names)
         if phase.name == "go_to" and len(wanted or names) > 1:

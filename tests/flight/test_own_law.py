@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
 from crazychoir_fw.common.errors import MissionError
-from crazychoir_fw.flight.layered_flight import fly_layers
+from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.mission import load_mission, registry
 from crazychoir_fw.mission.loader import parse_mission
 
@@ -38,7 +38,7 @@ def check(result):
 
 @pytest.mark.parametrize("backend", ["sim", "integrator"])
 def test_it_flies_and_is_judged_and_drawn(backend):
-    result = fly_layers(mission(data(), backend=backend), visuals=False)
+    result = fly(mission(data(), backend=backend), visuals=False)
     check(result)
     curve = result.curve
     assert (curve.label, curve.limit) == ("distance from the middle (m)", 0.45)
@@ -53,7 +53,7 @@ def test_it_flies_over_the_radio(tmp_path):
     from served_drones import Served
 
     flown = mission(data())
-    check(fly_layers(flown, backend=Served(flown, tmp_path)))
+    check(fly(flown, backend=Served(flown, tmp_path)))
 
 
 def test_an_installed_package_offers_it_by_its_name(tmp_path, monkeypatch):
@@ -67,7 +67,7 @@ def test_an_installed_package_offers_it_by_its_name(tmp_path, monkeypatch):
     try:
         text = data(**{"class": "Meeting"})
         text["flight"] = [{"takeoff": {"duration": 2}}, {"start": {"duration": 5}}]
-        check(fly_layers(mission(text, backend="integrator")))
+        check(fly(mission(text, backend="integrator")))
         with pytest.raises(MissionError, match="did you mean 'Meeting'"):
             mission(data(**{"class": "Meting"}))
     finally:
@@ -115,5 +115,5 @@ def test_metrics_that_raise_are_a_verdict(tmp_path):
     (tmp_path / "rendezvous.py").write_text(law.replace("self.errors(flown)[flown.final]", "self.errors(flown)[1e9]"))
     shutil.copy(EXAMPLE / "mission.yaml", tmp_path)
     text = load_mission(tmp_path / "mission.yaml", backend="integrator", changes=["flight=[{start: {duration: 1}}]"])
-    result = fly_layers(text)
+    result = fly(text)
     assert any(failure.startswith("criteria.meeting_m: IndexError") for failure in result.failures)

@@ -8,7 +8,7 @@ from typing import Any
 from crazychoir_fw.guidance.metrics import Flown, Metrics, Verdict, criterion
 from crazychoir_fw.guidance.schemes.tasks.judging import agreements, completed, largest_gap
 from crazychoir_fw.guidance.schemes.tasks.task_timeline import timeline_of
-from crazychoir_fw.recording.marks import Story
+from crazychoir_fw.recording.marks import TaskTimeline
 
 
 class WorkMetrics(Metrics):
@@ -16,7 +16,7 @@ class WorkMetrics(Metrics):
 
     scope = "swarm"
 
-    def timeline(self, events: Sequence[Mapping[str, Any]], names: Sequence[str], end: float) -> Story | None:
+    def timeline(self, events: Sequence[Mapping[str, Any]], names: Sequence[str], end: float) -> TaskTimeline | None:
         """See `Metrics`."""
         return timeline_of(events, names, end)
 
