@@ -11,7 +11,7 @@ from std_msgs.msg import Bool, Empty, String
 from trajectory_msgs.msg import MultiDOFJointTrajectoryPoint
 
 from crazychoir_fw.common.messages import TrajectoryPoint
-from crazychoir_fw.flight.layered_flight import fly_layers
+from crazychoir_fw.flight import fly
 from crazychoir_fw.mission import load_mission
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory
 from crazychoir_fw.ros.names import LATEST, TRAJ_PARAMS, qos
@@ -71,7 +71,7 @@ def test_it_has_the_bits_of_a_flight_without_ros_and_is_heard(tmp_path):
         assert flight.process.wait(PATIENCE) == 0, flight.log.read_text()[-3000:]
     finally:
         flight.close()
-    alone = fly_layers(load_mission(flight.file), visuals=False)
+    alone = fly(load_mission(flight.file), visuals=False)
     alone.log.save(tmp_path / "alone.npz")
     ours, theirs = logged(flight.out / "log.npz"), logged(tmp_path / "alone.npz")
     assert ours.keys() == theirs.keys()
