@@ -94,18 +94,28 @@ def settings(root: Path, platform: str, extra: Iterable[str] = ()) -> dict[str, 
     given, known = read_kconfig(root, defconfig) or ({}, set())
     given = {name: value for name, value in given.items() if not _LEFT_OUT.fullmatch(name)}
     stock = {name: value for name, value in _STOCK[platform].items() if name not in known} | given
-    text = defconfig.read_text(encoding="utf-8", errors="replace") if defconfig.is_file() else ""
-    own = {name: value for name, written in _SETTING.findall(text) if (value := _c_value(written)) is not None}
-    silent = set(_UNSET.findall(text)) | {name for name, written in _SETTING.findall(text) if written == "n"}
-    for choice in _CHOICES:
-        if own.keys() & set(choice):
-            silent |= set(choice) - own.keys()
-    chosen = {name: value for name, value in (stock | own).items() if name not in silent}
+    own, silent = _read_defconfig(defconfig)
     # a defconfig names its own platform; that of another one would make two of them true
-    chosen = {name: value for name, value in chosen.items() if not name.startswith(PLATFORM_PREFIX)}
+    chosen = {
+        name: value
+        for name, value in (stock | own).items()
+        if name not in silent and not name.startswith(PLATFORM_PREFIX)
+    }
     chosen[PLATFORM_PREFIX + platform.upper()] = "1"
     chosen.update(dict.fromkeys(extra, "1"))
     return dict(sorted(chosen.items()))
+
+
+def _read_defconfig(path: Path) -> tuple[dict[str, str], set[str]]:
+    """Return the symbols that a defconfig sets, as C text, and those that it switches off."""
+    text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+    written = _SETTING.findall(text)
+    own = {name: value for name, word in written if (value := _c_value(word)) is not None}
+    silent = set(_UNSET.findall(text)) | {name for name, word in written if word == "n"}
+    for choice in _CHOICES:
+        if own.keys() & set(choice):
+            silent |= set(choice) - own.keys()
+    return own, silent
 
 
 def _c_value(written: str) -> str | None:

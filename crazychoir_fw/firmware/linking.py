@@ -1,4 +1,4 @@
-"""Objects to a shared library that needs nobody but libc and libm."""
+"""Objects to a shared library that needs libc and libm only."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _UNDEFINED = re.compile(r"undefined (?:reference to [`'\"]|(?:hidden )?symbol: )
 
 @dataclass(frozen=True)
 class Undefined:
-    """A symbol that nobody defines."""
+    """A symbol without a definition."""
 
     name: str
     needed_by: tuple[Path, ...]
@@ -64,6 +64,15 @@ def explain(undefined: Sequence[Undefined]) -> str:
         sources = ", ".join(map(str, symbol.needed_by)) or "an unknown file"
         lines.append(f"undefined symbol {symbol.name}, needed by {sources}")
     return "\n".join(lines)
+
+
+def needs_of(undefined: Sequence[Undefined]) -> dict[Path, list[str]]:
+    """Return the undefined symbols that each source uses."""
+    needs: dict[Path, list[str]] = {}
+    for symbol in undefined:
+        for path in symbol.needed_by:
+            needs.setdefault(path, []).append(symbol.name)
+    return needs
 
 
 def undefined_symbols(path: Path) -> set[str]:
