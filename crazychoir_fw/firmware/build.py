@@ -86,7 +86,7 @@ def _build_highest(
         try:
             recipe = bitcraze_recipe(checkout, platform, apps, configured, level)
             library = build(recipe, force, progress)
-            # they are no part of the library, which is the same when somebody asks for its level
+            # they are no part of the library, which is the same when its level is asked for
             return replace(library, identity={**library.identity, "notes": [*notes, *library.identity["notes"]]})
         except (CompileError, LinkError, CheckoutError) as error:
             if level == levels.ALGORITHMS:

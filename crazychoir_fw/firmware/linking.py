@@ -41,7 +41,7 @@ def link(
         objects: Object to source.
         library: File to write.
         words: More words for the command line.
-        is_completed_later: Whether symbols may stay undefined, for whoever loads the library to define.
+        is_completed_later: Whether symbols may stay undefined, to be defined by the loading process.
 
     Raises:
         LinkError: If the linker fails for other reasons; the text is what it printed.

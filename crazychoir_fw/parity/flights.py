@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.onboard.variables import log_table
-from crazychoir_fw.parity.deviation import Deviation, join, measure
+from crazychoir_fw.parity.deviation import Deviation, Trace, join, measure, trace
 from crazychoir_fw.parity.fleet import FLEET, Formation, Member
 from crazychoir_fw.parity.functions import TRACES, Comparison
 from crazychoir_fw.parity.manoeuvres import Pilot
 from crazychoir_fw.parity.side import Side
 from crazychoir_fw.parity.tolerances import FLIGHT, OWN_LOOP, Tolerance, tolerance_of
-from crazychoir_fw.parity.trace import Trace, trace
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.recorder import roll_pitch_yaw_deg
 

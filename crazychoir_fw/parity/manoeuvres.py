@@ -225,7 +225,7 @@ def _emergency_stop(pilot: Pilot) -> None:
 
 
 def _refused_by_the_planner(pilot: Pilot) -> None:
-    # a second take-off, an unknown command, a trajectory that nobody defined
+    # a second take-off, an unknown command, a trajectory that is not defined
     _packet(_HIGH_LEVEL, 0, "<BBffBf", 7, 0, 0.9, 0.0, 1, 1.0)(pilot)
     _packet(_HIGH_LEVEL, 0, "<BB", 99, 0)(pilot)
     _packet(_HIGH_LEVEL, 0, "<BBBBBBf", 13, 0, 0, 0, 0, 17, 1.0)(pilot)
