@@ -21,7 +21,7 @@ from crazychoir_fw.simulation.targets import Targets
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from crazychoir_fw.flight.runner import Observer, Progress
+    from crazychoir_fw.flight.engine import Observer, Progress
     from crazychoir_fw.simulation import World
 
 _FRAME_S = 1.0 / 60.0

@@ -25,7 +25,7 @@ from crazychoir_fw.simulation.targets import Targets
 if TYPE_CHECKING:
     import viser
 
-    from crazychoir_fw.flight.runner import Observer, Progress
+    from crazychoir_fw.flight.engine import Observer, Progress
     from crazychoir_fw.simulation import World
 
 HOST = "127.0.0.1"

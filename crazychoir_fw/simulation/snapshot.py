@@ -56,6 +56,11 @@ class Snapshot:
         """Return the row of state, so that ``batch.state[:] = snapshot`` works."""
         return np.array(self.state, dtype=dtype) if copy else np.asarray(self.state, dtype=dtype)
 
+    def __deepcopy__(self, memo: dict[int, Any]) -> Snapshot:
+        """Return the same one: it does not change."""
+        del memo
+        return self
+
     def tobytes(self) -> bytes:
         """Return the state as bytes: two worlds are alike when these are equal."""
         return self.state.tobytes()

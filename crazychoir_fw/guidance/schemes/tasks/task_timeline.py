@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from crazychoir_fw.recording.marks import Mark, Stint, Story
+from crazychoir_fw.recording.marks import Mark, TaskInterval, TaskTimeline
 
 
 @dataclass
@@ -24,7 +24,7 @@ class _Work:
     link: np.ndarray | None = None
     worked_on_since: float = -np.inf  # a load that nobody has on board is not being delivered
     marks: list[Mark] = field(default_factory=list)
-    stints: list[Stint] = field(default_factory=list)
+    intervals: list[TaskInterval] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.since = self.begin
@@ -49,11 +49,11 @@ class _Work:
             self.marks.append(Mark(self.position, self.label, self.since, now, self.owner, self.link))
             busy = max(self.since, self.worked_on_since)
             if self.owner is not None and now > busy:
-                self.stints.append(Stint(self.owner, busy, now, self.label, is_finished))
+                self.intervals.append(TaskInterval(self.owner, busy, now, self.label, is_finished))
 
 
-def timeline_of(events: Sequence[Mapping[str, Any]], drones: Sequence[str], end: float) -> Story | None:
-    """Return marks and stints of tasks or deliveries; None if there were none.
+def timeline_of(events: Sequence[Mapping[str, Any]], drones: Sequence[str], end: float) -> TaskTimeline | None:
+    """Return marks and intervals of tasks or deliveries; None if there were none.
 
     Args:
         events: Of the flight log.
@@ -63,34 +63,38 @@ def timeline_of(events: Sequence[Mapping[str, Any]], drones: Sequence[str], end:
     works: dict[Any, _Work] = {}
     is_delivery = any(event["kind"] == "requests" for event in events)
     for event in events:
-        now, details = float(event["time"]), event["details"]
         drone = drones.index(event["drone"]) if event["drone"] in drones else None
-        if event["kind"] == "tasks":
-            for _, sequence, x, y, _ in details["tasks"]:
-                works[sequence] = _Work(str(sequence), np.array([x, y, 0.0]), now)
-        elif event["kind"] == "requests":
-            for number, x, y, to_x, to_y, _ in details["requests"]:
-                source, sink = np.array([x, y, 0.0]), np.array([to_x, to_y, 0.0])
-                works[number, False] = _Work(f"{number}", source, now, link=sink)
-                works[number, True] = _Work(f"→{number}", sink, now, worked_on_since=np.inf)
-        elif event["kind"] == "assigned":
-            _assign(works, drone, details["takes"], now)
-        elif event["kind"] == "picked":
-            works[details["number"], False].close(now, True, drone)
-            works[details["number"], True].worked_on_since = now
-        elif event["kind"] == "completed":
-            works[(details["number"], True) if is_delivery else details["number"]].close(now, True, drone)
-        elif event["kind"] in ("returned", "lost_loads"):
-            for number in details["numbers"]:
-                for key in ((number, False), (number, True)) if is_delivery else (number,):
-                    works[key].close(now, False)
+        _tell(works, event["kind"], float(event["time"]), drone, event["details"], is_delivery)
     if not works:
         return None
     for work in works.values():
         work.close(end, False)
     marks = [mark for work in works.values() for mark in work.marks]
-    stints = [stint for work in works.values() for stint in work.stints]
-    return Story(marks, stints, "deliveries" if is_delivery else "tasks")
+    intervals = [interval for work in works.values() for interval in work.intervals]
+    return TaskTimeline(marks, intervals, "deliveries" if is_delivery else "tasks")
+
+
+def _tell(works: dict[Any, _Work], kind: str, now: float, drone: int | None, details: Any, is_delivery: bool) -> None:
+    """Take an event."""
+    if kind == "tasks":
+        for _, sequence, x, y, _ in details["tasks"]:
+            works[sequence] = _Work(str(sequence), np.array([x, y, 0.0]), now)
+    elif kind == "requests":
+        for number, x, y, to_x, to_y, _ in details["requests"]:
+            source, sink = np.array([x, y, 0.0]), np.array([to_x, to_y, 0.0])
+            works[number, False] = _Work(f"{number}", source, now, link=sink)
+            works[number, True] = _Work(f"→{number}", sink, now, worked_on_since=np.inf)
+    elif kind == "assigned":
+        _assign(works, drone, details["takes"], now)
+    elif kind == "picked":
+        works[details["number"], False].close(now, True, drone)
+        works[details["number"], True].worked_on_since = now
+    elif kind == "completed":
+        works[(details["number"], True) if is_delivery else details["number"]].close(now, True, drone)
+    elif kind in ("returned", "lost_loads"):
+        for number in details["numbers"]:
+            for key in ((number, False), (number, True)) if is_delivery else (number,):
+                works[key].close(now, False)
 
 
 def _assign(works: Mapping[Any, _Work], drone: int | None, takes: Sequence[int], now: float) -> None:
