@@ -16,7 +16,17 @@ from crazychoir_fw.mission.mixed import MixedSettings
 from crazychoir_fw.mission.phases import PhaseEntry
 from crazychoir_fw.mission.radios import Radios
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import beside, choice, did_you_mean, number, refusal, whole, wind_parameters, word
+from crazychoir_fw.mission.values import (
+    beside,
+    choice,
+    did_you_mean,
+    is_file,
+    number,
+    refusal,
+    whole,
+    wind_parameters,
+    word,
+)
 
 SCENES = ("arena", "flight_lab", "gates", "pillars", "room")
 
@@ -89,11 +99,7 @@ class Mission(Section):
         if scene in SCENES:
             return scene
         path = beside(scene, info)
-        try:
-            is_model = path.suffix == ".xml" and path.is_file()
-        except (OSError, ValueError):  # a name that no file can have
-            is_model = False
-        if not is_model:
+        if path.suffix != ".xml" or not is_file(path):
             raise refusal(f"one of {', '.join(SCENES)}{did_you_mean(scene, SCENES)} or an existing .xml file")
         return str(path)
 

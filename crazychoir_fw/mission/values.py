@@ -4,6 +4,7 @@ Pydantic checks the values. Whatever is refused ends as "… must be <must>", so
 allowed range without opening the documentation.
 """
 
+import os
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -193,17 +194,7 @@ def source_files() -> BeforeValidator:
         names = [value] if isinstance(value, str | Path) else value
         if not isinstance(names, Sequence) or not all(isinstance(name, str | Path) for name in names):
             raise refusal(must)
-        paths = []
-        for name in names:
-            path = beside(name, info)
-            try:
-                is_source = path.suffix == ".c" and path.is_file()
-            except (OSError, ValueError):  # a name that no file can have
-                is_source = False
-            if not is_source:
-                raise refusal(f"{must}; {str(name)[:80]!r} is no existing .c file in {folders_of(info)[0]}")
-            paths.append(str(path))
-        return tuple(paths)
+        return tuple(str(existing_file(name, info, must, ".c")) for name in names)
 
     return BeforeValidator(check)
 
@@ -213,28 +204,24 @@ def folders_of(info: ValidationInfo) -> tuple[Path, ...]:
     return (info.context or {}).get("folders", (Path(),))
 
 
+def is_file(path: Path) -> bool:
+    """Return whether there is such a file; there is none where no file can have its name."""
+    return os.path.isfile(path)  # noqa: PTH113, where pathlib raises
+
+
 def beside(name: str | Path, info: ValidationInfo) -> Path:
     """Return the path of a file that a mission names: in the first of its folders where it is, or in its own."""
     paths = [folder / name for folder in folders_of(info)]
-    for path in paths:
-        try:
-            if path.exists():
-                return path
-        except (OSError, ValueError):  # a name that no file can have
-            break
-    return paths[0]
+    return next(filter(os.path.exists, paths), paths[0])
 
 
-def existing_file(file: str, info: ValidationInfo, must: str) -> Path:
+def existing_file(name: str | Path, info: ValidationInfo, must: str, suffix: str = "") -> Path:
     """Return a file seen from the folder of the mission file; without it, the value must be what `must` says."""
-    path = beside(file, info)
-    try:
-        is_file = path.is_file()
-    except (OSError, ValueError):  # a name that no file can have
-        is_file = False
-    if not is_file:
-        raise refusal(f"{must}; {file[:80]!r} is no existing file in {folders_of(info)[0]}")
-    return path.resolve()
+    path = beside(name, info)
+    if not path.name.endswith(suffix) or not is_file(path):
+        kind = f"{suffix} file".lstrip()
+        raise refusal(f"{must}; {str(name)[:80]!r} is no existing {kind} in {folders_of(info)[0]}")
+    return path
 
 
 def motor_ctrl_name() -> BeforeValidator:
@@ -247,7 +234,7 @@ def motor_ctrl_name() -> BeforeValidator:
         file, colon, class_name = value.rpartition(":")
         if not (colon and file.endswith(".py")):
             return value
-        return f"{existing_file(file, info, must)}:{class_name}"
+        return f"{existing_file(file, info, must).resolve()}:{class_name}"
 
     return BeforeValidator(check)
 

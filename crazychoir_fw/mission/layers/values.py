@@ -26,7 +26,7 @@ def class_word(*known: str) -> BeforeValidator:
         file, _, class_name = value.rpartition(":")
         if not file.endswith(".py"):
             return value
-        return f"{existing_file(file, info, must)}:{class_name}"
+        return f"{existing_file(file, info, must).resolve()}:{class_name}"
 
     return BeforeValidator(check)
 
