@@ -25,7 +25,7 @@ from crazychoir_fw.simulation.targets import Targets
 if TYPE_CHECKING:
     import viser
 
-    from crazychoir_fw.flight.runner import Observer, Progress
+    from crazychoir_fw.flight.engine import Observer, Progress
     from crazychoir_fw.simulation import World
 
 HOST = "127.0.0.1"
@@ -117,7 +117,7 @@ class Page:
         self._server = server
         self._world = world
         self._likeness = Likeness(world.model)
-        self._targets = Targets(world)
+        self._targets = Targets(world.drones)
         self._names = [drone.id for drone in world.drones]
         bodies = [int(world.model.body(name).id) for name in self._names]
         self._addresses = np.array([drone.qpos_address for drone in world.drones])

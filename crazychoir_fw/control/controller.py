@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Protocol
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.control.senders import SenderStrategy
@@ -36,7 +37,7 @@ class LastReference:
         return self._reference
 
 
-class CrazyflieController(ABC):
+class CrazyflieController(Stateful, ABC):
     """Template of controllers: takes poses and references, and gives a command whenever one is due.
 
     One object flies one drone, arrays of shape (3,), or a group of equal drones at once, (N, 3).

@@ -52,6 +52,8 @@ class Law:
 class BearingFormation(CFDistributedFeedback):
     """Leaders fly trajectories; followers take their places by the directions to their neighbors."""
 
+    unkept = (*CFDistributedFeedback.unkept, "_projections", "_laws")
+
     def __init__(
         self,
         agent_id: int,

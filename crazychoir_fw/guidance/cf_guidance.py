@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.guidance.outputs import Outputs
@@ -38,12 +39,13 @@ class Phase(enum.Enum):
     """By the STOP button, until take-off or `resume`."""
 
 
-class CFGuidance:
+class CFGuidance(Stateful):
     """Takes off, lands and stops; by itself it flies on trajectories, and its flight is to stay where it is.
 
     Subclasses override `flight`, and may override how they take off and land.
     """
 
+    unkept = ("on_change", "on_lost", "on_rejoined")
     kind = "acceleration"
     """What `Outputs.reference` is."""
 

@@ -7,13 +7,12 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationInfo, field_validator
 
 from crazychoir_fw.mission.backend_settings import HardwareSettings, IntegratorSettings
-from crazychoir_fw.mission.buttons import ButtonPhase
 from crazychoir_fw.mission.criteria import Criteria
 from crazychoir_fw.mission.faults import Faults
 from crazychoir_fw.mission.fleet import Drone, Drones, Settings, decide
 from crazychoir_fw.mission.layers import Layers
 from crazychoir_fw.mission.mixed import MixedSettings
-from crazychoir_fw.mission.phases import PhaseEntry
+from crazychoir_fw.mission.phases import LayeredPhase, PhaseEntry
 from crazychoir_fw.mission.radios import Radios
 from crazychoir_fw.mission.section import Section
 from crazychoir_fw.mission.values import (
@@ -80,6 +79,9 @@ class Mission(Section):
     flight: Annotated[list[PhaseEntry], Field(min_length=1, max_length=10000)]
     """The phases in order."""
 
+    layers: Layers | None = None
+    """What decides, plans and controls; without it, the planners on board fly the phases."""
+
     faults: Faults = Field(default_factory=list)
     """What goes wrong, with whom and when."""
 
@@ -110,7 +112,7 @@ class Mission(Section):
 
 
 class LayeredMission(Mission):
-    """A flight of guidance, planning and control: on any backend, by buttons."""
+    """A flight of guidance, planning and control, on any backend."""
 
     backend: Annotated[str, choice(*BACKENDS)] = "sim"
     """Where the drones live: `sim` (MuJoCo and the onboard software), `integrator`, `hardware` (over the radio), or
@@ -119,8 +121,8 @@ class LayeredMission(Mission):
     layers: Layers
     """What decides, plans and controls."""
 
-    flight: Annotated[list[ButtonPhase], Field(min_length=1, max_length=10000)]
-    """The buttons in order."""
+    flight: Annotated[list[LayeredPhase], Field(min_length=1, max_length=10000)]
+    """The phases in order."""
 
     criteria: Criteria = Criteria()
     """What makes the flight a success."""
