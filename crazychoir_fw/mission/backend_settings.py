@@ -5,17 +5,17 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 from pydantic import Field
-from pydantic_core import core_schema as pydantic
+from pydantic_core import core_schema as schemas
 
+from crazychoir_fw.common.constraints import Constraint, choice, listed, number, point
 from crazychoir_fw.mission.layers.values import Options
 from crazychoir_fw.mission.mixed import MocapSettings
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import Constraint, choice, listed, number, point
 
-_COEFFICIENT = pydantic.float_schema(ge=0.0, le=10.0, strict=True)
+_COEFFICIENT = schemas.float_schema(ge=0.0, le=10.0, strict=True)
 DRAG = Constraint(
-    pydantic.nullable_schema(
-        pydantic.union_schema([pydantic.literal_schema(["rotor"]), listed(pydantic.tuple_schema([_COEFFICIENT] * 3))])
+    schemas.nullable_schema(
+        schemas.union_schema([schemas.literal_schema(["rotor"]), listed(schemas.tuple_schema([_COEFFICIENT] * 3))])
     ),
     "rotor, or three numbers in [0, 10] N s/m",
 )

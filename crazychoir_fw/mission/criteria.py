@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from crazychoir_fw.common.constraints import number, switch, whole
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import number, switch, whole
 
 
 class Criteria(Section):

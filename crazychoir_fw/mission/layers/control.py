@@ -7,9 +7,9 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from crazychoir_fw.common.constraints import choice, number
 from crazychoir_fw.mission.layers.values import Options, Rate, class_word, law_gains
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number
 
 PLANNING = ("Spline", "SplinePosition", "Polynomial7th", "MinimumSnap")
 CONTROL = ("HierarchicalController", "VelocityController")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from crazychoir_fw.common.constraints import choice, number
 from crazychoir_fw.mission.layers.values import Rate
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number
 
 FILTERS = ("SingleIntegratorCBF", "DoubleIntegratorCBF")
 

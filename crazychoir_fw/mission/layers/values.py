@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, ValidationInfo
 
-from crazychoir_fw.mission.values import did_you_mean, existing_file, refusal, word
+from crazychoir_fw.common.constraints import word
+from crazychoir_fw.mission.values import did_you_mean, existing_file, refusal
 
 RATES = (10, 20, 25, 50, 100)
 """Rounds per second (Hz): whole steps of every backend."""
