@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated
 
+from crazychoir_fw.common.constraints import choice, number
 from crazychoir_fw.control.safety import BarrierFilter
 from crazychoir_fw.mission.factory import class_of
 from crazychoir_fw.mission.layers.values import Rate, class_word
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number
 
 
 class SafetyLayer(Section):
