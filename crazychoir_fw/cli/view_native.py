@@ -117,7 +117,7 @@ class Overlay:
         self._world = world
         self._scene = scene
         self._switches = switches
-        self._targets = Targets(world)
+        self._targets = Targets(world.drones)
         self._names = [drone.id for drone in world.drones]
         count = len(self._names)
         self._colors = drone_colors(world.model, [world.model.body(name).id for name in self._names])

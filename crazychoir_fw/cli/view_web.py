@@ -117,7 +117,7 @@ class Page:
         self._server = server
         self._world = world
         self._likeness = Likeness(world.model)
-        self._targets = Targets(world)
+        self._targets = Targets(world.drones)
         self._names = [drone.id for drone in world.drones]
         bodies = [int(world.model.body(name).id) for name in self._names]
         self._addresses = np.array([drone.qpos_address for drone in world.drones])

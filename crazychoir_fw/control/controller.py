@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Protocol
+from typing import ClassVar, Protocol
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.control.senders import SenderStrategy
@@ -36,11 +37,16 @@ class LastReference:
         return self._reference
 
 
-class CrazyflieController(ABC):
+class CrazyflieController(Stateful, ABC):
     """Template of controllers: takes poses and references, and gives a command whenever one is due.
 
     One object flies one drone, arrays of shape (3,), or a group of equal drones at once, (N, 3).
     """
+
+    commands: ClassVar[tuple[str, ...]] = ("fpqr", "frpy", "vel")
+    """Kinds of commands that it may send, see `SenderStrategy.kind`; the first is the usual one."""
+    filtered: ClassVar[str] = ""
+    """What of its commands safety filters work on: acceleration, velocity, or nothing."""
 
     def __init__(
         self, command_sender: SenderStrategy | None = None, traj_handler: ReferenceHandler | None = None

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 
 _FLOOR_M = 0.1  # what starts higher does not start on a floor
@@ -51,7 +52,7 @@ class Planner(Protocol):
 
 
 @dataclass
-class Agent:
+class Agent(Stateful):
     """The layers of one drone but for its controller, which may be shared with others."""
 
     index: int

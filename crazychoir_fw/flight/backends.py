@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from functools import partial
@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crazychoir_fw.common.errors import CrazychoirError, MissionError
-from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight.agents import masses_of, names_of, starts_of
 from crazychoir_fw.flight.backend import Backend
+from crazychoir_fw.flight.odometry import MocapPoses
 from crazychoir_fw.mission.fleet import drone_settings
 from crazychoir_fw.mission.schema import LayeredMission, Mission
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from crazychoir_fw.crtp.link_model import SimulatedRadios
     from crazychoir_fw.flight.integrator_backend import IntegratorBackend
     from crazychoir_fw.flight.sim_backend import SimBackend
-    from crazychoir_fw.mocap import MocapConfig
     from crazychoir_fw.simulation import World
     from crazychoir_fw.simulation.mirrored import MirroredConfig
 
@@ -108,7 +107,7 @@ def _sim(mission: Mission, threads: int | None, visuals: bool, mirrored: Sequenc
         backend = SimBackend(world, "estimate" if odometry == "estimate" else "truth", mission.log_rate)
         backend.faults = faults
         if odometry == "mocap":
-            backend.read_poses = through_mocap(truth(world), mission.seed)
+            backend.read_poses = MocapPoses(truth(world), mission.seed)
     backend.radio = radio
     return backend
 
@@ -140,40 +139,8 @@ def _integrator(mission: LayeredMission, threads: int | None, visuals: bool) -> 
         disturbance=disturbance,
     )
     if mission.layers.odometry == "mocap":
-        backend.read_poses = through_mocap(backend.read_poses, mission.seed)
+        backend.read_poses = MocapPoses(backend.read_poses, mission.seed)
     return backend
-
-
-# -------------------------------------------------------------------------------- motion capture
-
-
-def through_mocap(truth: Callable[[], Pose], seed: int, config: MocapConfig | None = None) -> Callable[[], Pose]:
-    """Return what reads the poses of all drones as seen by a simulated motion-capture system, with filtered velocities.
-
-    Args:
-        truth: Reads the true poses, arrays of shape (N, ...).
-        seed: Seed of noise and losses.
-        config: How well the system sees; None has the numbers of the vehicle model.
-    """
-    from crazychoir_fw.mocap import Estimator, SimulatedMocap
-
-    system, estimator = SimulatedMocap(config, seed=seed), Estimator()
-    latest: list[Pose] = []
-
-    def read() -> Pose:
-        true = truth()
-        now = float(true.time)  # type: ignore[arg-type]
-        if latest and latest[0].time == now:
-            return latest[0]
-        for sample in system.step(now, true):
-            estimator.update(sample)
-        seen = estimator.estimate
-        if seen.position is None:
-            seen = true  # before the first frame has arrived
-        latest[:] = [Pose(seen.position, seen.orientation, seen.velocity, seen.angular, now)]
-        return latest[0]
-
-    return read
 
 
 # -------------------------------------------------------------------------------- real drones

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.common.finite import are_finite
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
@@ -58,7 +59,7 @@ class Event:
         }
 
 
-class Experiment:
+class Experiment(Stateful):
     """Flies the layers of a swarm.
 
     A round is: poses, guidance, trajectory handlers, controllers, commands; then the backend goes on for a period. With
@@ -73,6 +74,10 @@ class Experiment:
         experiment.land()
         experiment.run(7.0)
     """
+
+    no_rewind: str | None = None
+    """Why time cannot be turned back though the backend can, a sentence."""
+    unkept = ("shares", "observe")
 
     def __init__(
         self,

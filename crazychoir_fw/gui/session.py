@@ -18,12 +18,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.checkpoint import Checkpoint
 from crazychoir_fw.common.errors import CrazychoirError, StateError
 from crazychoir_fw.flight.access import Access, open_access
 from crazychoir_fw.flight.agents import graph_of
 from crazychoir_fw.flight.engine import make_experiment
 from crazychoir_fw.gui.branches import Branches, Moment, Sample
-from crazychoir_fw.gui.memory import Memory
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.experiment import Experiment
@@ -211,7 +211,7 @@ class Session:
             self.access = open_access(self.experiment.backend)
             # a log of everything grows by megabytes a second, and nobody asked for one
             self.experiment.backend.record = lambda extra: None  # type: ignore[method-assign]
-            self.no_rewind = self.access.no_rewind
+            self.no_rewind = self.access.no_rewind or self.experiment.no_rewind
             # one can go back to before the first command
             self._keep_moment(self.experiment.time)
             self._publish()
@@ -338,12 +338,8 @@ class Session:
 
     def take_moment(self) -> Moment:
         """Return this instant."""
-        roots, leaves = self.access.memory_roots()
-        # legs and agents of what is being flown are part of it
-        layers = Memory([self.experiment, self.flying, *roots],
-                        [*leaves, self.mission, self.access, self.experiment.shares,
-                         *([] if self.experiment.backend in roots else [self.experiment.backend])])  # fmt: skip
-        return Moment(self.experiment.time, self.access.remember(), layers, self.flying)
+        layers = [self.experiment] if self.flying is None else [self.experiment, self.flying]
+        return Moment(self.experiment.time, Checkpoint(layers), self.flying)
 
     def go_back(self, number: int | None, time: float) -> float:
         """Make everything what it was, and begin a new branch there; returns when that is (s).
@@ -362,9 +358,8 @@ class Session:
         if number == self.branches.present.number:
             self.branches.present.add(self.take_moment())
         parent, moment = self.branches.find(number, time)
-        moment.layers.restore()
-        self.access.recall(moment.world)
-        self.flying = moment.extra
+        moment.checkpoint.restore()
+        self.flying = moment.flying
         self.branches.leave(parent, moment)
         self._remembered = now = self.experiment.time
         self._next_sample = self._next_plot = -np.inf

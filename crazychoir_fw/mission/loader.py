@@ -245,7 +245,14 @@ def _sentence(error: ValidationError) -> str:
         must = f"a list of at most {context['max_length']}"
     else:
         must = context.get("must") or _MUST.get(kind) or one_line(worst["msg"])
-    return f"{path} is {show(context.get('value', worst['input']))}, but must be {must}"
+    value = context.get("value", worst["input"])
+    return f"{path} is {show(value)}, but must be {must}{_hint(value, context.get('known', '').split())}"
+
+
+def _hint(value: Any, known: Sequence[str]) -> str:
+    """Return " (did you mean 'pid'?)" where a value, or the first of a list that is unknown, is near a known word."""
+    unknown = [one for one in (value if isinstance(value, list | tuple) else [value]) if one not in known]
+    return did_you_mean(unknown[0], known) if unknown and isinstance(unknown[0], str) else ""
 
 
 def _key_path(loc: tuple[int | str, ...]) -> str:

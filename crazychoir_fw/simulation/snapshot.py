@@ -56,6 +56,11 @@ class Snapshot:
         """Return the row of state, so that ``batch.state[:] = snapshot`` works."""
         return np.array(self.state, dtype=dtype) if copy else np.asarray(self.state, dtype=dtype)
 
+    def __deepcopy__(self, memo: dict[int, Any]) -> Snapshot:
+        """Return the same one: it does not change."""
+        del memo
+        return self
+
     def tobytes(self) -> bytes:
         """Return the state as bytes: two worlds are alike when these are equal."""
         return self.state.tobytes()
@@ -156,7 +161,7 @@ def put(
     mujoco.mj_setState(model, data, snapshot.state, STATE)
     for name, values in snapshot.beside.items():
         getattr(data, name)[:] = values
-    # for whoever looks before the next step, which starts with the same; nothing of the state depends on it
+    # for a look before the next step, which starts with the same; nothing of the state depends on it
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_camlight(model, data)
