@@ -1,7 +1,7 @@
 // What all parts of the page share: the live connection, commands, the selection, and keys.
 (() => {
   const listeners = {};
-  const NUMBERS = 11; // of each drone in a frame, as live.py packs them
+  const NUMBERS = 11; // of each drone in a frame, as feed.py packs them
   const PHASES = ["ground", "flying", "landing", "landed", "failed"];
   const TRAIL_S = 15;
 
@@ -97,10 +97,9 @@
 
   const readFrame = (buffer) => {
     const values = new Float32Array(buffer);
-    const count = Math.floor((values.length - 3) / NUMBERS);
-    const drones = [];
+    const count = values[3], drones = [], moving = [];
     for (let i = 0; i < count; i++) {
-      const at = 3 + i * NUMBERS;
+      const at = 4 + i * NUMBERS;
       drones.push({
         position: [values[at], values[at + 1], values[at + 2]],
         quat: [values[at + 3], values[at + 4], values[at + 5], values[at + 6]],
@@ -108,7 +107,9 @@
         phase: PHASES[values[at + 10]],
       });
     }
-    return { number: values[0], time: values[1], rate: values[2], drones };
+    for (let at = 4 + count * NUMBERS; at < values.length; at += 7)
+      moving.push({ position: values.subarray(at, at + 3), quat: values.subarray(at + 3, at + 7) });
+    return { number: values[0], time: values[1], rate: values[2], drones, moving };
   };
 
   const keepTrail = (frame) => {
@@ -184,7 +185,7 @@
 
   const isTyping = (target) => target.closest && target.closest("input, textarea, select, [contenteditable]");
   document.addEventListener("keydown", (event) => {
-    if (event.repeat) return;
+    if (event.repeat || cc.setting?.is_watched) return;
     if (event.key === "Escape") {
       if (!document.querySelector(".q-menu, .q-dialog__inner")) { event.preventDefault(); cc.stop(); }
     } else if (!isTyping(event.target) && !event.ctrlKey && !event.metaKey && !event.altKey) {
@@ -356,5 +357,4 @@
   };
 
   connect();
-  cc.loadDrawings();
 })();
