@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.cli.view import open_view
-from crazychoir_fw.flight.runner import Progress
+from crazychoir_fw.flight.engine import Progress
 from crazychoir_fw.simulation import DroneConfig, World
 
 IMAGES = Path(__file__).parent / "images"

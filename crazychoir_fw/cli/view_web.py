@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from crazychoir_fw.cli.pace import FramePacer
 
 if TYPE_CHECKING:
-    from crazychoir_fw.flight.runner import Observer, Progress
+    from crazychoir_fw.flight.engine import Observer, Progress
     from crazychoir_fw.gui.live import Live
     from crazychoir_fw.simulation import World
 

@@ -65,7 +65,30 @@ class Server:
         reads_ahead: bool = True,
         services: Sequence[Callable[[ServiceContext], Service]] = SERVICES,
     ) -> None:
-        """Get ready; see `World.serve`."""
+        """Get ready; no port is opened before `start`.
+
+        Each drone has its own UDP port: `port`, the next one, and so on in the order of `World.drones`
+        (``udp://127.0.0.1:19850``).
+
+        Args:
+            world: The world.
+            host: Address of this machine to listen at; whatever client reaches it can fly the drones.
+            port: Port of the first drone; 0 takes any free ones, see `uris`.
+            speed: Simulated seconds per second in `run`; 0 or None is as fast as possible.
+            link: What packets go through; by default nothing is late or lost.
+            newest_client_wins: Whether a second client takes a drone from the first, instead of waiting for it.
+            relax_after_session: Whether the high-level commander has a drone back when its client has gone.
+            silence: Time (s) without a packet after which a client has gone.
+            storage: Folder of the parameters that clients store on their drones; None keeps them for as long as the
+                world lives.
+            reads_ahead: Whether a client that downloads a table of contents is sent the next items unasked, and drones
+                are read in turns, which halves the time that a swarm takes to connect; never through a link.
+            services: What drones offer.
+
+        Raises:
+            RangeError: If a value is outside its range.
+            StateError: If the world is flown from a journal.
+        """
         if world.is_replay:
             raise StateError("a world that is flown from a journal cannot be served: its requests are known")
         if not 0.01 <= silence <= 3600.0:

@@ -59,6 +59,8 @@ class SimBackend(Stateful):
         """Returns the poses that the layers are told."""
         self.radio: Any = None
         """The simulated radios, if requests go through some."""
+        self.faults: list[dict[str, Any]] = []
+        """What is planned to go wrong, in times of the world."""
         self._true = truth(world)
         facts = [lib.cf_platform_facts(drone.struct.config.platform) for drone in world.drones]
         self._max_thrust = np.array([4.0 * float(fact.thrust.thrust_max) for fact in facts])

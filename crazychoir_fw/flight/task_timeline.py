@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from crazychoir_fw.recording.marks import Mark, Stint, Story
+from crazychoir_fw.recording.marks import Mark, TaskInterval, TaskTimeline
 
 
 @dataclass
@@ -24,7 +24,7 @@ class _Work:
     link: np.ndarray | None = None
     worked_on_since: float = -np.inf  # a load that nobody has on board is not being delivered
     marks: list[Mark] = field(default_factory=list)
-    stints: list[Stint] = field(default_factory=list)
+    intervals: list[TaskInterval] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         self.since = self.begin
@@ -49,11 +49,11 @@ class _Work:
             self.marks.append(Mark(self.position, self.label, self.since, now, self.owner, self.link))
             busy = max(self.since, self.worked_on_since)
             if self.owner is not None and now > busy:
-                self.stints.append(Stint(self.owner, busy, now, self.label, is_finished))
+                self.intervals.append(TaskInterval(self.owner, busy, now, self.label, is_finished))
 
 
-def timeline_of(events: Sequence[Mapping[str, Any]], drones: Sequence[str], end: float) -> Story | None:
-    """Return marks and stints of tasks or deliveries; None if there were none.
+def timeline_of(events: Sequence[Mapping[str, Any]], drones: Sequence[str], end: float) -> TaskTimeline | None:
+    """Return marks and intervals of tasks or deliveries; None if there were none.
 
     Args:
         events: Of the flight log.
@@ -89,8 +89,8 @@ def timeline_of(events: Sequence[Mapping[str, Any]], drones: Sequence[str], end:
     for work in works.values():
         work.close(end, False)
     marks = [mark for work in works.values() for mark in work.marks]
-    stints = [stint for work in works.values() for stint in work.stints]
-    return Story(marks, stints, "deliveries" if is_delivery else "tasks")
+    intervals = [interval for work in works.values() for interval in work.intervals]
+    return TaskTimeline(marks, intervals, "deliveries" if is_delivery else "tasks")
 
 
 def _assign(works: Mapping[Any, _Work], drone: int | None, takes: Sequence[int], now: float) -> None:

@@ -42,7 +42,7 @@ class Marks:
         events = [event.as_dict() for event in self._session.experiment.events if event.kind in _KINDS]
         # whatever is not over by then is there now
         end = newest + 1.0
-        story = timeline_of(events, self._session.names, end) if events else None
+        timeline = timeline_of(events, self._session.names, end) if events else None
         return [
             {
                 "position": np.round(mark.position, 3).tolist(),
@@ -50,6 +50,6 @@ class Marks:
                 "drone": mark.drone,
                 "link": None if mark.link is None else np.round(mark.link, 3).tolist(),
             }
-            for mark in (() if story is None else story.marks)
+            for mark in (() if timeline is None else timeline.marks)
             if mark.end >= end
         ]

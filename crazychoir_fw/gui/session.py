@@ -21,7 +21,7 @@ from crazychoir_fw.common.checkpoint import Checkpoint
 from crazychoir_fw.common.errors import CrazychoirError, StateError
 from crazychoir_fw.flight.access import Access, open_access
 from crazychoir_fw.flight.agents import graph_of
-from crazychoir_fw.flight.layered_flight import make_experiment
+from crazychoir_fw.flight.engine import make_experiment
 from crazychoir_fw.gui.branches import Branches, Moment, Sample
 from crazychoir_fw.gui.feed import FRAME_S, PHASES, Feed, Frame
 from crazychoir_fw.gui.room import Room

@@ -26,7 +26,7 @@ class Viewing(Feed):
         super().__init__([drone.id for drone in world.drones])
         self.title = title
         self._world = world
-        self._read, self._targets = truth(world), Targets(world)
+        self._read, self._targets = truth(world), Targets(world.drones)
         self._room = Room(world, self.names)
         self._pace: deque[tuple[float, float]] = deque(maxlen=30)
 

@@ -36,11 +36,6 @@ class FaultEntry(OneOf):
         return self
 
     @property
-    def name(self) -> str:
-        """The kind, such as "motor"."""
-        return next(iter(self.model_fields_set))
-
-    @property
     def fault(self) -> "Fault":
         """The fault, with `at` as it stands in the file: seconds since the first phase."""
         # a mission without faults is checked before the simulation is loaded

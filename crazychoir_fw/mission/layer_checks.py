@@ -310,7 +310,7 @@ def _check_safety(mission: LayeredMission) -> None:
 def _check_buttons(mission: LayeredMission, names: list[str]) -> None:
     for i, phase in enumerate(mission.flight):
         path = f"flight[{i}].{phase.name}"
-        wanted = getattr(phase.button, "drones", None)
+        wanted = getattr(phase.maneuver, "drones", None)
         if wanted is not None:
             _known(f"{path}.drones", wanted, names)
         if phase.name == "go_to" and len(wanted or names) > 1:

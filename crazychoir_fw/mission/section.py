@@ -42,3 +42,8 @@ class OneOf(Section):
         if len(self.model_fields_set) != 1:
             raise refusal("a mapping with exactly one of " + ", ".join(type(self).model_fields))
         return self
+
+    @property
+    def name(self) -> str:
+        """The key that is set, such as "takeoff" of a phase."""
+        return next(iter(self.model_fields_set))

@@ -1,19 +1,21 @@
 """The kinds of values in a mission file; each refuses in words what it cannot be.
 
-A kind is a validator for `typing.Annotated`. Whatever it refuses ends as "… must be <must>", so that the reader of the
-message learns the allowed range without opening the documentation.
+Pydantic checks the values. Whatever is refused ends as "… must be <must>", so that the reader of the message learns the
+allowed range without opening the documentation.
 """
 
 import re
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from difflib import get_close_matches
-from numbers import Integral, Real
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pydantic import BeforeValidator, ValidationInfo
-from pydantic_core import PydanticCustomError
+from pydantic_core import CoreSchema, PydanticCustomError
+from pydantic_core import core_schema as pydantic
 
 from crazychoir_fw.common.errors import CrazychoirError, UnknownNameError
 from crazychoir_fw.firmware.levels import BITCRAZE, level_of, word_for_modules
@@ -43,7 +45,9 @@ def unknown_key(key: object, known: Collection[str], path: str = "") -> Pydantic
     """Return the error about a *key* that its section does not know, `path` below where the error is raised."""
     hint = did_you_mean(key, known)
     return PydanticCustomError(
-        "unknown_key", "unknown key", {"key": str(key)[:40], "hint": hint, "known": sorted(known), "path": path}
+        "unknown_key",
+        "unknown key",
+        {"key": str(key)[:40].encode(errors="replace").decode(), "hint": hint, "known": sorted(known), "path": path},
     )
 
 
@@ -53,83 +57,96 @@ def did_you_mean(word: object, known: Collection[str]) -> str:
     return f" (did you mean '{near[0]}'?)" if near else ""
 
 
+@dataclass(frozen=True, eq=False)
+class Constraint:
+    """What `typing.Annotated` says of a value: a schema of pydantic, and the words for all that it refuses."""
+
+    schema: CoreSchema
+    must: str
+    """What is allowed, as it continues "must be"."""
+    known: tuple[str, ...] = ()
+    """Words, of which the nearest one is suggested."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        """Return the schema, with one error for whatever is wrong."""
+        context = {"must": self.must, "known": " ".join(self.known), "path": ""}
+        return pydantic.custom_error_schema(
+            self.schema, "must_be", custom_error_message="must be {must}", custom_error_context=context
+        )
+
+
 def is_number(value: object, low: float, high: float) -> bool:
     """Tell whether *value* is a real number in [low, high]: no NaN, and no boolean."""
     return isinstance(value, Real) and not isinstance(value, bool) and low <= value <= high
 
 
-def number(low: float, high: float, unit: str = "") -> BeforeValidator:
-    """A real number in [low, high]."""
+def number(low: float, high: float, unit: str = "") -> Constraint:
+    """A real number in [low, high]: no NaN, no boolean, no text."""
     must = f"a number in [{low:g}, {high:g}] {unit}".rstrip()
-
-    def check(value: object) -> float:
-        if not is_number(value, low, high):
-            raise refusal(must)
-        return float(value)  # type: ignore[arg-type]
-
-    return BeforeValidator(check)
+    return Constraint(pydantic.float_schema(ge=low, le=high, strict=True), must)
 
 
-def whole(low: int, high: int) -> BeforeValidator:
+def whole(low: int, high: int) -> Constraint:
     """A whole number in [low, high]."""
-    must = f"a whole number in [{low}, {high}]"
-
-    def check(value: object) -> int:
-        if not isinstance(value, Integral) or not is_number(value, low, high):
-            raise refusal(must)
-        return int(value)
-
-    return BeforeValidator(check)
+    plain = lambda value: int(value) if isinstance(value, np.integer) else value
+    schema = pydantic.int_schema(ge=low, le=high, strict=True)
+    return Constraint(pydantic.no_info_before_validator_function(plain, schema), f"a whole number in [{low}, {high}]")
 
 
-def choice(*known: str) -> BeforeValidator:
+def choice(*known: str, must: str = "") -> Constraint:
     """One of a few words."""
-    must = "one of " + ", ".join(known) if len(known) > 1 else known[0]
-
-    def check(value: object) -> str:
-        if not isinstance(value, str) or value not in known:
-            raise refusal(must + did_you_mean(value, known))
-        return value
-
-    return BeforeValidator(check)
+    must = must or ("one of " + ", ".join(known) if len(known) > 1 else known[0])
+    return Constraint(pydantic.literal_schema(list(known)), must, known)
 
 
-def choices(*known: str) -> BeforeValidator:
+def choices(*known: str) -> Constraint:
     """A list of a few words, each at most once."""
-    must = "a list of " + ", ".join(known)
-
-    def check(value: object) -> tuple[str, ...]:
-        if isinstance(value, str | bytes) or not isinstance(value, Sequence):
-            raise refusal(must)
-        for item in value:
-            if item not in known:
-                raise refusal(must + did_you_mean(item, known))
-        return tuple(dict.fromkeys(value))
-
-    return BeforeValidator(check)
+    words = listed(pydantic.tuple_schema([pydantic.literal_schema(list(known))], variadic_item_index=0))
+    once = lambda value: tuple(dict.fromkeys(value))
+    return Constraint(pydantic.no_info_after_validator_function(once, words), "a list of " + ", ".join(known), known)
 
 
-def switch() -> BeforeValidator:
+def switch() -> Constraint:
     """True or false."""
-
-    def check(value: object) -> bool:
-        if not isinstance(value, bool):
-            raise refusal("true or false")
-        return value
-
-    return BeforeValidator(check)
+    return Constraint(pydantic.bool_schema(strict=True), "true or false")
 
 
-def word(pattern: str, must: str) -> BeforeValidator:
+def word(pattern: str, must: str) -> Constraint:
     """Text that matches *pattern*."""
-    compiled = re.compile(pattern)
+    return Constraint(pydantic.str_schema(pattern=rf"\A(?:{pattern})\Z", strict=True, regex_engine="python-re"), must)
 
-    def check(value: object) -> str:
-        if not isinstance(value, str) or not compiled.fullmatch(value):
-            raise refusal(must)
-        return value
 
-    return BeforeValidator(check)
+def point(*names: str, low: float = -1000.0, high: float = 1000.0, floor: float | None = None) -> Constraint:
+    """A list of coordinates in meters.
+
+    Args:
+        names: The axes in order. An axis in brackets, such as "[z]", may be left out.
+        low: Lowest coordinate.
+        high: Highest coordinate.
+        floor: Lowest third coordinate, when it differs.
+    """
+    must = f"numbers [{', '.join(names)}] in [{low:g}, {high:g}] m"
+    if floor is not None:
+        must += f" with z >= {floor:g}"
+    axes: list[CoreSchema] = [pydantic.float_schema(ge=low, le=high, strict=True) for _ in names]
+    if floor is not None:
+        axes[2] = pydantic.float_schema(ge=max(low, floor), le=high, strict=True)
+    shortest = sum(not name.startswith("[") for name in names)
+    lengths = [pydantic.tuple_schema(axes[:count]) for count in range(shortest, len(names) + 1)]
+    return Constraint(listed(pydantic.union_schema(lengths) if len(lengths) > 1 else lengths[0]), must)
+
+
+def listed(schema: CoreSchema) -> CoreSchema:
+    """Return a schema that is handed lists and tuples only: pydantic's own take sets for lists, too."""
+    return pydantic.chain_schema([pydantic.is_instance_schema((list, tuple)), schema])
+
+
+def plain_properties() -> Constraint:
+    """A mapping from words to texts or numbers."""
+    keys = pydantic.str_schema(pattern=r"\A\w[\w.-]*\Z", coerce_numbers_to_str=True, regex_engine="python-re")
+    values = pydantic.union_schema([pydantic.str_schema(strict=True), pydantic.float_schema()])
+    must = "a mapping from words to texts or numbers, such as {height: 0.8}"
+    return Constraint(pydantic.dict_schema(keys, values), must)
 
 
 def provider_word() -> BeforeValidator:
@@ -235,21 +252,6 @@ def motor_ctrl_name() -> BeforeValidator:
     return BeforeValidator(check)
 
 
-def plain_properties() -> BeforeValidator:
-    """A mapping from words to texts or numbers."""
-    must = "a mapping from words to texts or numbers, such as {height: 0.8}"
-
-    def check(value: object) -> dict[str, str | float]:
-        is_plain = isinstance(value, Mapping) and all(
-            re.fullmatch(r"\w[\w.-]*", str(key)) and isinstance(item, str | int | float) for key, item in value.items()
-        )
-        if not is_plain:
-            raise refusal(must)
-        return {str(key): item for key, item in value.items()}  # type: ignore[attr-defined]
-
-    return BeforeValidator(check)
-
-
 def parameter_values() -> BeforeValidator:
     """A mapping from names of onboard parameters to numbers that fit into them.
 
@@ -309,29 +311,3 @@ def wind_parameters() -> BeforeValidator:
 def _range_of(kind: np.dtype) -> tuple[float, float]:
     limits = np.finfo(kind) if kind.kind == "f" else np.iinfo(kind)
     return float(limits.min), float(limits.max)
-
-
-def point(*names: str, low: float = -1000.0, high: float = 1000.0, floor: float | None = None) -> BeforeValidator:
-    """A list of coordinates in meters.
-
-    Args:
-        names: The axes in order. An axis in brackets, such as "[z]", may be left out.
-        low: Lowest coordinate.
-        high: Highest coordinate.
-        floor: Lowest third coordinate, when it differs.
-    """
-    must = f"numbers [{', '.join(names)}] in [{low:g}, {high:g}] m"
-    if floor is not None:
-        must += f" with z >= {floor:g}"
-    shortest = sum(not name.startswith("[") for name in names)
-
-    def check(value: object) -> tuple[float, ...]:
-        if isinstance(value, str | bytes) or not isinstance(value, Sequence):
-            raise refusal(must)
-        if not shortest <= len(value) <= len(names) or not all(is_number(v, low, high) for v in value):
-            raise refusal(must)
-        if floor is not None and len(value) > 2 and value[2] < floor:
-            raise refusal(must)
-        return tuple(float(v) for v in value)
-
-    return BeforeValidator(check)

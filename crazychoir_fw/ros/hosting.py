@@ -257,9 +257,9 @@ class HostedExperiment(Experiment):
     def prepare(self, phases: Sequence[Any]) -> None:
         """Make publishers for buttons of single drones, so that they are known when they are needed."""
         for phase in phases:
-            if phase.name in BUTTONS and phase.button.drones is not None:
+            if phase.name in BUTTONS and phase.maneuver.drones is not None:
                 topic = BUTTONS[phase.name]
-                for agent in self._chosen(phase.button.drones):
+                for agent in self._chosen(phase.maneuver.drones):
                     where = self.node.topic_of(agent.index, topic.name.lstrip("/"))
                     self._button_of[phase.name, agent.index] = self.node.announce(topic, where)
 

@@ -103,7 +103,7 @@ def fly_as_processes(
     Args:
         mission: The mission.
         options: How.
-        host: Flies it where the drones are, with `fly_hosted`; runs in a process of its own.
+        host: Flies it where the drones are, its layers by `hosting`; runs in a process of its own.
         quiet: Whether nothing is printed of the processes.
         watchers: Further processes, by name, that belong to the flight and decide nothing, such as a page; the flight
             ends with the first of them.
@@ -192,18 +192,6 @@ def how(code: int | None) -> str:
     if code is not None and code < 0:
         return f"by {signal.Signals(-code).name}"
     return f"with code {code}"
-
-
-def fly_hosted(mission: LayeredMission, options: RosOptions, *arguments: Any) -> Any:
-    """Fly a mission whose layers are nodes; arguments and result are those of `fly_layers`.
-
-    Raises:
-        CrazychoirError: If processes do not come up.
-    """
-    from crazychoir_fw.flight.layered_flight import fly_layers
-
-    with hosting(options) as make:
-        return fly_layers(mission, *arguments, make=make)
 
 
 @contextmanager

@@ -207,17 +207,3 @@ def _add_drone(spec: mujoco.MjSpec, stamp: VehicleStamp, drone: DroneConfig, ind
 def _color(index: int) -> tuple[float, float, float]:
     """Return a color for a drone, so that drones can be told apart: hues a golden angle from each other."""
     return colorsys.hsv_to_rgb((0.58 + index * _GOLDEN_RATIO) % 1.0, 0.75, 0.95)
-
-
-def body_addresses(model: mujoco.MjModel, name: str) -> tuple[int, int, int]:
-    """Return where a drone lives: address in qpos, in qvel and in plugin_state.
-
-    Raises:
-        CrazychoirError: If the body carries no Crazyflie.
-    """
-    body = model.body(name)
-    instance = int(model.body_plugin[body.id])
-    if instance < 0:
-        raise CrazychoirError(f"{name}: the body carries no {PLUGIN}")
-    joint = int(model.body_jntadr[body.id])
-    return int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]), int(model.plugin_stateadr[instance])

@@ -10,19 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.common.errors import RangeError, StateError
-from crazychoir_fw.onboard.core import address_of, check, receive_packet, struct_view
+from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError
+from crazychoir_fw.onboard.core import PLUGIN, address_of, check, receive_packet, struct_view
 from crazychoir_fw.onboard.variables import log_table, parameter_table
-from crazychoir_fw.simulation.builder import body_addresses
 from crazychoir_fw.simulation.clients import Commander, HighLevelCommander, Localization, Log, Param, Uplink
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.lights import Lights
-from crazychoir_fw.simulation.loading import Payload, drop_payload
+from crazychoir_fw.simulation.loading import Payload, drop_payload, hook_of
 from crazychoir_fw.simulation.state_check import check_kind, check_memory
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.cameras import Camera, Cameras
-    from crazychoir_fw.simulation.motor_ctrl import MotorCtrl
 
 
 class DroneSnapshot:
@@ -40,7 +38,7 @@ class Drone:
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, config: DroneConfig, watched: dict[str, Param] | None = None
     ) -> None:
-        self._data = data  # keeps the memory alive
+        self._model, self._data = model, data  # keep the memory alive
         self.config = config
         self.id = config.id
         qpos, qvel, state = body_addresses(model, config.id)
@@ -80,8 +78,8 @@ class Drone:
         """What clients have written for its LED ring."""
         self.cameras: Cameras | None = None
         """What the cameras of its world share; the world sets it."""
-        self.motor_ctrl: MotorCtrl | None = None
-        """Who flies it from Python, if the world was told of somebody."""
+        self.motor_ctrl: Any = None
+        """The `MotorCtrl` that flies it from Python, if the configuration names one."""
 
     def __repr__(self) -> str:
         x, y, z = self.true_position
@@ -312,6 +310,11 @@ class Drone:
         allowed = "allowed: -50 to 50 m/s, 0.001 to 3600 s"
         check(status, f"{self.id}: blow_gust({peak}, {duration_s}) ({allowed})")
 
+    @property
+    def has_hook(self) -> bool:
+        """Whether the model has a payload of this drone that can be dropped."""
+        return hook_of(self._model, self.id) >= 0
+
     def drop_payload(self) -> None:
         """Let the payload fall.
 
@@ -374,3 +377,17 @@ class Drone:
         self.memory[:] = snapshot.state
         self._qpos[:] = snapshot.qpos
         self._qvel[:] = snapshot.qvel
+
+
+def body_addresses(model: mujoco.MjModel, name: str) -> tuple[int, int, int]:
+    """Return where a drone lives: address in qpos, in qvel and in plugin_state.
+
+    Raises:
+        CrazychoirError: If the body carries no Crazyflie.
+    """
+    body = model.body(name)
+    instance = int(model.body_plugin[body.id])
+    if instance < 0:
+        raise CrazychoirError(f"{name}: the body carries no {PLUGIN}")
+    joint = int(model.body_jntadr[body.id])
+    return int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]), int(model.plugin_stateadr[instance])

@@ -19,7 +19,7 @@ from typer.testing import CliRunner
 from crazychoir_fw.cli import app, view
 from crazychoir_fw.cli.pace import FramePacer
 from crazychoir_fw.common.errors import CrazychoirError, StateError
-from crazychoir_fw.flight.runner import Progress
+from crazychoir_fw.flight.engine import Progress
 from crazychoir_fw.simulation import DroneConfig, World
 
 HOP = "drones: {count: 2}\nflight: [{takeoff: {height: 0.3, duration: 1}}, {land: {duration: 1}}]\n"
@@ -210,7 +210,7 @@ def screen():
 
 SHOW = """
 from crazychoir_fw.cli.view import open_view
-from crazychoir_fw.flight.runner import Progress
+from crazychoir_fw.flight.engine import Progress
 from crazychoir_fw.simulation import DroneConfig, World
 
 world = World([DroneConfig("cf1"), DroneConfig("cf2", (0.5, 0.0))])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from ros_flights import PATIENCE, Flight
 
-from crazychoir_fw.flight.layered_flight import fly_layers
+from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.mission import load_mission
 
 LAW = '''
@@ -61,7 +61,7 @@ def check(z, nearest):
 def test_in_one_process(tmp_path, backend):
     path = tmp_path / "mission.yaml"
     path.write_text(write(tmp_path, backend))
-    result = fly_layers(load_mission(path), visuals=False)
+    result = fly(load_mission(path), visuals=False)
     assert result.success, result.failures
     places = np.stack([result.log.signals[f"sim.{axis}"] for axis in "xyz"], axis=-1)
     gaps = np.linalg.norm(places[:, [0, 0, 1]] - places[:, [1, 2, 2]], axis=-1)

@@ -12,7 +12,7 @@ from nav_msgs.msg import Odometry
 from ros_flights import PATIENCE, Flight, all_gone, is_running
 from std_msgs.msg import Empty, String
 
-from crazychoir_fw.flight.layered_flight import fly_layers
+from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.guidance import Graph
 from crazychoir_fw.guidance.bearing import bearing_errors_deg, free_followers
 from crazychoir_fw.mission import load_mission
@@ -142,7 +142,7 @@ def test_there_is_a_process_per_drone_and_layer_and_none_is_left(flown):
 
 def test_it_is_the_flight_of_one_process(flown):
     flight, _, _, _, summary = flown
-    alone = fly_layers(load_mission(flight.file), visuals=False).summary
+    alone = fly(load_mission(flight.file), visuals=False).summary
     assert summary["success"]
     assert not [event for event in summary["events"] if event["kind"] in ("lost", "failure")]
     for ours, theirs in zip(summary["drones"], alone["drones"], strict=True):

@@ -33,7 +33,7 @@ class SimAccess(Access):
         self._world = backend.world
         self._drones = backend.world.drones
         self._truth = truth(backend.world)
-        self._targets = Targets(backend.world)
+        self._targets = Targets(backend.world.drones)
 
     def true_pose(self) -> Pose:
         """See `Access`."""

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.onboard.core import check
+from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.motor_ctrl.devices import Devices
-
-if TYPE_CHECKING:
-    from crazychoir_fw.simulation.drone import Drone
-    from crazychoir_fw.simulation.world import World
+from crazychoir_fw.simulation.world_base import WorldBase
 
 SafeZone = tuple[Sequence[float], Sequence[float]]
 
@@ -45,7 +43,7 @@ class MotorCtrl(Devices):
     """Steps per simulated second; a divisor of 1000. `init` may set another one, ``self.rate_hz = 50``."""
 
     keep_alive_s: float | None = None
-    """How long the last command is repeated to the onboard software (s): None for ever, 0 not at all. When it ends the
+    """How long the last command is repeated to the onboard software (s): None without end, 0 not at all. Then the
     firmware's watchdog takes over: level after 0.5 s without a setpoint, locked after 2 s."""
 
     safe_zone: SafeZone | None = None
@@ -55,10 +53,10 @@ class MotorCtrl(Devices):
     """Whether a drone that must be armed is armed as soon as it can be."""
 
     controllers: ClassVar[tuple[str, ...] | None] = None
-    others: ClassVar[str] = ""
-    """What the other controllers lack, for whoever chose one of them."""
-
     """Controllers of the built-in provider that follow these setpoints; None when it does not matter."""
+
+    others: ClassVar[str] = ""
+    """What the other controllers lack, for the message that refuses them."""
 
     # ---------------------------------------------------------------- to be overridden
 
@@ -135,7 +133,7 @@ class MotorCtrl(Devices):
 
     # ---------------------------------------------------------------- life, for the world
 
-    def attach(self, world: World, drone: Drone, properties: Mapping[str, str]) -> None:
+    def attach(self, world: WorldBase, drone: Drone, properties: Mapping[str, str]) -> None:
         """Bind to a drone; the world calls this.
 
         Raises:

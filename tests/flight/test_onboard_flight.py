@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from crazychoir_fw.common.errors import StateError
-from crazychoir_fw.flight.runner import Film, MissionFlight
+from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.mission import parse_mission
-from crazychoir_fw.mission.plan import plan_flight
 from crazychoir_fw.simulation import DroneConfig
 
 READY_AT = 1.5  # [s]
@@ -79,19 +78,29 @@ class ObedientWorld:
         self.step(round(READY_AT * 1000))
 
 
-class Recorder:
-    """Records what `ObedientWorld` has."""
+class ObedientBackend:
+    """The drones of `ObedientWorld`, and a log of what there is of them."""
 
     def __init__(self, world):
         self.world = world
+        self.names = [drone.id for drone in world.drones]
+        self.faults = []
         self.times = []
         self.positions = []
 
-    def sample(self):
+    @property
+    def time(self):
+        return self.world.time
+
+    def advance(self, seconds):
+        self.world.step(round(seconds * 1000))
+
+    def record(self, extra):
+        assert extra == {}
         self.times.append(self.world.time)
         self.positions.append(np.array([drone.position for drone in self.world.drones]))
 
-    def finish(self, metadata):
+    def log(self, metadata):
         positions = np.array(self.positions)
         signals = {
             f"{group}.{axis}": positions[:, :, i]
@@ -102,6 +111,13 @@ class Recorder:
         signals["supervisor.info"] = np.where(positions[:, :, 2] > 0, 0x0018, 0x0008)
         return SimpleNamespace(time=np.array(self.times), signals=signals, metadata=metadata)
 
+    @property
+    def film(self):
+        return np.array(self.positions).reshape(len(self.times), -1), np.array(self.times)
+
+    def close(self):
+        self.is_closed = True
+
 
 class Setup:
     """A flight that is ready to run."""
@@ -109,17 +125,17 @@ class Setup:
     def __init__(self, mission, fps=0, observe=None):
         self.mission = parse_mission(mission)
         self.world = ObedientWorld(self.mission.fleet)
-        self.recorder = Recorder(self.world)
-        self.film = Film(fps)
-        plan = plan_flight(self.mission)
-        self.flight = MissionFlight(self.mission, plan, self.world, self.recorder, self.film, observe)
+        self.backend = ObedientBackend(self.world)
+        self.given = {"frames_per_second": fps, "observe": observe}
 
     def at(self, seconds, action):
         """Schedule *action* at a time of the plan (s)."""
         self.world.scheduled[round((READY_AT + seconds) * 1000)] = action
 
     def run(self):
-        return self.flight.run()
+        result = fly(self.mission, backend=self.backend, **self.given)
+        assert self.backend.is_closed
+        return result
 
 
 def calls_of(setup, drone=0):
@@ -152,11 +168,11 @@ def test_trajectory_is_uploaded_before_the_flight_and_started_in_it(hop):
     assert (2000, "start", 0, 1.5) in calls_of(setup)
 
 
-def test_film_has_its_own_rate(hop):
-    setup = Setup(hop, fps=30)
-    result = setup.run()
-    assert len(result.film.times) == len(result.film.qpos) == int(9.5 * 30) + 1
-    assert np.diff(result.film.times) == pytest.approx(1 / 30, abs=0.0011)
+def test_film_shows_the_whole_flight_in_its_own_time(hop):
+    film = Setup(hop, fps=30).run().film
+    assert (film.fps, film.speed, film.missing) == (30, 1.0, None)
+    assert film.times == pytest.approx(READY_AT + np.arange(0, 9.505, 0.01))
+    assert len(film.qpos) == len(film.times)
 
 
 def test_observer_sees_the_flight_advance(hop):
@@ -201,6 +217,7 @@ def test_world_that_never_gets_ready_gives_a_summary_all_the_same(hop):
     setup.world.wait_until_ready = never
     result = setup.run()
     assert result.failures == ["cf1: not ready after 10 s, state 'Locked'"]
+    assert result.film.missing == "the flight did not begin"
     assert result.summary["drones"][0]["rms_error_m"] is None
 
 

@@ -1,6 +1,6 @@
-/* What the parts of the shim share: how a task waits for an object and who wakes it. */
-#ifndef CF_BITCRAZE_RTOS_WAITS_H
-#define CF_BITCRAZE_RTOS_WAITS_H
+/* The scheduler under the parts of the shim: time, tasks that wait for objects, and their turns. */
+#ifndef CF_BITCRAZE_RTOS_SCHEDULER_H
+#define CF_BITCRAZE_RTOS_SCHEDULER_H
 
 #include "bitcraze/freertos/freertos_shim.h"
 
@@ -25,8 +25,24 @@ bool cf_rtos_wait(const void *object, int why, cf_deadline_t deadline);
 void cf_rtos_wake(const void *object, int why);
 void cf_rtos_make_ready(StaticTask_t *task);
 
-// All tasks, by number.
+// All tasks, by number, and the one that calls, or null.
 StaticTask_t *cf_rtos_task(int number);
+StaticTask_t *cf_rtos_current(void);
+
+enum { CF_TASK_READY, CF_TASK_WAITING, CF_TASK_SUSPENDED, CF_TASK_ENDED };
+
+// Forgets all tasks.
+void cf_scheduler_boot(void);
+
+// Makes a task, which is ready. Fails when there is no stack left, or its place is taken.
+void cf_scheduler_add(StaticTask_t *task, const char *name, TaskFunction_t entry, void *argument,
+                      UBaseType_t priority);
+
+// Stops a task where it is: suspended or ended. Null is no task.
+void cf_scheduler_stop(StaticTask_t *task, uint8_t state);
+
+// Runs ready tasks until all wait. Counts turns, and fails when there are too many.
+void cf_scheduler_run(int *turns);
 
 bool cf_rtos_is_due(TickType_t at);
 
@@ -39,8 +55,9 @@ void cf_rtos_copy_name(char to[17], const char *name);
 bool cf_timers_run(void);
 
 // Forget all that was created.
+void cf_tasks_boot(void);
 void cf_timers_boot(void);
 void cf_queues_boot(void);
 void cf_events_boot(void);
 
-#endif  // CF_BITCRAZE_RTOS_WAITS_H
+#endif  // CF_BITCRAZE_RTOS_SCHEDULER_H

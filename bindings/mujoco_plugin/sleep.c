@@ -1,4 +1,4 @@
-#include "mujoco_plugin/rest.h"
+#include "mujoco_plugin/sleep.h"
 
 #include <math.h>
 #include <string.h>
@@ -50,9 +50,9 @@ static bool is_at(const double pose[7], const double now[7], double limit, doubl
   return within;
 }
 
-bool cf_rest_is_lively(const drone_t *drone, mjData *data) {
+bool cf_sleep_is_awake(const drone_t *drone, mjData *data) {
   const cf_t *cf = cf_state_of(drone, data);
-  return !drone->can_rest ||
+  return !drone->can_sleep ||
          (double)cf_rotors_total_thrust(&cf->vehicle.rotors) > MIN_PUSH * drone->weight;
 }
 
@@ -73,50 +73,50 @@ static bool is_slow(const drone_t *drone, const mjData *data, double factor) {
          are_within(twist + 3, 3, factor * STILL_RATE);
 }
 
-static void let_go(cf_rest_t *rest, float still_time) {
-  rest->is_held     = false;
-  rest->is_loose    = true;
-  rest->still_time  = still_time;
-  rest->placed_time = 0.0f;
+static void let_go(cf_sleep_t *sleep, float still_time) {
+  sleep->is_held     = false;
+  sleep->is_loose    = true;
+  sleep->still_time  = still_time;
+  sleep->placed_time = 0.0f;
 }
 
-static void keep_in_place(const drone_t *drone, mjData *data, const cf_rest_t *rest) {
-  memcpy(data->qpos + drone->qpos_address, rest->pose, sizeof rest->pose);
+static void keep_in_place(const drone_t *drone, mjData *data, const cf_sleep_t *sleep) {
+  memcpy(data->qpos + drone->qpos_address, sleep->pose, sizeof sleep->pose);
   memset(data->qvel + drone->dof_address, 0, 6 * sizeof(mjtNum));
   memset(data->qacc_warmstart + drone->dof_address, 0, 6 * sizeof(mjtNum));
 }
 
-static void hold(const drone_t *drone, mjData *data, cf_rest_t *rest) {
-  memcpy(rest->pose, data->qpos + drone->qpos_address, sizeof rest->pose);
-  memset(rest->load, 0, sizeof rest->load);
-  rest->is_held    = true;
-  rest->is_loose   = false;
-  rest->is_weighed = false;
-  keep_in_place(drone, data, rest);
+static void hold(const drone_t *drone, mjData *data, cf_sleep_t *sleep) {
+  memcpy(sleep->pose, data->qpos + drone->qpos_address, sizeof sleep->pose);
+  memset(sleep->load, 0, sizeof sleep->load);
+  sleep->is_held    = true;
+  sleep->is_loose   = false;
+  sleep->is_weighed = false;
+  keep_in_place(drone, data, sleep);
 }
 
 // Counts for how long it has been slow, and for how long at one place.
-static void hold_if_still(const drone_t *drone, mjData *data, cf_rest_t *rest, uint8_t touched,
+static void hold_if_still(const drone_t *drone, mjData *data, cf_sleep_t *sleep, uint8_t touched,
                           double elapsed) {
   const double factor = touched == CF_TOUCH_NONE ? 1.0 : STILL_FACTOR_HEAP;
-  rest->still_time    = is_slow(drone, data, factor) ? rest->still_time + (float)elapsed : 0.0f;
-  if (is_at(rest->pose, data->qpos + drone->qpos_address, PLACE, PLACE_TURN)) {
-    rest->placed_time += (float)elapsed;
+  sleep->still_time   = is_slow(drone, data, factor) ? sleep->still_time + (float)elapsed : 0.0f;
+  if (is_at(sleep->pose, data->qpos + drone->qpos_address, PLACE, PLACE_TURN)) {
+    sleep->placed_time += (float)elapsed;
   } else {
-    memcpy(rest->pose, data->qpos + drone->qpos_address, sizeof rest->pose);
-    rest->placed_time = 0.0f;
+    memcpy(sleep->pose, data->qpos + drone->qpos_address, sizeof sleep->pose);
+    sleep->placed_time = 0.0f;
   }
-  if ((rest->still_time >= STILL_TIME || rest->placed_time >= PLACED_TIME) &&
+  if ((sleep->still_time >= STILL_TIME || sleep->placed_time >= PLACED_TIME) &&
       !is_pushed(drone, data)) {
-    hold(drone, data, rest);
+    hold(drone, data, sleep);
   }
 }
 
 // A hand has put a held drone elsewhere: farther than its velocity leads in this time [s].
 static bool is_displaced(const drone_t *drone, mjData *data, double elapsed) {
-  const cf_rest_t *rest = &cf_state_of(drone, data)->rest;
-  const double    *pose = data->qpos + drone->qpos_address;
-  if (!rest->is_held || memcmp(pose, rest->pose, sizeof rest->pose) == 0) {
+  const cf_sleep_t *sleep = &cf_state_of(drone, data)->rest;
+  const double     *pose  = data->qpos + drone->qpos_address;
+  if (!sleep->is_held || memcmp(pose, sleep->pose, sizeof sleep->pose) == 0) {
     return false;
   }
   const double *twist = data->qvel + drone->dof_address;
@@ -129,25 +129,25 @@ static bool is_displaced(const drone_t *drone, mjData *data, double elapsed) {
   bool is_near = true;
   for (int i = 0; i < 7; i++) {
     const double reach = ROUNDING + (i < 3 ? speed : rate) * elapsed;
-    is_near            = is_near && fabs(pose[i] - rest->pose[i]) <= reach;
+    is_near            = is_near && fabs(pose[i] - sleep->pose[i]) <= reach;
   }
   return !is_near;
 }
 
-bool cf_rest_has_left(const drone_t *drone, mjData *data, double elapsed) {
-  const cf_rest_t *rest = &cf_state_of(drone, data)->rest;
-  if (rest->is_held || rest->placed_time == 0.0f) {
+bool cf_sleep_has_left(const drone_t *drone, mjData *data, double elapsed) {
+  const cf_sleep_t *sleep = &cf_state_of(drone, data)->rest;
+  if (sleep->is_held || sleep->placed_time == 0.0f) {
     return is_displaced(drone, data, elapsed);
   }
-  const double  limit = rest->is_loose ? MIN_DISPLACEMENT : PLACE;
+  const double  limit = sleep->is_loose ? MIN_DISPLACEMENT : PLACE;
   const double *now   = data->qpos + drone->qpos_address;
-  return !is_at(rest->pose, now, limit, PLACE_TURN) && !is_slow(drone, data, STILL_FACTOR_HEAP);
+  return !is_at(sleep->pose, now, limit, PLACE_TURN) && !is_slow(drone, data, STILL_FACTOR_HEAP);
 }
 
 // Something acts on a drone from outside of the heap.
-static bool is_disturbed(const drone_t *drone, mjData *data, const cf_rest_t *rest, uint8_t touched,
-                         double elapsed) {
-  const bool is_bare = touched == CF_TOUCH_NONE && are_within(rest->load, 6, 0.0);
+static bool is_disturbed(const drone_t *drone, mjData *data, const cf_sleep_t *sleep,
+                         uint8_t touched, double elapsed) {
+  const bool is_bare = touched == CF_TOUCH_NONE && are_within(sleep->load, 6, 0.0);
   return touched >= CF_TOUCH_LEFT || is_displaced(drone, data, elapsed) ||
          (is_bare && !are_within(data->qvel + drone->dof_address, 6, ROUNDING)) ||
          is_pushed(drone, data);
@@ -156,55 +156,56 @@ static bool is_disturbed(const drone_t *drone, mjData *data, const cf_rest_t *re
 // A blow comes from one step to the next. What only grows heavy is carried: those at the bottom of
 // a heap would else be let go as soon as they are held, with all of the others on them.
 static bool is_hit(const drone_t *drone, const mjModel *model, const mjData *data,
-                   const cf_rest_t *rest) {
+                   const cf_sleep_t *sleep) {
   const double  mass    = model->body_mass[drone->body];
   const double *inertia = model->body_inertia + 3 * drone->body;
   const double *load    = data->qfrc_constraint + drone->dof_address;
   double        blow[6];
   for (int i = 0; i < 6; i++) {
-    blow[i] = load[i] - rest->load[i];
+    blow[i] = load[i] - sleep->load[i];
   }
-  return rest->is_weighed && (!are_within(blow, 3, MIN_BLOW * mass) ||
-                              !are_within(blow + 3, 3, MIN_TWIST * fmin(inertia[0], inertia[1])));
+  return sleep->is_weighed && (!are_within(blow, 3, MIN_BLOW * mass) ||
+                               !are_within(blow + 3, 3, MIN_TWIST * fmin(inertia[0], inertia[1])));
 }
 
-void cf_rest_step(const swarm_t *swarm, int i, const mjModel *model, mjData *data, double elapsed) {
+void cf_sleep_step(const swarm_t *swarm, int i, const mjModel *model, mjData *data,
+                   double elapsed) {
   const drone_t *drone = &swarm->drones[i];
   cf_t          *cf    = cf_state_of(drone, data);
-  cf_rest_t     *rest  = &cf->rest;
-  rest->is_loose       = rest->is_loose && !cf_rest_has_left(drone, data, elapsed);
-  if (!rest->is_held && (swarm->touched[i] == CF_TOUCH_MOVER || cf_rest_is_lively(drone, data))) {
-    rest->still_time  = 0.0f;
-    rest->placed_time = 0.0f;
-  } else if (!rest->is_held) {
-    hold_if_still(drone, data, rest, swarm->touched[i], elapsed);
-  } else if (is_disturbed(drone, data, rest, swarm->touched[i], elapsed)) {
+  cf_sleep_t    *sleep = &cf->rest;
+  sleep->is_loose      = sleep->is_loose && !cf_sleep_has_left(drone, data, elapsed);
+  if (!sleep->is_held && (swarm->touched[i] == CF_TOUCH_MOVER || cf_sleep_is_awake(drone, data))) {
+    sleep->still_time  = 0.0f;
+    sleep->placed_time = 0.0f;
+  } else if (!sleep->is_held) {
+    hold_if_still(drone, data, sleep, swarm->touched[i], elapsed);
+  } else if (is_disturbed(drone, data, sleep, swarm->touched[i], elapsed)) {
     // who has lost nothing but a neighbor falls at once or not at all
-    let_go(rest, swarm->touched[i] == CF_TOUCH_LEFT ? STILL_TIME - FALL_TIME : 0.0f);
+    let_go(sleep, swarm->touched[i] == CF_TOUCH_LEFT ? STILL_TIME - FALL_TIME : 0.0f);
   } else {
-    rest->is_weighed = rest->is_weighed && swarm->touched[i] != CF_TOUCH_HELD;
-    if (is_hit(drone, model, data, rest)) {
-      let_go(rest, 0.0f);
+    sleep->is_weighed = sleep->is_weighed && swarm->touched[i] != CF_TOUCH_HELD;
+    if (is_hit(drone, model, data, sleep)) {
+      let_go(sleep, 0.0f);
       return;
     }
-    memcpy(rest->load, data->qfrc_constraint + drone->dof_address, sizeof rest->load);
-    rest->is_weighed = true;
-    keep_in_place(drone, data, rest);
+    memcpy(sleep->load, data->qfrc_constraint + drone->dof_address, sizeof sleep->load);
+    sleep->is_weighed = true;
+    keep_in_place(drone, data, sleep);
     cf_contacts_go_on(&cf->contacts, cf_contacts_clock(data->time),
                       cf->onboard.tick + (uint32_t)swarm->ticks);
   }
 }
 
-bool cf_rest_holds(const drone_t *drone, mjData *data) {
+bool cf_sleep_holds(const drone_t *drone, mjData *data) {
   // first, because velocities of neighbors are side by side and their states are far apart
   if (!are_within(data->qvel + drone->dof_address, 6, ROUNDING)) {
     return false;
   }
-  const cf_rest_t *rest = &cf_state_of(drone, data)->rest;
-  return rest->is_held && is_at(rest->pose, data->qpos + drone->qpos_address, ROUNDING, ROUNDING);
+  const cf_sleep_t *sleep = &cf_state_of(drone, data)->rest;
+  return sleep->is_held && is_at(sleep->pose, data->qpos + drone->qpos_address, ROUNDING, ROUNDING);
 }
 
-void cf_rest_force(const drone_t *drone, const mjModel *model, mjData *data, double out[6]) {
+void cf_sleep_force(const drone_t *drone, const mjModel *model, mjData *data, double out[6]) {
   const double *load   = cf_state_of(drone, data)->rest.load;
   const double *r      = data->xmat + 9 * drone->body;
   const double *center = model->body_ipos + 3 * drone->body;
