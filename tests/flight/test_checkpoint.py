@@ -8,7 +8,7 @@ import pytest
 
 from crazychoir_fw.common.checkpoint import Checkpoint, Stateful
 from crazychoir_fw.common.errors import StateError
-from crazychoir_fw.flight.layered_flight import make_experiment
+from crazychoir_fw.flight.engine import make_experiment
 from crazychoir_fw.gui.opening import open_mission
 
 

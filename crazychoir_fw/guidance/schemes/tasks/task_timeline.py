@@ -63,27 +63,8 @@ def timeline_of(events: Sequence[Mapping[str, Any]], drones: Sequence[str], end:
     works: dict[Any, _Work] = {}
     is_delivery = any(event["kind"] == "requests" for event in events)
     for event in events:
-        now, details = float(event["time"]), event["details"]
         drone = drones.index(event["drone"]) if event["drone"] in drones else None
-        if event["kind"] == "tasks":
-            for _, sequence, x, y, _ in details["tasks"]:
-                works[sequence] = _Work(str(sequence), np.array([x, y, 0.0]), now)
-        elif event["kind"] == "requests":
-            for number, x, y, to_x, to_y, _ in details["requests"]:
-                source, sink = np.array([x, y, 0.0]), np.array([to_x, to_y, 0.0])
-                works[number, False] = _Work(f"{number}", source, now, link=sink)
-                works[number, True] = _Work(f"→{number}", sink, now, worked_on_since=np.inf)
-        elif event["kind"] == "assigned":
-            _assign(works, drone, details["takes"], now)
-        elif event["kind"] == "picked":
-            works[details["number"], False].close(now, True, drone)
-            works[details["number"], True].worked_on_since = now
-        elif event["kind"] == "completed":
-            works[(details["number"], True) if is_delivery else details["number"]].close(now, True, drone)
-        elif event["kind"] in ("returned", "lost_loads"):
-            for number in details["numbers"]:
-                for key in ((number, False), (number, True)) if is_delivery else (number,):
-                    works[key].close(now, False)
+        _tell(works, event["kind"], float(event["time"]), drone, event["details"], is_delivery)
     if not works:
         return None
     for work in works.values():
@@ -91,6 +72,29 @@ def timeline_of(events: Sequence[Mapping[str, Any]], drones: Sequence[str], end:
     marks = [mark for work in works.values() for mark in work.marks]
     intervals = [interval for work in works.values() for interval in work.intervals]
     return TaskTimeline(marks, intervals, "deliveries" if is_delivery else "tasks")
+
+
+def _tell(works: dict[Any, _Work], kind: str, now: float, drone: int | None, details: Any, is_delivery: bool) -> None:
+    """Take an event."""
+    if kind == "tasks":
+        for _, sequence, x, y, _ in details["tasks"]:
+            works[sequence] = _Work(str(sequence), np.array([x, y, 0.0]), now)
+    elif kind == "requests":
+        for number, x, y, to_x, to_y, _ in details["requests"]:
+            source, sink = np.array([x, y, 0.0]), np.array([to_x, to_y, 0.0])
+            works[number, False] = _Work(f"{number}", source, now, link=sink)
+            works[number, True] = _Work(f"→{number}", sink, now, worked_on_since=np.inf)
+    elif kind == "assigned":
+        _assign(works, drone, details["takes"], now)
+    elif kind == "picked":
+        works[details["number"], False].close(now, True, drone)
+        works[details["number"], True].worked_on_since = now
+    elif kind == "completed":
+        works[(details["number"], True) if is_delivery else details["number"]].close(now, True, drone)
+    elif kind in ("returned", "lost_loads"):
+        for number in details["numbers"]:
+            for key in ((number, False), (number, True)) if is_delivery else (number,):
+                works[key].close(now, False)
 
 
 def _assign(works: Mapping[Any, _Work], drone: int | None, takes: Sequence[int], now: float) -> None:
