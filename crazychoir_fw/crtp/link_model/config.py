@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+import random
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
+from statistics import NormalDist
 from typing import Any
 
 from pydantic_core import core_schema as schemas
@@ -117,3 +120,20 @@ class RadioConfig:
 
 
 MEMBERS: Mapping[str, Any] = {member.name: member for member in fields(RadioConfig)}
+
+
+_NORMAL = NormalDist()
+
+
+def draw_delay(config: RadioConfig, source: random.Random) -> float:
+    """Return the delay of one packet (s), by the latency and jitter of a radio."""
+    latency, jitter = config.latency_ms, config.jitter_ms
+    if jitter:
+        draw = source.random()
+        if config.jitter == "uniform":
+            latency += jitter * (2.0 * draw - 1.0)
+        elif config.jitter == "exponential":
+            latency -= jitter * math.log(1.0 - draw)
+        elif draw > 0.0:
+            latency += jitter * _NORMAL.inv_cdf(draw)
+    return max(latency, 0.0) / 1e3

@@ -1,13 +1,39 @@
-"""Forces that nobody commanded."""
+"""What an integrator is made of: the Runge-Kutta step, a random force, and what it tells of its drones."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import RangeError
+
+Array = NDArray[np.float64]
+Derivative = Callable[[float, Array], Array]
+
+
+def rk4(derivative: Derivative, time: float, state: Array, dt: float) -> Array:
+    """Return the state one step later.
+
+    Args:
+        derivative: Of time (s) and state.
+        time: Time at the begin of the step (s).
+        state: State there, any shape.
+        dt: Length of the step (s).
+    """
+    k1 = derivative(time, state)
+    k2 = derivative(time + 0.5 * dt, state + 0.5 * dt * k1)
+    k3 = derivative(time + 0.5 * dt, state + 0.5 * dt * k2)
+    k4 = derivative(time + dt, state + dt * k3)
+    return state + dt / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
+
+
+def euler(derivative: Derivative, time: float, state: Array, dt: float) -> Array:
+    """Return the state one forward Euler step later; arguments as of `rk4`."""
+    return state + dt * derivative(time, state)
 
 
 class RandomForce:
@@ -21,7 +47,7 @@ class RandomForce:
 
         Args:
             sigma: Standard deviation per axis (N).
-            time_constant: Correlation time (s); 0 draws each step anew.
+            time_constant: Correlation time (s); 0 draws each step by itself.
             seed: Seed.
 
         Raises:
@@ -48,3 +74,19 @@ class RandomForce:
         fresh = np.array([dice.standard_normal(3) for dice in self._dice[:count]])
         self._force[:count] = keep * force + self._sigma * math.sqrt(1.0 - keep * keep) * fresh
         return force
+
+
+@dataclass(frozen=True)
+class Odometry:
+    """Pose and twist of one or many drones at an instant; `...` is () for one and (N,) for many."""
+
+    time: float
+    """Time (s)."""
+    position: NDArray[np.float64]
+    """Position (m, world), shape (..., 3)."""
+    quat_xyzw: NDArray[np.float64]
+    """Attitude, body to world, shape (..., 4)."""
+    velocity: NDArray[np.float64]
+    """Velocity (m/s, world), shape (..., 3)."""
+    rates: NDArray[np.float64]
+    """Angular velocity (rad/s, body), shape (..., 3)."""

@@ -1,12 +1,27 @@
-"""The same for several drones at once."""
+"""What threads of a handler need: guarded callbacks, calls for several drones at once, and links closed at the end."""
 
 from __future__ import annotations
 
+import logging
 import threading
+import weakref
 from collections.abc import Callable, Iterable
-from typing import Any, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from crazychoir_fw.common.errors import CrazychoirError
+
+LOGGER = logging.getLogger("crazychoir_fw.radio")
+
+
+def call(function: Callable[..., Any] | None, *arguments: object) -> None:
+    """Call a user's function, if there is one; what it raises is logged."""
+    if function is None:
+        return
+    try:
+        function(*arguments)
+    except Exception:
+        LOGGER.exception("a callback failed: %r", function)
+
 
 T = TypeVar("T")
 
@@ -50,3 +65,36 @@ def raise_together(failures: list[tuple[Any, Exception]], of: int) -> None:
         raise errors[0]
     text = f"{len(errors)} of {of} drones: " + "; ".join(str(error) for error in errors)
     raise type(errors[0])(text) from errors[0]
+
+
+class _Closes(Protocol):
+    def close(self) -> None: ...
+
+
+_open: weakref.WeakSet[_Closes] = weakref.WeakSet()
+_lock = threading.Lock()
+_watcher: threading.Thread | None = None
+
+
+def close_at_exit(handler: _Closes) -> None:
+    """Have `close` called when the main thread has ended, unless it is forgotten before."""
+    global _watcher
+    with _lock:
+        _open.add(handler)
+        if _watcher is None or not _watcher.is_alive():
+            _watcher = threading.Thread(target=_watch, name="radio-exit", daemon=False)
+            _watcher.start()
+
+
+def forget(handler: _Closes) -> None:
+    """Take back `close_at_exit`."""
+    with _lock:
+        _open.discard(handler)
+
+
+def _watch() -> None:
+    threading.main_thread().join()
+    with _lock:
+        handlers = list(_open)
+    for handler in handlers:
+        call(handler.close)
