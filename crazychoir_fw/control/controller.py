@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import RangeError
@@ -42,6 +42,11 @@ class CrazyflieController(Stateful, ABC):
 
     One object flies one drone, arrays of shape (3,), or a group of equal drones at once, (N, 3).
     """
+
+    commands: ClassVar[tuple[str, ...]] = ("fpqr", "frpy", "vel")
+    """Kinds of commands that it may send, see `SenderStrategy.kind`; the first is the usual one."""
+    filtered: ClassVar[str] = ""
+    """What of its commands safety filters work on: acceleration, velocity, or nothing."""
 
     def __init__(
         self, command_sender: SenderStrategy | None = None, traj_handler: ReferenceHandler | None = None

@@ -34,6 +34,9 @@ class HierarchicalController(CrazyflieController):
     the drone keeps the position that it had at the first step, level, at yaw 0; afterwards the last reference is held.
     """
 
+    commands = ("fpqr", "frpy")
+    filtered = "acceleration"
+
     def __init__(
         self,
         pos_strategy: PositionCtrlStrategy | None = None,

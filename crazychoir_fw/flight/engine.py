@@ -21,7 +21,6 @@ from crazychoir_fw.flight.onboard_flight import OnboardFlight
 from crazychoir_fw.flight.plan_judge import assess_plan
 from crazychoir_fw.flight.services import make_services
 from crazychoir_fw.flight.summary import Assessment, summarize
-from crazychoir_fw.mission.communicators import graph_of
 from crazychoir_fw.mission.schema import Mission
 
 if TYPE_CHECKING:
@@ -148,9 +147,7 @@ def _film(mission: Mission, flight: Any, assessment: Assessment, frames_per_seco
         film.times, film.qpos = times[is_new], qpos[is_new]
         film.speed = max(1.0, float(math.ceil(float(times[-1] - times[0]) / flight.longest_film_s)))
         film.drones = names_of(mission) if hasattr(backend, "mirror") else None
-        if judge is not None and judge.surveillance is not None:
-            film.marks = [mark for mark in judge.surveillance.marks(None) if not mark.moves]
-            film.links = list(graph_of(mission).pairs)
-        if judge is not None and judge.formation is not None:
-            film.links = list(judge.formation.graph.pairs)
+        metrics = [] if judge is None else judge.metrics
+        film.marks = [mark for one in metrics for mark in one.marks(None)]
+        film.links = [pair for one in metrics for pair in one.pairs]
     return film

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.flight.criteria import Judge
 from crazychoir_fw.flight.distance_curve import distance_curve
-from crazychoir_fw.flight.task_timeline import timeline_of
 from crazychoir_fw.mission.fleet import drone_settings
 from crazychoir_fw.mission.schema import Mission
 from crazychoir_fw.recording.error_curve import ErrorCurve
@@ -76,50 +75,22 @@ class FlightResult:
 
     @property
     def curve(self) -> ErrorCurve | None:
-        """Errors of formation or defenders, or distances that a filter keeps, over time, for the picture."""
+        """Errors that count by the laws, or distances that a filter keeps, over time, for the picture."""
         if self.judge is None:
             return None
-        if self.judge.surveillance is not None:
-            return self._surveillance_curve
-        label, limit = "bearing error (deg)", self.mission.criteria.bearing_error_deg  # type: ignore[attr-defined]
-        errors = self.judge.bearing_errors()
-        if errors is None:
-            errors = self.judge.formation_errors()
-            is_distance = errors is not None and self.judge.formation.kind == "distance"  # type: ignore[union-attr]
-            label = "error of distances (m)" if is_distance else "distance from its place (m)"
-            criteria = self.mission.criteria  # type: ignore[attr-defined]
-            limit = criteria.distance_error_m if is_distance else criteria.position_error_m
-        if errors is None or np.isnan(errors).all():
-            return None if self.timeline is not None else distance_curve(self.mission, self.judge)  # type: ignore[arg-type]
-        flies = ~np.isnan(errors).all(axis=1)
-        mean, largest = np.full(len(errors), np.nan), np.full(len(errors), np.nan)
-        mean[flies], largest[flies] = np.nanmean(errors[flies], axis=1), np.nanmax(errors[flies], axis=1)
-        pairs = list(self.judge.formation.graph.pairs)  # type: ignore[union-attr]
-        end = self.judge.final_positions
-        return ErrorCurve(label, mean, largest, limit, self.judge.places(), end, pairs, judged=self.judge.judged)
-
-    @property
-    def _surveillance_curve(self) -> ErrorCurve | None:
-        judge, criteria = self.judge, self.mission.criteria  # type: ignore[attr-defined]
-        errors = judge.surveillance_errors()
-        flies = ~np.isnan(errors).any(axis=1)
-        if not flies.any():
-            return None
-        mean, largest = np.full(len(errors), np.nan), np.full(len(errors), np.nan)
-        mean[flies], largest[flies] = np.mean(errors[flies], axis=1), np.max(errors[flies], axis=1)
-        end, label = judge.final_positions, "distance from optimum (m)"
-        places = None
-        if end is not None:
-            places = np.full_like(end, np.nan)
-            places[list(judge.surveillance.defenders), :2] = judge.surveillance.places(end)
-        return ErrorCurve(
-            label, mean, largest, criteria.surveillance_error_m, places, marks=judge.surveillance.marks(end)
-        )
+        criteria = self.mission.criteria  # type: ignore[attr-defined]
+        curves = (one.curve(self.judge.flown, criteria) for one in self.judge.metrics)
+        found = next((curve for curve in curves if curve is not None), None)
+        if found is not None or self.timeline is not None:
+            return found
+        return distance_curve(self.mission, self.judge)  # type: ignore[arg-type]
 
     @property
     def timeline(self) -> TaskTimeline | None:
         """Tasks or deliveries, for the picture and the film."""
-        return timeline_of(self.log.events, self.log.drone_ids, float(self.log.time[-1]))
+        log, metrics = self.log, [] if self.judge is None else self.judge.metrics
+        found = (one.timeline(log.events, log.drone_ids, float(log.time[-1])) for one in metrics)
+        return next((timeline for timeline in found if timeline is not None), None)
 
     @property
     def film_model(self) -> Any:
@@ -132,17 +103,13 @@ class FlightResult:
         else:
             drones = [DroneConfig(**drone_settings(drone)) for drone in self.mission.fleet]
             model = build_model(drones, self.mission.scene, self.mission.seed, True)
-        formation = None if self.judge is None else self.judge.formation
-        surveillance = None if self.judge is None else self.judge.surveillance
-        if surveillance is not None:
+        metrics = [] if self.judge is None else self.judge.metrics
+        leaders = next((one.leads for one in metrics if one.leads is not None), None)
+        mirrored = self.world.mirrored if self.world is not None else {}
+        if leaders is not None:
             for i, drone in enumerate(self.mission.fleet):
-                _paint(model, drone.id, _FOLLOWER if i in surveillance.defenders else _LEADER)
-        if formation is not None:
-            mirrored = self.world.mirrored if self.world is not None else {}
-            for i, drone in enumerate(self.mission.fleet):
-                if drone.id in mirrored:
-                    continue  # it keeps the color of real drones
-                _paint(model, drone.id, _LEADER if i in formation.leaders else _FOLLOWER)
+                if drone.id not in mirrored:  # those keep the color of real drones
+                    _paint(model, drone.id, _LEADER if i in leaders else _FOLLOWER)
         elif self.timeline is not None:
             from matplotlib.colors import to_rgb
 

@@ -5,15 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from crazychoir_fw.flight.agents import guidance_of, leads, names_of
+from crazychoir_fw.flight.agents import guidance_of, leads, metrics_of, names_of
 from crazychoir_fw.flight.criteria import Judge, Window
 from crazychoir_fw.flight.experiment import Experiment
-from crazychoir_fw.flight.formation_metrics import shape_of
 from crazychoir_fw.flight.summary import Assessment, collision_failures, rounded
 from crazychoir_fw.mission.schema import LayeredMission
-from crazychoir_fw.mission.surveillance import surveillance_of
 
 if TYPE_CHECKING:
     from crazychoir_fw.recording.flight_log import FlightLog
@@ -23,8 +19,7 @@ def assess_layers(
     mission: LayeredMission, experiment: Experiment, log: FlightLog, windows: Sequence[Window]
 ) -> Assessment:
     """Return what a flight came down to."""
-    judge = Judge(log, windows, shape_of(mission))
-    judge.surveillance = surveillance_of(mission)
+    judge = Judge(log, windows, metrics_of(mission))
     verdicts = judge.verdicts(mission.criteria, names_of(mission), mission.may_fail)
     failures, expected = [], []
     for agent in experiment.agents:
@@ -57,12 +52,8 @@ def _drones(mission: LayeredMission, experiment: Experiment, judge: Judge) -> li
 
 
 def _swarm(judge: Judge) -> dict[str, Any]:
-    bearings = judge.final_bearing_errors()
-    is_known = bearings is not None and len(bearings) > 0
-    return {
-        "bearing_error_deg": rounded(np.mean(bearings)) if is_known else None,
-        "bearing_error_max_deg": rounded(np.max(bearings)) if is_known else None,
-    }
+    figures = {"bearing_error_deg": None, "bearing_error_max_deg": None, **judge.figures_of_laws()}
+    return {key: None if value is None else rounded(value) for key, value in figures.items()}
 
 
 def _role(mission: LayeredMission, i: int) -> str:

@@ -59,10 +59,9 @@ def _frozen(obj: object, depth: int) -> Any:
         return copy
     if depth == 0:
         raise MessageError(f"message is nested too deep, allowed: {DEEPEST} levels")
-    if kind is list:
-        return [_frozen(item, depth - 1) for item in obj]  # type: ignore[attr-defined]
-    if kind is tuple:
-        return tuple(_frozen(item, depth - 1) for item in obj)  # type: ignore[attr-defined]
+    if kind is list or kind is tuple:
+        items = [_frozen(item, depth - 1) for item in obj]  # type: ignore[attr-defined]
+        return items if kind is list else tuple(items)
     if kind is dict:
         dumps(dict.fromkeys(obj))  # type: ignore[call-overload]  # checks the keys
         return {key: _frozen(item, depth - 1) for key, item in obj.items()}  # type: ignore[attr-defined]

@@ -76,6 +76,7 @@ class GuidanceGroup(Stateful):
             and type(agent).evaluate_input is BearingFormation.evaluate_input
             and type(agent).respond is BearingFormation.respond
             and type(agent).finish_round is CFDistributedFeedback.finish_round
+            and type(agent).decide is CFDistributedFeedback.decide
             and not agent.legacy
             and agent.schedule is None
             and agent.communicator.synchronous_mode

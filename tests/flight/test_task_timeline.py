@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from crazychoir_fw.flight.task_timeline import timeline_of
+from crazychoir_fw.guidance.schemes.tasks.task_timeline import timeline_of
 
 
 def event(time, kind, drone=None, **details):

@@ -4,7 +4,7 @@ They talk to the server through `static/crazychoir.js` alone, so that they live 
 """
 
 # NiceGUI serves ECharts and three.js to pages that may have charts and scenes
-import nicegui.elements.echart  # noqa: F401
+import nicegui.elements.echart
 import nicegui.elements.scene  # noqa: F401
 from nicegui.element import Element
 

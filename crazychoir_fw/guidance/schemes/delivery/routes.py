@@ -72,22 +72,20 @@ def best_routes(
                 whole = cost + (0.0 if home is None else math.dist(here, home))
                 if taken not in best or whole < best[taken].cost - _SLACK:
                     best[taken] = Route(whole, stops)
-            load = sum(by_number[number].load for number in loaded)
+            room = capacity + _SLACK - sum(by_number[number].load for number in loaded)
             for number in sorted(loaded):
-                stop = Stop(number, True, by_number[number].delivery)
-                _better(following, (loaded - {number}, taken, stop), cost + math.dist(here, stop.position), stops)
-            if len(taken) < most:
-                for number in free:
-                    request = by_number[number]
-                    if number in taken or load + request.load > capacity + _SLACK:
-                        continue
-                    stop = Stop(number, False, request.pickup)
-                    reached = (loaded | {number}, taken | {number}, stop)
-                    _better(following, reached, cost + math.dist(here, stop.position), stops)
+                reached = (loaded - {number}, taken, Stop(number, True, by_number[number].delivery))
+                _better(following, reached, cost, here, stops)
+            fitting = [number for number in free if number not in taken and by_number[number].load <= room]
+            for number in fitting if len(taken) < most else ():
+                reached = (loaded | {number}, taken | {number}, Stop(number, False, by_number[number].pickup))
+                _better(following, reached, cost, here, stops)
         layer = following
     return best
 
 
-def _better(layer: dict, state: tuple, cost: float, stops: tuple[Stop, ...]) -> None:
+def _better(layer: dict, state: tuple, cost: float, here: Point, stops: tuple[Stop, ...]) -> None:
+    """Keep the way to a state by its last stop, if it is the shortest so far."""
+    cost += math.dist(here, state[2].position)
     if state not in layer or cost < layer[state][0]:
         layer[state] = (cost, (*stops, state[2]))
