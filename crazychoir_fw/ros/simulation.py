@@ -145,8 +145,6 @@ class SimulationNode(LayerNode):
         """Called now and then while answers are waited for."""
         self.latencies: list[float] | None = None
         """From an odometry to the command that answers it (s, wall), if somebody put a list here."""
-        self.when_stepped: list[Callable[[float], None]] = []
-        """Called with the time after each step, before the odometry goes out."""
         self._kind = command
         self._obeys_idle = obeys_idle
         self._stopping = False
@@ -154,7 +152,6 @@ class SimulationNode(LayerNode):
         count = len(host.names)
         self._linear, self._angular = np.zeros((count, 3)), np.zeros((count, 3))
         self._fresh = np.zeros(count, bool)
-        self._refused: list[str] = []
         self._publish_topics(count, imu, mocap_noise, seed)
         self.answers = Answers(())
         if command is not None:
@@ -179,12 +176,9 @@ class SimulationNode(LayerNode):
         if answers is None:
             answers = {} if self._kind == "xyz" else {CMD_VEL.name: range(count)}
         self.answers = Answers((i, topic) for topic, drones in answers.items() for i in drones)
-        self._command_topics = [self.topic_of(i, command_topic.name) for i in range(count)]
-        for i, topic in enumerate(self._command_topics):
-            if self._kind == "xyz":
-                self.listen(TRAJ_PARAMS, self._point_taker(i), topic)
-            else:
-                self.listen(CMD_VEL, self._command_taker(i), topic)
+        taker = self._point_taker if self._kind == "xyz" else self._command_taker
+        for i in range(count):
+            self.listen(command_topic, taker(i), self.topic_of(i, command_topic.name))
         for topic, drones in answers.items():
             if topic != CMD_VEL.name:
                 for i in drones:
@@ -278,8 +272,6 @@ class SimulationNode(LayerNode):
                 self._refuse(str(error))
         self.host.advance(self.period)
         self.steps += 1
-        for callback in self.when_stepped:
-            callback(self.host.time)
         self.publish()
 
     def publish(self) -> None:
