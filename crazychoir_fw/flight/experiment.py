@@ -20,7 +20,7 @@ from crazychoir_fw.flight.backend import Backend, one_of
 from crazychoir_fw.flight.control_group import ControlGroup
 from crazychoir_fw.flight.criteria import Window
 from crazychoir_fw.flight.services import Service
-from crazychoir_fw.guidance import BearingFormation, GuidanceGroup
+from crazychoir_fw.guidance import GuidanceGroup
 from crazychoir_fw.mission.communicators import statistics_of
 
 Array = NDArray[np.float64]
@@ -152,13 +152,9 @@ class Experiment(Stateful):
             if agent.planner is not None or getattr(agent.guidance, "kind", "acceleration") != "acceleration"
         ]
         self._watching = [(agent, agent.guidance.watched) for agent in agents if getattr(agent.guidance, "watched", ())]
-        self._together: GuidanceGroup | None = None
-        """Guidance of ours decides for all drones at once; what a user brings speaks for itself alone."""
-        if agents and all(type(agent.guidance) is BearingFormation for agent in agents):
-            self._together = GuidanceGroup(
-                [agent.guidance for agent in agents],
-                sends=not all(agent.guidance.communicator.is_lossless for agent in agents),
-            )
+        # guidance of ours decides for all drones at once; what a user brings speaks for itself alone
+        self._together = GuidanceGroup.of([agent.guidance for agent in agents])
+        if self._together is not None:
             self._followers = np.array([self._together.followers], int).ravel()
 
     # ---------------------------------------------------------------- buttons
