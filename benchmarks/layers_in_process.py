@@ -12,8 +12,8 @@ import time
 from pathlib import Path
 
 from crazychoir_fw.flight.backends import make_backend
+from crazychoir_fw.flight.engine import make_experiment
 from crazychoir_fw.flight.experiment import PARTS
-from crazychoir_fw.flight.layered_flight import make_experiment
 from crazychoir_fw.mission.loader import load_mission
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

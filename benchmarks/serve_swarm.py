@@ -46,7 +46,7 @@ PATIENCE_S = 120.0
 
 def serve(drones: int, reads_ahead: bool = True) -> None:
     """Serve a grid of drones; print URIs, and figures since the last line whenever a line comes."""
-    from crazychoir_fw.flight.runner import build_world
+    from crazychoir_fw.flight.backends import build_world
     from crazychoir_fw.mission import parse_mission
 
     grid = {"name": "served", "drones": {"count": drones, "spacing": 1.0}, "flight": [{"hover": {"duration": 1.0}}]}

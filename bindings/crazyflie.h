@@ -55,7 +55,7 @@ typedef struct {
   const cf_surroundings_t *surroundings;  // what ranging decks see; null: a flat floor at z = 0
 } cf_motion_t;
 
-// How a drone that lies still is kept there by the simulator (mujoco_plugin/rest.h).
+// How a drone that lies still is kept there by the simulator (mujoco_plugin/sleep.h).
 typedef struct {
   float  still_time;   // [s] with stopped rotors, up to now
   float  placed_time;  // [s] with stopped rotors near `pose`, up to now
@@ -64,7 +64,7 @@ typedef struct {
   bool   is_weighed;   // `load` is known
   double pose[7];      // position [m] and quaternion (w, x, y, z) where it is held, or may be
   double load[6];      // generalized force [N, world; N m, body] of those that lean on it
-} cf_rest_t;
+} cf_sleep_t;
 
 // A drone whose provider needs more memory than the member has is longer, see cf_state_bytes.
 typedef struct cf {
@@ -79,7 +79,7 @@ typedef struct cf {
   bool   has_last_velocity;
 
   cf_injected_faults_t injected;
-  cf_rest_t            rest;
+  cf_sleep_t           rest;
 
   // here, because the world looks at both in every drone: one cache line less per look
   bool wants_peers;  // collision avoidance was on in the last tick

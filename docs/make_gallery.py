@@ -52,17 +52,17 @@ def path_of(name: str) -> Path:
 
 def fly(name: str) -> dict:
     """Fly a scenario, write its figure, and return what came of it."""
-    from crazychoir_fw.flight.layered_flight import fly_layers
+    from crazychoir_fw.flight import fly as fly_mission
     from crazychoir_fw.mission import load_mission
     from crazychoir_fw.recording.plot import plot_flight
 
     mission = load_mission(path_of(name))
     if mission.backend not in ("sim", "integrator"):
         mission = load_mission(path_of(name), backend="sim")
-    result = fly_layers(mission, visuals=False)
+    result = fly_mission(mission, visuals=False)
     with tempfile.TemporaryDirectory() as folder:
         picture = Path(folder) / "flight.png"
-        plot_flight(result.log, picture, mission.description or name, result.curve, result.story)
+        plot_flight(result.log, picture, mission.description or name, result.curve, result.timeline)
         shrink(picture, IMAGES / f"{name}.png")
     return {
         "sentence": mission.description,

@@ -7,10 +7,8 @@ from pathlib import Path
 import mujoco
 import pytest
 
-from crazychoir_fw.flight.layered_flight import fly_layers
-from crazychoir_fw.flight.runner import fly
+from crazychoir_fw.flight import fly
 from crazychoir_fw.mission import load_mission
-from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.onboard import core
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -46,9 +44,7 @@ def test_missions_fly_as_printed(text, tmp_path, monkeypatch, lasting_cache, min
     path = tmp_path / "mission.yaml"
     path.write_text(text)
     (tmp_path / "my_controller.c").write_text(blocks(ROOT / "docs/apps.md", "c")[0])
-    mission = load_mission(path)
-    result = fly_layers(mission) if isinstance(mission, LayeredMission) else fly(mission)
-    assert result.failures == []
+    assert fly(load_mission(path)).failures == []
 
 
 @pytest.mark.parametrize("text", all_blocks("xml"))

@@ -26,6 +26,7 @@
 #include "api/stabilizer_types.h"
 #include "api/vec.h"
 #include "build_info.h"
+#include "builtin/builtin.h"
 #include "builtin/complementary/complementary.h"
 #include "builtin/complementary/position_estimator_altitude.h"
 #include "builtin/control/attitude_controller.h"

@@ -80,3 +80,7 @@ const cf_library_host_t *cf_library_host(void) {
                                          .set_rescue   = cf_rescue_set};
   return &HOST;
 }
+
+int cf_library_load(const cf_library_t *library, char message[CF_LIBRARY_MESSAGE_BYTES]) {
+  return cf_library_add(library, cf_library_host(), message);
+}

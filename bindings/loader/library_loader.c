@@ -12,7 +12,6 @@
 
 #include "loader/image_map.h"
 #include "loader/library_copy.h"
-#include "loader/library_host.h"
 #include "loader/rescue.h"
 #include "platform.h"
 
@@ -29,8 +28,11 @@ typedef struct {
   cf_library_file_t file;
   cf_image_map_t    map;
   int               block_bytes;
-  uint64_t          loaded;  // counts calls of cf_library_load: the newest has the largest
-  copy_t           *idle;    // copies that no thread has
+
+  const cf_library_host_t *host;
+
+  uint64_t loaded;  // counts calls of cf_library_add: the newest has the largest
+  copy_t  *idle;    // copies that no thread has
 } entry_t;
 
 // What a thread has. Number 0 is no library.
@@ -132,7 +134,7 @@ static copy_t *take_copy(entry_t *entry) {
   copy         = handle != NULL ? calloc(1, sizeof *copy) : NULL;
   if (copy != NULL) {
     // the first copy answered, and so does this one
-    copy->table = entry_point(handle)(CF_LIBRARY_ABI, cf_library_host(), &entry->map);
+    copy->table = entry_point(handle)(CF_LIBRARY_ABI, entry->host, &entry->map);
   }
   return copy;
 }
@@ -238,7 +240,7 @@ static cf_status_t open_table(const cf_library_t *library, void *handle, entry_t
     say(message, "the image map of %.120s %s", library->path, misfit);
     return CF_ERR_VALUE;
   }
-  copy->table = open(CF_LIBRARY_ABI, cf_library_host(), &entry->map);
+  copy->table = open(CF_LIBRARY_ABI, entry->host, &entry->map);
   return check_table(library, copy->table, message);
 }
 
@@ -279,8 +281,8 @@ static int find_same(const cf_library_t *library, const cf_library_file_t *file)
 }
 
 // Keeps the bytes of the file, unless it fails.
-static int add_new(const cf_library_t *library, const cf_library_file_t *file,
-                   char message[CF_LIBRARY_MESSAGE_BYTES]) {
+static int add_new(const cf_library_t *library, const cf_library_host_t *host,
+                   const cf_library_file_t *file, char message[CF_LIBRARY_MESSAGE_BYTES]) {
   thread_t   *thread = this_thread();
   entry_t    *entry  = calloc(1, sizeof *entry);
   copy_t     *copy   = calloc(1, sizeof *copy);
@@ -294,6 +296,7 @@ static int add_new(const cf_library_t *library, const cf_library_file_t *file,
     say(message, "out of memory");  // no test runs out of it
   } else {
     entry->file     = *file;
+    entry->host     = host;
     entry->platform = library->platform;
     snprintf(entry->name, sizeof entry->name, "%s", library->name);
     status = open_first(library, entry, copy, message);
@@ -309,7 +312,8 @@ static int add_new(const cf_library_t *library, const cf_library_file_t *file,
   return number;
 }
 
-int cf_library_load(const cf_library_t *library, char message[CF_LIBRARY_MESSAGE_BYTES]) {
+int cf_library_add(const cf_library_t *library, const cf_library_host_t *host,
+                   char message[CF_LIBRARY_MESSAGE_BYTES]) {
   cf_library_file_t file   = {0};
   cf_status_t       status = check_request(library, message);
   if (status == CF_OK) {
@@ -321,7 +325,7 @@ int cf_library_load(const cf_library_t *library, char message[CF_LIBRARY_MESSAGE
   pthread_once(&registry.once, prepare);
   pthread_mutex_lock(&registry.lock);
   const int known  = find_same(library, &file);
-  const int number = known != 0 ? known : add_new(library, &file, message);
+  const int number = known != 0 ? known : add_new(library, host, &file, message);
   if (number > 0) {
     registry.entries[number]->loaded = ++registry.loads;
   }

@@ -21,10 +21,11 @@ typedef struct {
   cf_image_map_t map;       // is copied
 } cf_library_t;
 
-// Loads a library, which from now on is the newest of its name. Returns its number as a provider,
-// 1 or more; the same file under the same name again gives the same number. On failure returns a
-// negative cf_status_t and says why in one sentence.
-int cf_library_load(const cf_library_t *library, char message[CF_LIBRARY_MESSAGE_BYTES]);
+// Loads a library, which from now on is the newest of its name, and hands it the functions of its
+// host. Returns its number as a provider, 1 or more; the same file under the same name again gives
+// the same number. On failure returns a negative cf_status_t and says why in one sentence.
+int cf_library_add(const cf_library_t *library, const cf_library_host_t *host,
+                   char message[CF_LIBRARY_MESSAGE_BYTES]);
 
 // Number of libraries that were loaded so far: they are providers 1, 2 and so on.
 int cf_library_count(void);

@@ -1,7 +1,7 @@
 #include "mujoco_plugin/contact_filter.h"
 
-#include "mujoco_plugin/rest.h"
 #include "mujoco_plugin/scenery.h"
+#include "mujoco_plugin/sleep.h"
 #include "mujoco_plugin/swarm.h"
 
 // What stood where ours stands: like that place itself there is one for the process.
@@ -13,7 +13,7 @@ static bool has_no_common_bit(const mjModel *model, int a, int b) {
 }
 
 static bool moves(const drone_t *drone, const mjModel *model, mjData *data, int body) {
-  return drone != NULL ? !cf_rest_holds(drone, data) : !cf_scenery_is_static(model, body);
+  return drone != NULL ? !cf_sleep_holds(drone, data) : !cf_scenery_is_static(model, body);
 }
 
 // MuJoCo's own question about the bits is not asked where there is a filter. Asked for every pair

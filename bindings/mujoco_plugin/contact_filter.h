@@ -1,4 +1,4 @@
-/* Leaves out the contacts of drones that are held (rest.h). Internal to the plugin. */
+/* Leaves out the contacts of drones that are held (sleep.h). Internal to the plugin. */
 #ifndef CF_MUJOCO_PLUGIN_CONTACT_FILTER_H
 #define CF_MUJOCO_PLUGIN_CONTACT_FILTER_H
 

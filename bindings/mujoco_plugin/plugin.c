@@ -15,7 +15,6 @@
 #define MAX_ATTRIBUTES 128
 
 static cf_mujoco_api_t mj;
-static int             plugin_slot = -1;
 
 // The last instance works for all, so that they can share threads.
 static swarm_t *swarm_if_last(const mjData *data, int instance) {
@@ -42,25 +41,6 @@ static void compute(const mjModel *model, mjData *data, int instance, int capabi
 
 static int state_size(const mjModel *model, int instance) {
   return cf_state_bytes(cf_swarm_provider(&mj, model, instance)) / (int)sizeof(mjtNum);
-}
-
-swarm_t *cf_swarm_of(const mjModel *model, const mjData *data) {
-  for (int i = 0; i < model->nplugin; i++) {
-    if (model->plugin[i] == plugin_slot && data->plugin_data[i] != 0) {
-      return ((drone_t *)data->plugin_data[i])->swarm;
-    }
-  }
-  return NULL;
-}
-
-const drone_t *cf_swarm_drone_of_body(const mjModel *model, const mjData *data, int body) {
-  const int root     = model->body_rootid[body];
-  const int instance = model->body_plugin[root];
-  if (instance < 0 || model->plugin[instance] != plugin_slot) {
-    return NULL;
-  }
-  const drone_t *drone = (const drone_t *)data->plugin_data[instance];
-  return drone != NULL && drone->body == root ? drone : NULL;
 }
 
 // A thousand drones are megabytes that every step walks through: large pages spare most of the
@@ -114,12 +94,12 @@ float cf_plugin_look(uintptr_t model, uintptr_t data, int self, const float poin
 static int init(const mjModel *model, mjData *data, int instance) {
   bool is_first = true;
   for (int i = 0; i < instance; i++) {
-    is_first = is_first && model->plugin[i] != plugin_slot;
+    is_first = is_first && !cf_swarm_has(model, i);
   }
   if (is_first) {
     // nothing of ours is in plugin_data yet, and it may hold anything
     for (int i = 0; i < model->nplugin; i++) {
-      if (model->plugin[i] == plugin_slot) {
+      if (cf_swarm_has(model, i)) {
         data->plugin_data[i] = 0;
       }
     }
@@ -128,7 +108,7 @@ static int init(const mjModel *model, mjData *data, int instance) {
     cf_contact_filter_install(&mj);
   }
 
-  swarm_t *swarm = is_first ? cf_swarm_new(&mj, model, plugin_slot) : cf_swarm_of(model, data);
+  swarm_t *swarm = is_first ? cf_swarm_new(&mj, model) : cf_swarm_of(model, data);
   if (swarm == NULL) {
     return -1;
   }
@@ -164,7 +144,7 @@ static void reset(const mjModel *model, mjtNum *plugin_state, void *plugin_data,
 
 const char *cf_plugin_attribute(uintptr_t model, int instance, const char *name) {
   const mjModel *m = (const mjModel *)model;
-  if (instance < 0 || instance >= m->nplugin || m->plugin[instance] != plugin_slot) {
+  if (instance < 0 || instance >= m->nplugin || !cf_swarm_has(m, instance)) {
     return NULL;
   }
   const char *text = mj.get_config(m, instance, name);
@@ -206,6 +186,7 @@ int cf_plugin_register(const char *libmujoco_path) {
   plugin.reset           = reset;
   plugin.compute         = compute;
   plugin.advance         = advance;
-  plugin_slot            = mj.register_plugin(&plugin);
-  return plugin_slot < 0 || cf_thrust_plugin_register(&mj) < 0 ? -1 : 0;
+  const int slot         = mj.register_plugin(&plugin);
+  cf_swarm_set_slot(slot);
+  return slot < 0 || cf_thrust_plugin_register(&mj) < 0 ? -1 : 0;
 }

@@ -11,6 +11,17 @@
 
 #define TICK 0.001  // [s]
 
+// Which plugins of a model are ours: one number for the process, given at registration.
+static int slot = -1;
+
+void cf_swarm_set_slot(int registered) {
+  slot = registered;
+}
+
+bool cf_swarm_has(const mjModel *model, int instance) {
+  return model->plugin[instance] == slot;
+}
+
 static const char *body_name(const cf_mujoco_api_t *mj, const mjModel *model, int body) {
   const char *name = mj->id2name(model, mjOBJ_BODY, body);
   return name != NULL && name[0] != '\0' ? name : "(unnamed)";
@@ -53,7 +64,7 @@ static void read_inertia(drone_t *drone, const mjModel *model) {
 
 static void read_weight(drone_t *drone, const mjModel *model) {
   const double mass = model->body_mass[drone->body];
-  drone->can_rest   = model->tree_dofnum[drone->tree] == 6 &&
+  drone->can_sleep  = model->tree_dofnum[drone->tree] == 6 &&
                       model->body_subtreemass[drone->body] <= mass &&
                       model->body_gravcomp[drone->body] == 0;
   drone->weight     = mass * length_of(model->opt.gravity);
@@ -261,9 +272,9 @@ static bool allocate(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *m
          cf_peer_grid_new(&swarm->peers, (int)model->nplugin);
 }
 
-static void bind_all(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *model, int slot) {
+static void bind_all(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *model) {
   for (int instance = 0; instance < model->nplugin; instance++) {
-    if (model->plugin[instance] == slot) {
+    if (cf_swarm_has(model, instance)) {
       drone_t *drone       = &swarm->drones[swarm->count];
       drone->swarm         = swarm;
       drone->config        = &swarm->configs[swarm->count];
@@ -284,12 +295,12 @@ static swarm_t *refuse(swarm_t *swarm, const cf_mujoco_api_t *mj) {
   return NULL;
 }
 
-swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot) {
+swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model) {
   swarm_t *swarm = calloc(1, sizeof *swarm);
   if (swarm == NULL || !allocate(swarm, mj, model)) {
     return refuse(swarm, mj);
   }
-  bind_all(swarm, mj, model, slot);
+  bind_all(swarm, mj, model);
   map_bodies(swarm, model);
   measure_reach(swarm, model);
   number_things(swarm, model);
@@ -312,6 +323,25 @@ void cf_swarm_free(swarm_t *swarm) {
   cf_peer_grid_free(&swarm->peers);
   cf_downwash_free(swarm);
   free(swarm);
+}
+
+swarm_t *cf_swarm_of(const mjModel *model, const mjData *data) {
+  for (int i = 0; i < model->nplugin; i++) {
+    if (cf_swarm_has(model, i) && data->plugin_data[i] != 0) {
+      return ((drone_t *)data->plugin_data[i])->swarm;
+    }
+  }
+  return NULL;
+}
+
+const drone_t *cf_swarm_drone_of_body(const mjModel *model, const mjData *data, int body) {
+  const int root     = model->body_rootid[body];
+  const int instance = model->body_plugin[root];
+  if (instance < 0 || !cf_swarm_has(model, instance)) {
+    return NULL;
+  }
+  const drone_t *drone = (const drone_t *)data->plugin_data[instance];
+  return drone != NULL && drone->body == root ? drone : NULL;
 }
 
 drone_t *cf_swarm_find(swarm_t *swarm, int instance) {

@@ -23,9 +23,9 @@ typedef struct {
   int dof_address;    // 6 numbers: world velocity, body rates
   int state_address;  // in mjData.plugin_state
 
-  bool   can_rest;  // alone in its tree, so that it can be held (rest.h)
-  double weight;    // [N] at the start
-  double reach;     // [m] of what collides, from the origin of the body
+  bool   can_sleep;  // alone in its tree, so that it can be held (sleep.h)
+  double weight;     // [N] at the start
+  double reach;      // [m] of what collides, from the origin of the body
 
   double inertia[9];          // [kg m^2], body frame
   double inverse_inertia[9];  // [1/(kg m^2)]
@@ -80,11 +80,14 @@ struct swarm_s {
 
 // Finds every drone of the model and reads its attributes. Ends in mju_error with one sentence when
 // the model is wrong.
-swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model, int slot);
+swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model);
 void     cf_swarm_free(swarm_t *swarm);
 
-// The swarm that lives in this data, or NULL where no drone does. In plugin.c, which knows whose
-// instances are ours.
+// The number that MuJoCo gave our plugin, and whether an instance is one of ours.
+void cf_swarm_set_slot(int registered);
+bool cf_swarm_has(const mjModel *model, int instance);
+
+// The swarm that lives in this data, or NULL where no drone does.
 swarm_t *cf_swarm_of(const mjModel *model, const mjData *data);
 
 // The drone that a body is or hangs on, or NULL. Looks nothing up, also in models without drones.

@@ -8,7 +8,7 @@
 #include "mujoco_plugin/forces.h"
 #include "mujoco_plugin/motion.h"
 #include "mujoco_plugin/prefetch.h"
-#include "mujoco_plugin/rest.h"
+#include "mujoco_plugin/sleep.h"
 #include "mujoco_plugin/thread_pool.h"
 #include "mujoco_plugin/timing.h"
 #include "mujoco_plugin/touch.h"
@@ -39,7 +39,7 @@ static int grain_of(const swarm_t *swarm) {
 static void sample(const swarm_t *swarm, int begin, int end) {
   const double elapsed = swarm->ticks / TICKS_PER_SECOND;
   for (int i = begin; i < end; i++) {
-    cf_rest_step(swarm, i, swarm->model, swarm->data, elapsed);
+    cf_sleep_step(swarm, i, swarm->model, swarm->data, elapsed);
     cf_motion_sample(&swarm->drones[i], swarm->model, swarm->data, elapsed, &swarm->work[i].motion);
   }
 }
@@ -180,6 +180,20 @@ static void straighten_time(const mjModel *model, mjData *data) {
   }
 }
 
+// What drones need of each other and of the scene, before any of them ticks.
+static void look_around(swarm_t *swarm, mjData *data, bool is_felt) {
+  sample(swarm, 0, swarm->count);
+  if (swarm->is_broadcast) {
+    cf_broadcast_look(swarm);
+  }
+  if (is_felt) {
+    cf_downwash_look(swarm);
+  }
+  if (swarm->looking.is_needed) {
+    cf_looking_begin(swarm, data);
+  }
+}
+
 void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
   finish(swarm);
   swarm->has_forces = false;
@@ -214,16 +228,7 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
     return;
   }
 
-  sample(swarm, 0, swarm->count);
-  if (swarm->is_broadcast) {
-    cf_broadcast_look(swarm);
-  }
-  if (is_felt) {
-    cf_downwash_look(swarm);
-  }
-  if (swarm->looking.is_needed) {
-    cf_looking_begin(swarm, data);
-  }
+  look_around(swarm, data, is_felt);
   if (!swarm->is_overlapping) {
     cf_parallel_for(swarm->count, grain_of(swarm), tick_part, swarm);
     return;
@@ -244,8 +249,8 @@ static void add_forces(const mjModel *model, mjData *data, const swarm_t *swarm,
   work_t         now;
   copy_coordinates(drone, data, now.coordinates);
   const double *force = work->force;
-  if (cf_rest_holds(drone, data)) {
-    cf_rest_force(drone, model, data, now.force);
+  if (cf_sleep_holds(drone, data)) {
+    cf_sleep_force(drone, model, data, now.force);
     force = now.force;
   } else if (!swarm->has_forces ||
              memcmp(now.coordinates, work->coordinates, sizeof now.coordinates) != 0) {

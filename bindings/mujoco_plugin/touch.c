@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "mujoco_plugin/motion.h"
-#include "mujoco_plugin/rest.h"
+#include "mujoco_plugin/sleep.h"
 
 const drone_t *cf_touch_drone_at(const swarm_t *swarm, int body) {
   const int index = swarm->drone_of_body[body];
@@ -14,7 +14,7 @@ const drone_t *cf_touch_drone_at(const swarm_t *swarm, int body) {
 static uint8_t touch_by(const swarm_t *swarm, const mjModel *model, mjData *data, int body) {
   const drone_t *drone = cf_touch_drone_at(swarm, body);
   if (drone != NULL) {
-    return cf_rest_is_lively(drone, data) ? CF_TOUCH_MOVER : CF_TOUCH_DRONE;
+    return cf_sleep_is_awake(drone, data) ? CF_TOUCH_MOVER : CF_TOUCH_DRONE;
   }
   return cf_scenery_is_static(model, body) ? CF_TOUCH_NONE : CF_TOUCH_MOVER;
 }
@@ -60,12 +60,12 @@ void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm, double el
     }
   }
   for (int i = 0; i < swarm->count; i++) {
-    const drone_t   *drone = &swarm->drones[i];
-    const cf_rest_t *rest  = &cf_state_of(drone, data)->rest;
+    const drone_t    *drone = &swarm->drones[i];
+    const cf_sleep_t *sleep = &cf_state_of(drone, data)->rest;
     // who leaned on it may touch it no more, but must not hang in the air
-    if (cf_rest_has_left(drone, data, elapsed)) {
+    if (cf_sleep_has_left(drone, data, elapsed)) {
       note_neighbors(swarm, data, drone, CF_TOUCH_LEFT);
-    } else if (rest->is_held && !rest->is_weighed) {
+    } else if (sleep->is_held && !sleep->is_weighed) {
       note_neighbors(swarm, data, drone, CF_TOUCH_HELD);
     }
   }

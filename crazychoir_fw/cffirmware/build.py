@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
+from crazychoir_fw import _core
 from crazychoir_fw.cffirmware.declarations import declarations_of, features
 from crazychoir_fw.common.errors import BuildError, CompileError, LinkError
 from crazychoir_fw.common.version import __version__
@@ -114,9 +115,8 @@ class _ModuleBuild:
 
         self._flags = [*theirs, f"-I{bindings}", *(source_flag("CF_WITH", one.unit.source) for one in compiled)]
         self._flags += [f"-DCF_HAS_{name}={int(there)}" for name, there in features(self._ask).items()]
-        listed = bindings / "cffi" / "cffirmware.h"
-        self.inputs |= self.fingerprints.all_of([str(listed)])
-        declared = declarations_of(listed.read_text(encoding="utf-8"), self._ask)
+        self.inputs |= self.fingerprints.all_of([_core.__file__])  # whose types are asked for
+        declared = declarations_of(bindings, self._ask)
         compiled += self._compile_module(declared)
 
         folder = self.cache.modules / f"{recipe.platform}-{secrets.token_hex(8)}"

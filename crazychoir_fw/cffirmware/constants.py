@@ -16,6 +16,8 @@ RATE_1000_HZ RATE_500_HZ RATE_250_HZ RATE_100_HZ RATE_50_HZ RATE_25_HZ
 RATE_MAIN_LOOP ATTITUDE_RATE POSITION_RATE RATE_HL_COMMANDER RATE_SUPERVISOR
 PP_DEGREE PP_SIZE
 """
+NAMES = tuple(_TEXT.split())
+"""Constants of upstream's module; a provider has those that its headers declare."""
 
 # the same in every release
 _FIXED = {
@@ -28,4 +30,4 @@ _FIXED = {
 
 def constants(lib: Any) -> dict[str, int | float]:
     """Return the constants of a provider by name; those that it lacks are left out."""
-    return _FIXED | {name: getattr(lib, name) for name in _TEXT.split() if hasattr(lib, name)}
+    return _FIXED | {name: getattr(lib, name) for name in NAMES if hasattr(lib, name)}

@@ -18,7 +18,7 @@ from crazychoir_fw.cffirmware.structs import StructClasses
 CANONICAL = "cf_upstream_"
 """In front of the name of a C function that has the newest signature whatever the provider's own has."""
 
-_GLOBALS = "cf_upstream_globals_t"
+GLOBALS = "cf_upstream_globals_t"
 
 # the pointer of a planner that a function sets to one of its arguments
 _KEEPS = {
@@ -105,7 +105,7 @@ class _Writer:
         signature = maker.ffi.typeof(call)
         c_types = list(signature.args)
         self._arguments: list[str] = []
-        if maker.c_globals is not None and c_types and c_types[0].cname.startswith(_GLOBALS):
+        if maker.c_globals is not None and c_types and c_types[0].cname.startswith(GLOBALS):
             self.names["_globals"] = maker.c_globals
             self._arguments.append("_globals")
             del c_types[0]

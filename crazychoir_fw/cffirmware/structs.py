@@ -25,10 +25,10 @@ NAMES = (*_TAGS, *_OTHERS.split())
 EXTRA_NAMES = ("lpf2pData", "piecewise_traj_compressed")
 """Classes that upstream's module does not have."""
 
-_TAGGED = (*_TAGS, "piecewise_traj_compressed")
+TAGGED = (*_TAGS, "piecewise_traj_compressed")
 
 # members of builtin that upstream's structs lack: bookkeeping of ours
-_HIDDEN = {("kalmanCoreData_t", "settled"), ("controllerLee_t", "max_thrust")}
+HIDDEN = {("kalmanCoreData_t", "settled"), ("controllerLee_t", "max_thrust")}
 
 # with an explicit constructor for copies
 _COPYABLE = ("vec", "traj_eval")
@@ -50,7 +50,7 @@ class StructClasses:
 
     def _find(self, name: str) -> Any:
         try:
-            ctype = self._ffi.typeof(f"struct {name}" if name in _TAGGED else name)
+            ctype = self._ffi.typeof(f"struct {name}" if name in TAGGED else name)
         except self._ffi.error:
             return None
         # declared and never defined
@@ -67,7 +67,7 @@ class StructClasses:
         body: dict[str, Any] = {"__module__": "cffirmware", "__doc__": _describe(name, ctype), "__slots__": ()}
         shown = []
         for member, field in ctype.fields or ():
-            if (name, member) not in _HIDDEN:
+            if (name, member) not in HIDDEN:
                 body[member] = self._property(name, member, field)
                 shown.append(member)
         body |= {

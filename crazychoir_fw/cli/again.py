@@ -9,7 +9,7 @@ from crazychoir_fw.cli.attempt import FlightRequest, attempt
 from crazychoir_fw.cli.console import console
 from crazychoir_fw.cli.watch import repeat_on_save, seconds_since_save
 from crazychoir_fw.firmware.levels import level_of
-from crazychoir_fw.mission.extending import files_of
+from crazychoir_fw.mission.documents import files_of
 
 if TYPE_CHECKING:
     from crazychoir_fw.mission.schema import Mission

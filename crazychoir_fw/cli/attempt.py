@@ -12,8 +12,9 @@ from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, compla
 from crazychoir_fw.cli.tables import flight_tables, verdict
 
 if TYPE_CHECKING:
-    from crazychoir_fw.flight.runner import FlightResult, Observer
-    from crazychoir_fw.flight.runner import Progress as FlightProgress
+    from crazychoir_fw.flight.engine import Observer
+    from crazychoir_fw.flight.engine import Progress as FlightProgress
+    from crazychoir_fw.flight.flight_result import FlightResult
     from crazychoir_fw.mission.schema import Mission
     from crazychoir_fw.simulation import World
 
@@ -38,8 +39,8 @@ class FlightRequest:
     mcap: bool = False
     uri_base: str | None = None
     """URI of the first drone, if the others follow it."""
-    ros: Any = None
-    """`crazychoir_fw.ros.manager.RosOptions` if the layers are ROS 2 nodes in processes of their own."""
+    hosting: Callable[[], AbstractContextManager[Any]] = nullcontext
+    """Gives what makes the experiment while the flight lasts, if its layers are processes of their own."""
 
 
 def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" = None) -> int:
@@ -50,10 +51,11 @@ def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" =
         loaded: Called with the mission, once its file is known to be good.
     """
     from crazychoir_fw.common.errors import CrazychoirError
+    from crazychoir_fw.mission.loader import load_mission
 
     folder = request.out
     try:
-        mission = load(request)
+        mission = load_mission(request.mission, request.uri_base, **request.overrides)
         if loaded is not None:
             loaded(mission)
         folder = _make_folder(folder if folder is not None else Path("out") / mission.name)
@@ -89,13 +91,6 @@ def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" =
     return SUCCESS if result.success else FLIGHT_FAILED
 
 
-def load(request: FlightRequest) -> "Mission":
-    """Read the mission; with --uri-base its drones get their URIs by number."""
-    from crazychoir_fw.mission.numbered_uris import load_numbered
-
-    return load_numbered(request.mission, request.uri_base, request.overrides)
-
-
 def _make_folder(folder: Path) -> Path:
     """Create the output folder, so that a flight is not flown in vain."""
     folder.mkdir(parents=True, exist_ok=True)
@@ -114,11 +109,12 @@ def _no_video_because(wanted: bool) -> str | None:
 def _fly(mission: "Mission", request: FlightRequest, fps: int) -> "FlightResult":
     """Fly, with a progress bar and perhaps a window or a page."""
     from crazychoir_fw.common.errors import StateError
-    from crazychoir_fw.flight.runner import fly as fly_mission
-    from crazychoir_fw.mission.schema import LayeredMission
+    from crazychoir_fw.flight.engine import fly
 
     view: AbstractContextManager[Observer | None] = nullcontext(None)
     if request.view is not None:
+        if mission.backend != "sim":
+            raise StateError(f"--view shows simulated drones, but the backend is {mission.backend}")
         from crazychoir_fw.cli.view import open_view
 
         view = open_view(request.view, lambda line: console.print(line, soft_wrap=True, markup=False))
@@ -141,17 +137,8 @@ def _fly(mission: "Mission", request: FlightRequest, fps: int) -> "FlightResult"
                 show(world, progress)
 
         visuals = request.view is not None or fps > 0
-        if isinstance(mission, LayeredMission):
-            if request.view is not None and mission.backend != "sim":
-                raise StateError(f"--view shows simulated drones, but the backend is {mission.backend}")
-            if request.ros is not None:
-                from crazychoir_fw.ros.manager import fly_hosted
-
-                return fly_hosted(mission, request.ros, request.threads, visuals, fps, observe)
-            from crazychoir_fw.flight.layered_flight import fly_layers
-
-            return fly_layers(mission, request.threads, visuals, fps, observe)
-        return fly_mission(mission, threads=request.threads, visuals=visuals, frames_per_second=fps, observe=observe)
+        with request.hosting() as make:
+            return fly(mission, request.threads, visuals, fps, observe, make=make)
 
 
 def _check_camera(world: "World", camera: str) -> None:
@@ -167,35 +154,31 @@ def _check_camera(world: "World", camera: str) -> None:
 
 def _write(result: "FlightResult", folder: Path, no_video_because: str | None, camera: str) -> None:
     """Write the summary, the log, the picture and the video of a flight."""
-    from crazychoir_fw.flight.layered_result import LayeredResult
     from crazychoir_fw.flight.summary import write_summary
     from crazychoir_fw.recording.plot import plot_flight
 
-    title = result.mission.description or result.mission.name
+    title, film, timeline = result.mission.description or result.mission.name, result.film, result.timeline
     write_summary(folder / "summary.json", result.summary)
     result.log.save(folder / "log.npz")
-    is_layered = isinstance(result, LayeredResult)
-    curve, story = (result.curve, result.story) if is_layered else (None, None)
-    plot_flight(result.log, folder / "flight.png", title, curve, story)
-    reason = no_video_because or (result.no_film if is_layered else None)
-    if reason is not None or not result.film.times:
-        console.print(f"No video: {reason or 'the flight did not begin'}", style="yellow", markup=False)
+    plot_flight(result.log, folder / "flight.png", title, result.curve, timeline)
+    reason = no_video_because or film.missing
+    if reason is not None:
+        console.print(f"No video: {reason}", style="yellow", markup=False)
         return
 
     from crazychoir_fw.recording.video import film_flight
 
-    speed = result.film.speed
-    hint = f" ({speed:g} x speed)" if speed != 1.0 else ""
+    hint = f" ({film.speed:g} x speed)" if film.speed != 1.0 else ""
     with console.status(f"Rendering flight.mp4{hint}"):
         film_flight(
             result.film_model,
-            result.film.qpos,
-            result.film.times,
+            film.qpos,
+            film.times,
             folder / "flight.mp4",
             camera=camera,
-            fps=result.film.fps,
-            speed=speed,
-            links=result.film.links,
-            marks=[*result.film.marks, *(() if story is None else story.marks)],
-            drones=result.film.drones,
+            fps=film.fps,
+            speed=film.speed,
+            links=film.links,
+            marks=[*film.marks, *(() if timeline is None else timeline.marks)],
+            drones=film.drones,
         )

@@ -7,6 +7,7 @@ import typer
 
 from crazychoir_fw.cli.attempt import FlightRequest, attempt
 from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Restart, UriBase, need_ros
+from crazychoir_fw.cli.signals import unwind_at_signals
 from crazychoir_fw.cli.view import VIEW_HELP, require_way
 
 
@@ -80,5 +81,7 @@ def fly(
 
         fly_again_on_save(request)
         return
-    if code := attempt(request):
+    with unwind_at_signals():
+        code = attempt(request)
+    if code:
         raise typer.Exit(code)

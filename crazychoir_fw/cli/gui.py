@@ -27,9 +27,12 @@ def gui(
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0 is any free one.")] = DEFAULT_PORT,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
     host: Annotated[
-        str, typer.Option(help="Address to listen at; others than this machine need --token.")
+        str, typer.Option(help="Address to listen at; from other machines browsers need the token.")
     ] = "127.0.0.1",
-    token: Annotated[str | None, typer.Option(help="What browsers must know, 8 characters or more.")] = None,
+    token: Annotated[
+        str | None,
+        typer.Option(help="What browsers must know; made for other hosts and real drones."),
+    ] = None,
     backend: Annotated[
         str | None,
         typer.Option(help="Where the drones are, instead of the mission's.", metavar="sim|integrator|hardware"),
@@ -62,12 +65,12 @@ def gui(
 ) -> None:
     """Open the page of a mission: nothing flies until somebody presses a button there."""
     from crazychoir_fw.common.errors import CrazychoirError, RangeError
-    from crazychoir_fw.gui.server import check_host, require_nicegui
+    from crazychoir_fw.gui.server import require_nicegui, token_for
 
     if not ros:
         need_ros(processes=processes != PROCESSES, domain=domain is not None and not ros_join, restart=restart)
     try:
-        check_host(host, token)
+        token_for(host, False, token)
         require_nicegui()
         from crazychoir_fw.gui.flight_record import check_format
         from crazychoir_fw.gui.opening import open_mission
@@ -75,6 +78,7 @@ def gui(
         loaded = open_mission(mission, uri_base, backend=backend, seed=seed)
         if log is not None:
             check_format(log.name)
+        token = token_for(host, loaded.backend in ("hardware", "mixed"), token)
         page = Page(host, _bind(host, port), token, drawings, not no_browser, log)
         if ros or ros_join:
             from crazychoir_fw.cli.gui_ros import OverRos, show_over_ros
@@ -128,7 +132,7 @@ class Page:
             console.print(f"The page is at {address} (Ctrl-C ends it)", soft_wrap=True, markup=False)
             if self.opens_browser:
                 threading.Thread(target=webbrowser.open, args=[address], daemon=True).start()
-            with stop_at_signals(lambda: None):  # which the server hears
+            with stop_at_signals(lambda: setattr(server, "should_exit", True)):
                 server.run([self.bound])
         if self.log is not None:
             _write_log(session, self.log)

@@ -10,7 +10,7 @@ from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, compla
 from crazychoir_fw.cli.view import VIEW_HELP, open_view, require_way
 
 if TYPE_CHECKING:
-    from crazychoir_fw.flight.runner import Observer
+    from crazychoir_fw.flight.engine import Observer
     from crazychoir_fw.simulation import World
 
 _FRAME_TICKS = 20
@@ -43,7 +43,7 @@ def run(
 
 
 def _fly(world: "World", seconds: float, show: "Observer | None") -> None:
-    from crazychoir_fw.flight.runner import Progress
+    from crazychoir_fw.flight.engine import Progress
 
     ticks = round(seconds * 1000)
     if show is None:

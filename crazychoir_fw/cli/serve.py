@@ -3,7 +3,7 @@
 import json
 import time
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -17,7 +17,7 @@ from crazychoir_fw.cli.view import VIEW_HELP, require_way
 if TYPE_CHECKING:
     from crazychoir_fw.crtp.server import Server
     from crazychoir_fw.crtp.server_statistics import Statistics
-    from crazychoir_fw.flight.runner import Observer
+    from crazychoir_fw.flight.engine import Observer
     from crazychoir_fw.mission.schema import Mission
     from crazychoir_fw.simulation import FlightRecorder, World
 
@@ -145,8 +145,7 @@ def _mission(path: Path | None, drones: int | None, overrides: dict[str, Any]) -
 def _serve(mission: "Mission", request: ServeRequest) -> list[str]:
     """Serve until the end. Returns what the core stopped drones for, one sentence each."""
     from crazychoir_fw.common.errors import StateError
-    from crazychoir_fw.flight.links import simulated_radios
-    from crazychoir_fw.flight.runner import LOG_RATE, build_world
+    from crazychoir_fw.flight.backends import add_faults, build_world, simulated_radios
     from crazychoir_fw.simulation import FlightRecorder
 
     view: AbstractContextManager[Observer | None] = nullcontext(None)
@@ -170,10 +169,10 @@ def _serve(mission: "Mission", request: ServeRequest) -> list[str]:
     )
     with view as show, server, stop_at_signals(server.stop):
         _boot(world)
-        _plan_faults(mission, world)
+        add_faults(mission, world)
         recorder = None
         if request.out is not None:
-            recorder = FlightRecorder(world, rate_hz=LOG_RATE)
+            recorder = FlightRecorder(world)
             recorder.sample()
             world.agenda.every(recorder.ticks_per_sample, recorder.sample)
         # a page waits for somebody who opens it, and drones do not move before
@@ -215,17 +214,6 @@ def _boot(world: "World") -> None:
         world.run(0.1)
 
 
-def _plan_faults(mission: "Mission", world: "World") -> None:
-    """Plan what goes wrong, in times since the drones have come up."""
-    from crazychoir_fw.common.errors import CrazychoirError, MissionError
-
-    for number, entry in enumerate(mission.faults):
-        try:
-            world.add_fault(replace(entry.fault, at=round(entry.fault.at + world.time, 6)))
-        except CrazychoirError as error:
-            raise MissionError(f"faults[{number}].{entry.name}: {error}") from None
-
-
 class _Picture:
     """Hands the world to a view, by the time on the wall: the server keeps the pace, and the view need not."""
 
@@ -239,7 +227,7 @@ class _Picture:
 
     def show(self) -> None:
         """Show the present instant."""
-        from crazychoir_fw.flight.runner import Progress
+        from crazychoir_fw.flight.engine import Progress
 
         seconds = time.perf_counter() - self._began if self._began else 0.0
         self._show(self._world, Progress(seconds, 0.0, seconds))

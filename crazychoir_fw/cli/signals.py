@@ -1,24 +1,69 @@
 """Signals that end what a command does, in order."""
 
+import os
 import signal
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
+_ENDS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
 
 @contextmanager
 def stop_at_signals(stop: Callable[[], None]) -> Iterator[None]:
-    """Have Ctrl-C and SIGTERM call a function; a second one ends the program."""
-    previous: dict[int, Any] = {}
+    """Have Ctrl-C, SIGTERM and SIGHUP (the terminal is gone) call a function; a second one ends the program."""
 
     def handle(number: int, _: object) -> None:
+        _leave_terminal(number)
         stop()
         signal.signal(number, signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
 
-    for number in (signal.SIGINT, signal.SIGTERM):
-        previous[number] = signal.signal(number, handle)
+    with _handled(handle):
+        yield
+
+
+@contextmanager
+def unwind_at_signals() -> Iterator[None]:
+    """Have SIGTERM and SIGHUP raise an exception, as Ctrl-C does, so that drones in the air are landed on the way out.
+
+    Further signals are ignored, so that none of them interrupts a landing, which takes some seconds.
+
+    Raises:
+        KeyboardInterrupt: At Ctrl-C.
+        SystemExit: At the others, with the exit code 128 + number of the signal.
+    """
+
+    def handle(number: int, _: object) -> None:
+        for each in _ENDS:
+            signal.signal(each, signal.SIG_IGN)
+        _leave_terminal(number)
+        if number == signal.SIGINT:
+            raise KeyboardInterrupt
+        raise SystemExit(128 + number)
+
+    with _handled(handle):
+        yield
+
+
+@contextmanager
+def _handled(handle: Callable[[int, object], None]) -> Iterator[None]:
+    """Have a function called at the signals that end a program; one that is ignored (by nohup) stays so."""
+    previous: dict[int, Any] = {}
+    for number in _ENDS:
+        if number == signal.SIGINT or signal.getsignal(number) is not signal.SIG_IGN:
+            previous[number] = signal.signal(number, handle)
     try:
         yield
     finally:
         for number, earlier in previous.items():
             signal.signal(number, earlier)
+
+
+def _leave_terminal(number: int) -> None:
+    """Write no more to a terminal that is gone: each line would be an error in the middle of a landing."""
+    if number != signal.SIGHUP:
+        return
+    for stream in (sys.stdout, sys.stderr):
+        if stream.isatty():
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

@@ -48,7 +48,7 @@ def flight_table(summary: dict[str, Any]) -> Table:
 
 def flight_tables(summary: dict[str, Any]) -> list[Table]:
     """Return what is shown of any flight: one table for phases, two for layers."""
-    if "criteria" not in summary:
+    if "endpoint_error_m" in summary["drones"][0]:
         return [flight_table(summary)]
     tables = [_layers_table(summary)]
     return [*tables, _criteria_table(summary)] if summary["criteria"] else tables

@@ -17,7 +17,7 @@ from crazychoir_fw.cli.console import refuse
 from crazychoir_fw.common.errors import CrazychoirError
 
 if TYPE_CHECKING:
-    from crazychoir_fw.flight.runner import Observer
+    from crazychoir_fw.flight.engine import Observer
 
 WAYS = ("auto", "native", "web")
 VIEW_HELP = "Watch the flight in real time; alone, it opens a window, or a page where there is no display."

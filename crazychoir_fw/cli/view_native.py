@@ -21,7 +21,7 @@ from crazychoir_fw.simulation.targets import Targets
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from crazychoir_fw.flight.runner import Observer, Progress
+    from crazychoir_fw.flight.engine import Observer, Progress
     from crazychoir_fw.simulation import World
 
 _FRAME_S = 1.0 / 60.0
@@ -117,7 +117,7 @@ class Overlay:
         self._world = world
         self._scene = scene
         self._switches = switches
-        self._targets = Targets(world)
+        self._targets = Targets(world.drones)
         self._names = [drone.id for drone in world.drones]
         count = len(self._names)
         self._colors = drone_colors(world.model, [world.model.body(name).id for name in self._names])

@@ -1,10 +1,12 @@
-"""Piecewise polynomials for the onboard planner: degree 7, axes x, y, z and yaw.
+"""Trajectory files: pieces for the planner on board, and points for trajectory handlers.
 
-A file has one line per piece: its duration, then the coefficients in ascending powers of time, axis after axis,
-`duration, x^0 … x^7, y^0 … y^7, z^0 … z^7, yaw^0 … yaw^7` (33 columns, after a heading). A piece in the trajectory
-memory of a Crazyflie holds the same numbers with the duration last (docs/reference/planner-commander.md#4.1).
+Pieces are polynomials of degree 7 of x, y, z and yaw. Their file has one line per piece: its duration, then the
+coefficients in ascending powers of time, axis after axis, `duration, x^0 … x^7, y^0 … y^7, z^0 … z^7, yaw^0 … yaw^7`
+(33 columns, after a heading). A piece in the trajectory memory of a Crazyflie holds the same numbers with the duration
+last (docs/reference/planner-commander.md#4.1).
 """
 
+import csv
 import math
 from pathlib import Path
 
@@ -29,21 +31,34 @@ def read_pieces(path: Path) -> NDArray[np.float32]:
     Raises:
         MissionError: If the file is no trajectory; the text names file, line and what is wrong.
     """
-    try:
-        text = path.read_bytes()[:LARGEST_FILE].decode()
-    except OSError as error:
-        raise MissionError(f"{path} cannot be read: {error.strerror}") from None
-    except ValueError:
-        # no text, or a name that no file can have
-        raise MissionError(f"{str(path)!r} is not a text file") from None
-
     pieces = []
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in enumerate(_text_of(path).splitlines(), start=1):
         if line.strip() and not line.lower().startswith(("#", "duration")):
             pieces.append(_piece(line, f"{path}, line {number}"))
     if not 1 <= len(pieces) <= MEMORY_PIECES:
         raise MissionError(f"{path} has {len(pieces)} pieces, but a Crazyflie remembers 1 to {MEMORY_PIECES}")
     return np.array(pieces, dtype=np.float32)
+
+
+def read_points(path: Path) -> list[tuple[float, ...]]:
+    """Read a CSV file with the columns time (s), x, y, z (m); a heading and lines with # are left out.
+
+    Raises:
+        MissionError: If the file is no such file; the text names file, line and what is wrong.
+    """
+    text = _text_of(path)
+    rows = []
+    for number_of_line, cells in enumerate(csv.reader(text.splitlines()), start=1):
+        if not cells or cells[0].lstrip().startswith("#") or cells[0].strip().lower() in ("t", "time", "time_s"):
+            continue
+        try:
+            row = tuple(float(cell) for cell in cells if cell.strip())
+        except ValueError:
+            row = ()
+        if len(row) != 4 or not all(math.isfinite(value) and abs(value) <= 36000.0 for value in row):
+            raise MissionError(f"{path}, line {number_of_line}: allowed: four numbers, time (s), x, y, z (m)")
+        rows.append(row)
+    return rows
 
 
 def write_pieces(path: Path, pieces: NDArray[np.float32]) -> None:
@@ -63,6 +78,16 @@ def end_points(pieces: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArra
     exact = pieces.astype(np.float64)
     first, last = exact[0, :32].reshape(4, 8), exact[-1, :32].reshape(4, 8)
     return first[:, 0], last @ exact[-1, 32] ** np.arange(8)
+
+
+def _text_of(path: Path) -> str:
+    try:
+        return path.read_bytes()[:LARGEST_FILE].decode()
+    except OSError as error:
+        raise MissionError(f"{path} cannot be read: {error.strerror}") from None
+    except ValueError:
+        # no text, or a name that no file can have
+        raise MissionError(f"{str(path)!r} is not a text file") from None
 
 
 def _piece(line: str, where: str) -> list[float]:

@@ -6,16 +6,39 @@ import hashlib
 import importlib
 import importlib.util
 import sys
+from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
-from crazychoir_fw.common.errors import CrazychoirError, UnknownNameError
+from crazychoir_fw.common.errors import CrazychoirError, MissingLibraryError, UnknownNameError
 
 
 def anchored(name: str, folder: Path) -> str:
     """Return a name whose relative path of a file starts at a folder, so that it means the same from anywhere."""
     file, colon, class_name = name.rpartition(":")
     return f"{(folder / file).resolve()}:{class_name}" if colon and file.endswith(".py") else name
+
+
+def installed(group: str, name: str, what: str) -> Any:
+    """Return what an installed package offers as an entry point.
+
+    Args:
+        group: Of the entry point.
+        name: Of the entry point.
+        what: What it is, for messages.
+
+    Raises:
+        MissingLibraryError: If no package offers it, or what it needs is not installed.
+    """
+    for entry in entry_points(group=group, name=name):
+        try:
+            return entry.load()
+        except MissingLibraryError:
+            raise
+        except ImportError as error:
+            raise MissingLibraryError(f"{what} ({entry.value}) cannot be loaded: {error}") from None
+    raise MissingLibraryError(f"no installed package offers {what} (entry point {name} of group {group})")
 
 
 def load_module(name: str, what: str) -> ModuleType:

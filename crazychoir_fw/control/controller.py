@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from typing import Protocol
+from typing import ClassVar, Protocol
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.control.senders import SenderStrategy
@@ -36,11 +37,16 @@ class LastReference:
         return self._reference
 
 
-class CrazyflieController(ABC):
+class CrazyflieController(Stateful, ABC):
     """Template of controllers: takes poses and references, and gives a command whenever one is due.
 
     One object flies one drone, arrays of shape (3,), or a group of equal drones at once, (N, 3).
     """
+
+    commands: ClassVar[tuple[str, ...]] = ("fpqr", "frpy", "vel")
+    """Kinds of commands that it may send, see `SenderStrategy.kind`; the first is the usual one."""
+    filtered: ClassVar[str] = ""
+    """What of its commands safety filters work on: acceleration, velocity, or nothing."""
 
     def __init__(
         self, command_sender: SenderStrategy | None = None, traj_handler: ReferenceHandler | None = None
@@ -62,6 +68,11 @@ class CrazyflieController(ABC):
         self.traj_handler: ReferenceHandler = LastReference() if traj_handler is None else traj_handler
         self.current_pose = Pose()
         self._forgotten: Reference | None = None
+
+    @classmethod
+    def with_filter(cls) -> type[CrazyflieController]:
+        """Return the controller whose position law is told who is near; one of yours that tells it returns itself."""
+        return cls
 
     def set_pose(self, pose: Pose) -> None:
         """Take the present pose and twist; what is not known yet is None."""

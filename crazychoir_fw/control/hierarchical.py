@@ -34,6 +34,9 @@ class HierarchicalController(CrazyflieController):
     the drone keeps the position that it had at the first step, level, at yaw 0; afterwards the last reference is held.
     """
 
+    commands = ("fpqr", "frpy")
+    filtered = "acceleration"
+
     def __init__(
         self,
         pos_strategy: PositionCtrlStrategy | None = None,
@@ -84,6 +87,13 @@ class HierarchicalController(CrazyflieController):
         self.desired_pqr: Array = np.zeros(3)
         """Body rates (rad/s) that the attitude law wants, shape (..., 3)."""
         self._frozen: Reference | None = None
+
+    @classmethod
+    def with_filter(cls) -> type[CrazyflieController]:
+        """See `CrazyflieController`."""
+        from crazychoir_fw.control.safe_hierarchical import SafeHierarchicalController
+
+        return SafeHierarchicalController if cls is HierarchicalController else cls
 
     @property
     def periods(self) -> tuple[float, ...]:

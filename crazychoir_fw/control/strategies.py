@@ -31,6 +31,11 @@ class PositionCtrlStrategy(ABC):
         """Make a law that is asked so often per second."""
         self.update_frequency = checked_frequency(type(self).__name__, "update_frequency", update_frequency)
 
+    @classmethod
+    def with_filter(cls) -> type[PositionCtrlStrategy]:
+        """Return the law that takes a `safety_filter` and those nearby; a law of yours that does returns itself."""
+        return cls
+
     @abstractmethod
     def control(self, current_pose: Pose, desired_reference: Reference) -> tuple[Array, Array]:
         """Return thrust (N), shape (...), and attitude, matrices from body to world, shape (..., 3, 3)."""

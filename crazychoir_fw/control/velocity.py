@@ -60,6 +60,9 @@ class VelocityCtrlStrategy:
 class VelocityController(CrazyflieController):
     """Runs a velocity law and a sender at the frequency of the law; without pose or reference it sends zero."""
 
+    commands = ("vel",)
+    filtered = "velocity"
+
     def __init__(
         self,
         velocity_strategy: VelocityCtrlStrategy | None = None,

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING
 from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.crtp.client_session import SILENCE_S, ClientSession
-from crazychoir_fw.crtp.clock import Clock
 from crazychoir_fw.crtp.drone_radio import DroneRadio
 from crazychoir_fw.crtp.link_model import Link, PerfectLink
-from crazychoir_fw.crtp.pacing import SLICE_S, TickPacer
+from crazychoir_fw.crtp.pacing import SLICE_S, Clock, TickPacer
 from crazychoir_fw.crtp.radio_thread import Radio, report
 from crazychoir_fw.crtp.server_statistics import Statistics
 from crazychoir_fw.crtp.service_context import ServiceContext
@@ -65,7 +64,30 @@ class Server:
         reads_ahead: bool = True,
         services: Sequence[Callable[[ServiceContext], Service]] = SERVICES,
     ) -> None:
-        """Get ready; see `World.serve`."""
+        """Get ready; no port is opened before `start`.
+
+        Each drone has its own UDP port: `port`, the next one, and so on in the order of `World.drones`
+        (``udp://127.0.0.1:19850``).
+
+        Args:
+            world: The world.
+            host: Address of this machine to listen at; whatever client reaches it can fly the drones.
+            port: Port of the first drone; 0 takes any free ones, see `uris`.
+            speed: Simulated seconds per second in `run`; 0 or None is as fast as possible.
+            link: What packets go through; by default nothing is late or lost.
+            newest_client_wins: Whether a second client takes a drone from the first, instead of waiting for it.
+            relax_after_session: Whether the high-level commander has a drone back when its client has gone.
+            silence: Time (s) without a packet after which a client has gone.
+            storage: Folder of the parameters that clients store on their drones; None keeps them for as long as the
+                world lives.
+            reads_ahead: Whether a client that downloads a table of contents is sent the next items unasked, and drones
+                are read in turns, which halves the time that a swarm takes to connect; never through a link.
+            services: What drones offer.
+
+        Raises:
+            RangeError: If a value is outside its range.
+            StateError: If the world is flown from a journal.
+        """
         if world.is_replay:
             raise StateError("a world that is flown from a journal cannot be served: its requests are known")
         if not 0.01 <= silence <= 3600.0:
@@ -273,14 +295,14 @@ class Server:
         """Wait until something is to be carried out, or the time is over."""
         self._is_asleep = seconds > SLICE_S
         try:
-            # what came just before it fell asleep woke nobody
+            # what came just before it fell asleep did not wake it
             if not (self._is_asleep and any(radio.station.context.has_changes for radio in self._radios)):
                 self._errands.get(timeout=max(0.0, seconds))
         except queue.Empty:
             return
         finally:
             self._is_asleep = False
-        # before looking what it is: whoever comes later wakes again
+        # before looking what it is: what comes later wakes again
         self._has_errand = False
 
     # ---------------------------------------------------------------- lockstep
@@ -291,7 +313,7 @@ class Server:
         self._link_clock.follow(self._read_world_time)
         if self._radio is not None:
             self._radio.link_rate = 0.0
-            self._radio.wake()  # in lockstep nobody waits for a turn
+            self._radio.wake()  # in lockstep no question waits for a turn
         self._leave_lockstep = self.world.agenda.every(1, self._keep_lockstep)
 
     def _keep_lockstep(self) -> None:

@@ -14,17 +14,21 @@ __all__ = [
     "HardwareBackend",
     "IntegratorBackend",
     "SimBackend",
+    "fly",
+    "make_experiment",
 ]
 
 _LATER = {
     "HardwareBackend": "hardware_backend",
     "IntegratorBackend": "integrator_backend",
     "SimBackend": "sim_backend",
+    "fly": "engine",
+    "make_experiment": "engine",
 }
 
 
 def __getattr__(name: str) -> object:
-    """Import a backend when somebody asks for it: each brings much that the others do not need."""
+    """Import a backend or the engine when it is asked for: each brings much that the others do not need."""
     if name not in _LATER:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module

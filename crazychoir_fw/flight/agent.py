@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import enum
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 
 _FLOOR_M = 0.1  # what starts higher does not start on a floor
@@ -50,7 +52,7 @@ class Planner(Protocol):
 
 
 @dataclass
-class Agent:
+class Agent(Stateful):
     """The layers of one drone but for its controller, which may be shared with others."""
 
     index: int
@@ -89,3 +91,28 @@ class Agent:
         """Note where it stands while its motors begin to turn (m, world)."""
         self.home = position.copy()
         self.floor = float(position[2]) if position[2] < _FLOOR_M else 0.0
+
+
+class SwarmPhases:
+    """The phases of agents as arrays, as of the last `look`; whoever holds an agent may set its phase."""
+
+    def __init__(self, agents: Sequence[Agent]) -> None:
+        """Take the agents, and look."""
+        self._agents = list(agents)
+        self._seen: list[DronePhase] | None = None
+        self.look()
+
+    def look(self) -> None:
+        """Bring everything up to date."""
+        phases = [agent.phase for agent in self._agents]
+        if phases == self._seen:
+            return
+        self._seen = phases
+        self.numbers = np.array([phase.number for phase in phases], float)
+        """Their numbers in logs, shape (N,)."""
+        self.turning = np.array([phase.has_motors_on for phase in phases], bool)
+        """Whose motors turn, shape (N,)."""
+        self.turning.flags.writeable = False  # everybody is given this one
+        self.up = [agent for agent in self._agents if agent.is_up]
+        """Whose motors turn."""
+        self.is_anybody_landing = DronePhase.LANDING in phases

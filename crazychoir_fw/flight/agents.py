@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +15,7 @@ from crazychoir_fw.flight.controllers import make_controller, make_groups
 from crazychoir_fw.flight.safety_filters import make_collision_avoidance, make_safety_filter, make_sensing
 from crazychoir_fw.guidance.gains import FORMATION_GAINS, FormationGains
 from crazychoir_fw.guidance.graph import NeighborSchedule
+from crazychoir_fw.guidance.law import arguments_of
 from crazychoir_fw.mission.communicators import graph_of, make_communicators, schedule_of
 from crazychoir_fw.mission.factory import build, changed_gains, class_of
 from crazychoir_fw.mission.roles import (
@@ -26,7 +26,9 @@ from crazychoir_fw.mission.roles import (
     is_only_watched,
     leads,
     masses_of,
+    metrics_of,
     names_of,
+    options_of_drone,
     starts_of,
     takeoff_time_of,
     team_of,
@@ -54,6 +56,7 @@ __all__ = [
     "make_sensing",
     "make_trajectory_handler",
     "masses_of",
+    "metrics_of",
     "names_of",
     "schedule_of",
     "starts_of",
@@ -90,8 +93,6 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any, schedule: 
     }
     if schedule is not None:
         arguments["schedule"] = schedule
-    if "graph" in inspect.signature(cls).parameters:
-        arguments["graph"] = graph_of(mission)
     formation = formation_of(mission, i)
     if formation is not None:
         arguments["formation"] = formation
@@ -101,13 +102,15 @@ def make_guidance(mission: LayeredMission, i: int, communicator: Any, schedule: 
         arguments["slots"] = len(mission.layers.delivery.requests)
     if layer.goals is not None:
         arguments["goals"] = [tuple(row) for row in layer.goals.get(name, [])]
-    asked = inspect.signature(cls).parameters
+    asked = arguments_of(cls)
+    if "graph" in asked:
+        arguments["graph"] = graph_of(mission)
     if "team" in asked:
         arguments["team"] = team_of(mission, i)
     # those of a formation are distances
     if "weights" in asked and "formation" not in asked and graph_of(mission).is_undirected:
         arguments["weights"] = graph_of(mission).metropolis_hastings()[i].tolist()
-    return build(cls, key, arguments, {**layer.options, **layer.options_by_drone.get(name, {})})
+    return build(cls, key, arguments, options_of_drone(mission, i))
 
 
 def _formation_gains(key: str, given: Mapping[str, Any]) -> Any:
@@ -125,7 +128,7 @@ def make_trajectory_handler(mission: LayeredMission, i: int) -> Any:
     layer, key = mission.layers.planning_of(name), mission.layers.path_of(name, "planning")
     if layer is None or not follows_trajectory(mission, i):
         return None
-    cls = class_of(mission, f"{key}.class", layer.kind, planning, planning.TrajectoryHandler)
+    cls = class_of(layer, "planning", f"{key}.class", layer.kind, planning.TrajectoryHandler)
     return build(cls, key, {"update_frequency": float(mission.layers.rate)}, layer.options)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 Indices = Sequence[int] | NDArray[np.intp]
 """Numbers of drones, from 0, in the order of `Backend.names`."""
+
+_BEHIND_S = 0.1  # who is later than this does not try to catch up
 
 KINDS = ("fpqr", "frpy", "vel")
 """Commands by Twist: thrust and body rates; thrust and roll, pitch, yaw; velocity and yaw rate."""
@@ -85,3 +87,28 @@ def one_of(poses: Pose, index: int) -> Pose:
 def some_of(poses: Pose, indices: Indices) -> Pose:
     """Return the poses of some drones out of those of many."""
     return one_of(poses, indices)  # type: ignore[arg-type]
+
+
+class WallPace:
+    """Rounds of drones whose time goes on by itself: waits until the next one is due."""
+
+    def __init__(self, clock: Callable[[], float], sleep: Callable[[float], None]) -> None:
+        """Take a clock (s), and what lets time go on (s)."""
+        self._clock, self._sleep = clock, sleep
+        self._due = clock()
+        self.worst_lag_s = 0.0
+        """How late a round was at worst (s)."""
+
+    def begin_anew(self) -> None:
+        """Count from now, after something else has taken its time."""
+        self._due = self._clock()
+
+    def wait(self, seconds: float) -> None:
+        """Wait until so long after the round before was due (s)."""
+        self._due += seconds
+        wait = self._due - self._clock()
+        self.worst_lag_s = max(self.worst_lag_s, -wait)
+        if wait > 0.0:
+            self._sleep(wait)
+        elif wait < -_BEHIND_S:
+            self._due = self._clock()

@@ -26,11 +26,6 @@ _CONTROL_GAINS = {
     "velocity": (control.VELOCITY_GAINS, control.VelocityGains),
 }
 
-_SAFE_LAWS = {
-    "FlatnessPositionCtrl": "SafeFlatnessPositionCtrl",
-    "FlatnessAccelerationCtrl": "SafeFlatnessAccelerationCtrl",
-}
-
 
 class LawMaker:
     """Makes the control laws of one control layer, for a drone or for several at once."""
@@ -46,7 +41,7 @@ class LawMaker:
         """
         self.safe = make_safety_filter(mission)
         """What keeps positions apart, or None."""
-        self._mission, self._layer, self._where = mission, layer, where
+        self._layer, self._where = layer, where
         self._known = {
             "update_frequency": float(layer.rate or mission.layers.rate),
             "mass": mass,
@@ -61,10 +56,7 @@ class LawMaker:
     def position(self, follows: str) -> Any:
         """Return what turns references of a kind into thrust and attitude."""
         role = "acceleration" if follows == "acceleration" else "position"
-        word = getattr(self._layer, role)
-        if self.safe is not None:
-            word = _SAFE_LAWS.get(word, word)
-        return self._made(role, word, "position", control.PositionCtrlStrategy)
+        return self._made(role, getattr(self._layer, role), "position", control.PositionCtrlStrategy)
 
     def both_positions(self, i: Sequence[int], accelerated: Sequence[int]) -> Any:
         """Return the flatness laws of drones of which some follow accelerations, as one law.
@@ -89,7 +81,9 @@ class LawMaker:
 
     def _made(self, role: str, word: str, gains: str, base: Any) -> Any:
         key = f"{self._where}.{role}"
-        cls = class_of(self._mission, key, word, control, base)
+        cls: Any = class_of(self._layer, role, key, word, base)
+        if self.safe is not None and hasattr(cls, "with_filter"):
+            cls = cls.with_filter()
         sets, kind = _CONTROL_GAINS[gains]
         given = self._layer.gains
         chosen = given if isinstance(given, str) else given.get(gains, "webots")

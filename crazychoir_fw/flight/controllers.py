@@ -10,10 +10,12 @@ import numpy as np
 from crazychoir_fw import control, planning
 from crazychoir_fw.flight.control_group import ControlGroup
 from crazychoir_fw.flight.control_laws import LawMaker
+from crazychoir_fw.flight.mixed_reference_ctrl import MixedReferenceCtrl
 from crazychoir_fw.flight.safe_group import FilteredController, SafeControlGroup
 from crazychoir_fw.flight.safety_filters import make_collision_avoidance, make_sensing
 from crazychoir_fw.flight.sensing import Sensing
-from crazychoir_fw.mission.factory import build, class_of
+from crazychoir_fw.guidance.law import arguments_of
+from crazychoir_fw.mission.factory import build
 from crazychoir_fw.mission.roles import masses_of, names_of, what_it_follows
 
 if TYPE_CHECKING:
@@ -53,15 +55,13 @@ def make_controller(
         "command_sender": _sender(layer, float(layer.rate or mission.layers.rate)),
         "traj_handler": _TRAJ_HANDLERS.get(follows, planning.FullStateTraj)(),
     }
-    if layer.kind == "VelocityController":
-        return control.VelocityController(velocity_strategy=laws.velocity(), **parts)
-    parts["pos_strategy"] = laws.both_positions(i, accelerated) if len(accelerated) else laws.position(follows)
-    parts["attitude_strategy"] = laws.attitude()
-    if layer.kind == "HierarchicalController":
-        cls: type = control.HierarchicalController if laws.safe is None else control.SafeHierarchicalController
-    else:
-        cls = class_of(mission, f"{where}.class", layer.kind, control, control.CrazyflieController)
-    return build(cls, where, parts, {})
+    cls = layer.law(f"{where}.class")
+    if "velocity_strategy" in arguments_of(cls):
+        parts["velocity_strategy"] = laws.velocity()
+    if "pos_strategy" in arguments_of(cls):
+        parts["pos_strategy"] = laws.both_positions(i, accelerated) if len(accelerated) else laws.position(follows)
+        parts["attitude_strategy"] = laws.attitude()
+    return build(cls if laws.safe is None else cls.with_filter(), where, parts, {})
 
 
 def _mass_of(mission: LayeredMission, i: int | Sequence[int], masses: Sequence[float] | None) -> Any:
@@ -119,9 +119,7 @@ def _groups(
             controller = FilteredController(controller, avoidance, rate)
         return SafeControlGroup(sensing, controller, members, layer.command, follows, accelerated)
 
-    laws = (layer.kind, layer.position, layer.acceleration)
-    stock = ("HierarchicalController", "FlatnessPositionCtrl", "FlatnessAccelerationCtrl")
-    if set(alike) == {"fullstate", "acceleration"} and laws == stock:
+    if set(alike) == {"fullstate", "acceleration"} and MixedReferenceCtrl.replaces(layer):
         everybody = sorted([*alike["fullstate"], *alike["acceleration"]])
         # made as that of drones that follow full states
         controller = make_controller(mission, everybody, masses, "fullstate", alike["acceleration"])

@@ -12,9 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.common.errors import CrazychoirError, RangeError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint, Twist
-from crazychoir_fw.flight.backend import Indices, one_of
+from crazychoir_fw.flight.backend import Indices, WallPace, one_of
 from crazychoir_fw.flight.plain_recorder import PlainRecorder
-from crazychoir_fw.flight.wall_pace import WallPace
 
 if TYPE_CHECKING:
     from crazychoir_fw.radio import RadioHandler
@@ -150,7 +149,7 @@ class HardwareBackend:
 
     def unlock(self, indices: Indices) -> list[int]:
         """See `Backend`; takes some seconds with drones that have just started."""
-        from crazychoir_fw.radio.parallel import in_parallel
+        from crazychoir_fw.radio.threads import in_parallel
 
         def make_ready(drone: Any) -> None:
             drone.resume()

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint, Twist
 from crazychoir_fw.flight.backend import Indices, one_of
@@ -60,10 +61,11 @@ class _Fleet(CrazyflieIntegrator):
         self._loop = commands
 
 
-class IntegratorBackend:
+class IntegratorBackend(Stateful):
     """Point masses that turn at once as they are told. A drone that starts above the floor waits there."""
 
     is_real_time = False
+    unkept = ("_recorder",)
 
     def __init__(
         self,

@@ -59,7 +59,7 @@ class MixedBackend:
             for part, numbers in zip(self._parts, self._numbers, strict=True)
             for k, i in enumerate(numbers)
         }
-        self.world = simulated.world
+        self.world, self.faults = simulated.world, simulated.faults
         self.mirror = Mirror(self.world, [self.world.mirrored[name] for name in mirrored])
         """What moves the mirrored bodies."""
         self._real_numbers = np.concatenate([np.zeros(0, np.intp), *self._numbers[1:]])

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from crazychoir_fw.control import safety
 from crazychoir_fw.flight.sensing import Sensing
+from crazychoir_fw.mission.factory import build
 
 if TYPE_CHECKING:
     from crazychoir_fw.mission.schema import LayeredMission
@@ -21,16 +22,14 @@ def make_safety_filter(mission: LayeredMission) -> Any:
     layer = mission.layers.safety
     if layer is None:
         return None
-    names = ("gamma", "kappa", "max_acceleration", "max_braking_acceleration", "max_velocity", "max_braking_velocity")
-    given = {name: getattr(layer, name) for name in names if getattr(layer, name) is not None}
-    kind = getattr(safety, layer.filter)
-    return kind(distance=layer.distance + layer.margin, keep_right=layer.keep_right, **given)
+    distances = {"distance": layer.distance + layer.margin, "keep_right": layer.keep_right}
+    return build(layer.law(), "layers.safety", distances, layer.of_filter)
 
 
 def make_collision_avoidance(mission: LayeredMission) -> Any:
     """Return the filter between velocity controllers and drones, or None if there is none of that kind."""
     filter_ = make_safety_filter(mission)
-    if filter_ is None or mission.layers.safety.filter != "SingleIntegratorCBF":  # type: ignore[union-attr]
+    if filter_ is None or filter_.filters != "velocity":
         return None
     return safety.SingleIntegratorCollisionAvoidance(filter_)
 

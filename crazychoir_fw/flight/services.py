@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.messages import Pose
 
 if TYPE_CHECKING:
@@ -24,7 +25,7 @@ def _no_note(kind: str, drone: int | None, details: str | Mapping[str, Any] = ""
     del kind, drone, details
 
 
-class Service:
+class Service(Stateful):
     """Takes its turn in each round before guidance does. Subclasses override what they need."""
 
     note: Note = staticmethod(_no_note)

@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import lib
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint, Twist
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.flight.backend import Indices, one_of
 from crazychoir_fw.flight.setpoints import setpoints
 from crazychoir_fw.onboard.core import check
+from crazychoir_fw.recording.journal import Journal
 from crazychoir_fw.simulation.recorder import FlightRecorder
 from crazychoir_fw.simulation.supervisor_resets import is_about_to_reset, is_resetting
 from crazychoir_fw.simulation.swarm_views import swarm_parts
@@ -27,11 +29,12 @@ Array = NDArray[np.float64]
 
 _ESTIMATE = tuple(f"stateEstimate.{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz"))
 _GYRO = ("gyro.x", "gyro.y", "gyro.z")
+_KEPT = ("read_poses", "_readying", "_goals", "_refusals")  # beside the world
 _READY_S = 1.0  # a reset of the supervisor is over long before
 _IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
 
 
-class SimBackend:
+class SimBackend(Stateful):
     """Commands go through the uplink of each drone, so that the journal of the world proves the flight."""
 
     is_real_time = False
@@ -56,6 +59,8 @@ class SimBackend:
         """Returns the poses that the layers are told."""
         self.radio: Any = None
         """The simulated radios, if requests go through some."""
+        self.faults: list[dict[str, Any]] = []
+        """What is planned to go wrong, in times of the world."""
         self._true = truth(world)
         facts = [lib.cf_platform_facts(drone.struct.config.platform) for drone in world.drones]
         self._max_thrust = np.array([4.0 * float(fact.thrust.thrust_max) for fact in facts])
@@ -154,10 +159,6 @@ class SimBackend:
             self._go_on_waiting()
 
     def _go_on_waiting(self) -> None:
-        now = self.time
-        # time may have been turned back
-        self._readying = {i: since for i, since in self._readying.items() if since <= now}
-        self._goals = {i: goal for i, goal in self._goals.items() if goal[0] <= now}
         for i in list(self._readying):
             self._make_ready(i)
         for i in list(self._goals):
@@ -206,6 +207,16 @@ class SimBackend:
     def film(self) -> tuple[Array, Array]:
         """Positions of the whole model at each sample, shape (T, nq), and times (s), shape (T,)."""
         return self._recorder.qpos, self._recorder.times
+
+    def state(self) -> dict[str, Any]:
+        """See `Stateful`. The journal begins anew: an hour of it would be copied into every state otherwise."""
+        self.world.journal = Journal(self.world.journal.recipe)
+        return {"world": self.world.snapshot(), **{name: getattr(self, name) for name in _KEPT}}
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """See `Stateful`."""
+        self.world.restore(state["world"])
+        vars(self).update({name: state[name] for name in _KEPT})
 
     def close(self) -> None:
         """See `Backend`."""

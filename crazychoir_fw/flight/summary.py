@@ -1,75 +1,43 @@
-"""What a flight comes down to: the figures of `summary.json`, and what counts as a failure."""
+"""What a flight comes down to, whoever flew it: the content of `summary.json`."""
+
+from __future__ import annotations
 
 import json
 import math
-import os
-import tempfile
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from crazychoir_fw.common.ticks import TICKS_PER_SECOND
-from crazychoir_fw.mission.fleet import FORCE_CONTROLLERS, OUT_OF_TREE
-from crazychoir_fw.mission.plan import FlightPlan
-from crazychoir_fw.mission.schema import Mission
+from crazychoir_fw.common.replacing import replacing
 from crazychoir_fw.onboard.core import identity
 
 if TYPE_CHECKING:
+    from crazychoir_fw.flight.criteria import Judge, Verdict
+    from crazychoir_fw.mission.schema import Mission
     from crazychoir_fw.recording.flight_log import FlightLog
-    from crazychoir_fw.simulation import World
     from crazychoir_fw.simulation.events import Event
 
-TRUE_POSITION = ("sim.x", "sim.y", "sim.z")
-ESTIMATE = ("stateEstimate.x", "stateEstimate.y", "stateEstimate.z")
-SETPOINT = ("ctrltarget.x", "ctrltarget.y", "ctrltarget.z")
-THRUST = "stabilizer.thrust"
-SUPERVISOR = "supervisor.info"
-FLYING_BIT = 0x0010
-OFF_THE_FLOOR = 0.05  # [m] above the start
-FULL_THRUST = 65535
 
-HOVER_WINDOW = 1.0
-"""Length of the steadiest part of a flight, over which the hover thrust is averaged (s)."""
+@dataclass(frozen=True)
+class Assessment:
+    """Figures and failures of a flight."""
 
-SLACK = 1.0
-"""A waypoint is reached when the drone is near it at some moment this long around its tick (s)."""
-
-
-def judge(mission: Mission, plan: FlightPlan, log: "FlightLog", start: float) -> list[str]:
-    """Return what a drone missed, one sentence each, in the order of the flight.
-
-    Args:
-        mission: What was flown; its tolerances count.
-        plan: Where each drone had to be, and when.
-        log: What happened.
-        start: Time of the log at which the plan began (s).
-    """
-    failures = []
-    position = _vector(log, TRUE_POSITION)
-    for waypoint in plan.waypoints:
-        if plan.fleet[waypoint.drone] in mission.may_fail:
-            continue
-        due = start + waypoint.tick / TICKS_PER_SECOND
-        first, last = np.searchsorted(log.time, [due - SLACK / 2, due + SLACK])
-        path = position[first:last, waypoint.drone]
-        miss = _least(np.linalg.norm(path - waypoint.position, axis=1))
-        if not miss <= mission.tolerance.waypoint:
-            failures.append(
-                f"{plan.fleet[waypoint.drone]}: missed the target of {waypoint.phase} by {miss:.2f} m, "
-                f"tolerance {mission.tolerance.waypoint:g} m"
-            )
-    for name, course, miss in zip(plan.fleet, plan.courses, endpoint_errors(plan, log), strict=True):
-        if course.flies_itself:
-            continue  # nobody here knows where it wants to be
-        if name not in mission.may_fail and not miss <= mission.tolerance.endpoint:
-            failures.append(f"{name}: ended {miss:.2f} m from its target, tolerance {mission.tolerance.endpoint:g} m")
-    return failures
+    drones: Sequence[dict[str, Any]]
+    """Figures of each drone, in the order of the mission."""
+    failures: list[str]
+    """What went wrong, one sentence each."""
+    expected: list[str]
+    """What went wrong with drones that may fail, one sentence each."""
+    criteria: Sequence[Verdict] = ()
+    """How the flight did by each criterion that was asked for."""
+    swarm: dict[str, Any] = field(default_factory=dict)
+    """Figures of all drones together."""
+    judge: Judge | None = None
+    """Where the figures come from, if layers flew: for pictures and films."""
 
 
-def collision_failures(mission: Mission, events: Sequence["Event"]) -> list[tuple[str, str]]:
+def collision_failures(mission: Mission, events: Sequence[Event]) -> list[tuple[str, str]]:
     """Return the collisions that a mission does not forgive, each with its drone and a sentence.
 
     Those with drones and obstacles that were faster than `tolerance.collision_speed` are. How a drone came down on a
@@ -89,169 +57,83 @@ def collision_failures(mission: Mission, events: Sequence["Event"]) -> list[tupl
 
 
 def summarize(
-    mission: Mission,
-    plan: FlightPlan,
-    world: "World",
-    log: "FlightLog",
-    start: float,
-    wall_seconds: float,
-    failures: list[str],
-    expected_failures: Sequence[str] = (),
+    mission: Mission, flight: Any, log: FlightLog, assessment: Assessment, flown: float, wall_seconds: float
 ) -> dict[str, Any]:
     """Return the content of summary.json.
 
-    Errors count from a drone's take-off to the end of its landing, while its supervisor says that it flies:
-    `rms_error_m` and `max_error_m` between true position and onboard setpoint, `estimator_rms_m` between true position
-    and state estimate. `endpoint_error_m` is the distance from the last commanded place at the end of the flight.
-    `hover_thrust_percent` is the mean thrust command over the steadiest second, before battery compensation; the
-    firmware logs none for a controller that commands newtons, as one that an app brings may. A figure that a flight
-    does not have is null.
-    `collisions` lists what drones hit, and how fast (see `crazychoir_fw.simulation.collisions`).
-    `expected_failures` are those of drones that may fail, `faults` what was planned to go wrong, in times of the world.
-    `providers` says once per provider what it was built from.
-    """
-    measured = flight_figures(plan, log, start)
-    # a scene may bring more drones, which come last
-    for drone, figures in zip(world.drones[: len(measured)], measured, strict=True):
-        if drone.config.controller in (*FORCE_CONTROLLERS, OUT_OF_TREE):
-            figures["hover_thrust_percent"] = None
-    drones = [
-        {
-            "id": drone.id,
-            "provider": drone.config.provider,
-            **figures,
-            "battery_V": _rounded(drone.battery_voltage),
-            "supervisor_state": drone.supervisor_state,
-        }
-        for drone, figures in zip(world.drones[: len(measured)], measured, strict=True)
-    ]
-    return {
-        "mission": mission.name,
-        "provider": ", ".join(sorted({drone.config.provider for drone in world.drones})),
-        "platform": ", ".join(sorted({drone.platform for drone in mission.fleet})),
-        "seed": mission.seed,
-        "success": not failures,
-        "failures": failures,
-        "sim_seconds": _rounded(world.time),
-        "wall_seconds": _rounded(wall_seconds),
-        "real_time_factor": _rounded(world.time / wall_seconds if wall_seconds > 0 else math.nan),
-        "drones": drones,
-        "collisions": [
-            {"time": _rounded(event.time), "drone": event.drone, **event.details}
-            for event in world.events
-            if event.kind == "collision"
-        ],
-        "build": identity(),
-        "providers": log.metadata.get("providers", []),
-        "expected_failures": list(expected_failures),
-        "faults": log.metadata.get("faults", []),
-    }
-
-
-def flight_figures(plan: FlightPlan, log: "FlightLog", start: float) -> list[dict[str, float | None]]:
-    """Return the measured figures of each drone, in the order of the fleet; see `summarize`."""
-    true = _vector(log, TRUE_POSITION)
-    tracking = np.linalg.norm(true - _vector(log, SETPOINT), axis=2)
-    estimation = np.linalg.norm(true - _vector(log, ESTIMATE), axis=2)
-    endpoint = endpoint_errors(plan, log)
-
-    figures = []
-    for i in range(len(plan.fleet)):
-        flies = _airborne(plan, log, i, start)
-        # the supervisor sees a drone flying whose motors have not lifted it yet
-        is_off_the_floor = true[:, i, 2] > true[0, i, 2] + OFF_THE_FLOOR
-        thrust = hover_thrust(log.time, true[:, i], log.signals[THRUST][:, i], flies & is_off_the_floor)
-        figures.append(
-            {
-                "rms_error_m": _rounded(_rms(tracking[flies, i])),
-                "max_error_m": _rounded(tracking[flies, i].max() if flies.any() else math.nan),
-                "endpoint_error_m": _rounded(math.nan if plan.courses[i].flies_itself else endpoint[i]),
-                "estimator_rms_m": _rounded(_rms(estimation[flies, i])),
-                "hover_thrust_percent": _rounded(100.0 * thrust / FULL_THRUST, digits=2),
-            }
-        )
-    return figures
-
-
-def endpoint_errors(plan: FlightPlan, log: "FlightLog") -> NDArray[np.float64]:
-    """Return the distance (m) of each drone from its last commanded place at the end of the log, shape (N,).
-
-    A drone that landed belongs on the floor it started from, at its height of the first sample.
-    """
-    position = _vector(log, TRUE_POSITION)[:, : len(plan.courses)]
-    targets = np.array([course.position for course in plan.courses])
-    on_floor = np.array([not course.is_flying for course in plan.courses])
-    targets[on_floor, 2] = position[0, on_floor, 2]
-    return np.linalg.norm(position[-1] - targets, axis=1)
-
-
-def hover_thrust(
-    time: NDArray[np.float64], position: NDArray[np.float64], thrust: NDArray[Any], is_airborne: NDArray[np.bool_]
-) -> float:
-    """Return the mean thrust command over the steadiest second of a flight; NaN if it has no whole second.
+    `collisions` lists what drones hit, and how fast (see `crazychoir_fw.simulation.collisions`), `expected_failures`
+    are those of drones that may fail, `faults` what was planned to go wrong, in times of the world. `providers` says
+    once per provider what it was built from. What only simulated drones have is missing elsewhere.
 
     Args:
-        time: Times of the samples (s), shape (T,), evenly spaced.
-        position: True positions (m, world frame), shape (T, 3).
-        thrust: Thrust commands, shape (T,).
-        is_airborne: Which samples are in flight, shape (T,).
+        mission: What was flown.
+        flight: What flew it, an `Experiment` or an `OnboardFlight`.
+        log: Its log.
+        assessment: What came of it.
+        flown: How long it took (s, of the flight).
+        wall_seconds: How long it took (s, wall).
     """
-    if len(time) < 3:
-        return math.nan
-    window = round(HOVER_WINDOW / ((time[-1] - time[0]) / (len(time) - 1)))
-    if not 1 <= window <= len(time):
-        return math.nan
-    speed = np.linalg.norm(np.gradient(position, time, axis=0), axis=1)
-    # a window with one sample on the floor is no hover
-    speed = np.where(is_airborne, speed, np.inf)
-    mean_speed = np.lib.stride_tricks.sliding_window_view(speed, window).mean(axis=1)
-    steadiest = int(np.argmin(mean_speed))
-    if not np.isfinite(mean_speed[steadiest]):
-        return math.nan
-    return float(np.mean(thrust[steadiest : steadiest + window], dtype=np.float64))
+    backend = flight.backend
+    world = getattr(backend, "world", None)
+    simulated = {} if world is None else {drone.id: drone for drone in world.drones}
+    summary = {
+        "mission": mission.name,
+        "backend": mission.backend,
+        "platform": ", ".join(sorted({drone.platform for drone in mission.fleet})),
+        "seed": mission.seed,
+        "success": not assessment.failures,
+        "failures": assessment.failures,
+        "sim_seconds": rounded(flown),
+        "wall_seconds": rounded(wall_seconds),
+        "real_time_factor": rounded(flown / wall_seconds if wall_seconds > 0.0 else math.nan),
+        "criteria": [verdict.as_dict() for verdict in assessment.criteria],
+        **assessment.swarm,
+        "drones": [
+            {"id": drone.id, **figures, **_onboard(simulated.get(drone.id))}
+            for drone, figures in zip(mission.fleet, assessment.drones, strict=True)
+        ],
+        "events": [event.as_dict() for event in flight.events],
+        "collisions": [
+            {"time": rounded(event.time), "drone": event.drone, **event.details}
+            for event in (() if world is None else world.events)
+            if event.kind == "collision"
+        ],
+        "shares": {name: rounded(value) for name, value in flight.shares.items()},
+        "build": identity(),
+        "expected_failures": assessment.expected,
+        "faults": getattr(backend, "faults", []),
+    }
+    if world is not None:
+        summary["provider"] = ", ".join(sorted({drone.config.provider for drone in world.drones}))
+        summary["providers"] = log.metadata.get("providers", [])
+    if (talk := flight.communication()) is not None:
+        summary["communication"] = talk
+    if (mirror := getattr(backend, "mirror", None)) is not None:
+        summary["mirrored"] = mirror.report()
+        summary["behind_s"] = rounded(backend.behind_s)
+    if (radio := getattr(backend, "radio", None)) is not None:
+        summary["link"] = radio.link.statistics()
+    return summary
+
+
+def _onboard(drone: Any) -> dict[str, Any]:
+    """Return how the onboard software of a simulated drone is at the end."""
+    if drone is None:
+        return {}
+    return {
+        "provider": drone.config.provider,
+        "battery_V": rounded(drone.battery_voltage),
+        "supervisor_state": drone.supervisor_state,
+    }
 
 
 def write_summary(path: Path, summary: dict[str, Any]) -> None:
     """Write summary.json whole or not at all: a reader never meets half of it."""
     text = json.dumps(summary, indent=2, allow_nan=False) + "\n"
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-        # mkstemp keeps the file to its owner; a summary is for everybody
-        Path(temporary).chmod(0o644)
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
 
 
-def _vector(log: "FlightLog", names: tuple[str, str, str]) -> NDArray[np.float64]:
-    """Return three signals side by side, shape (T, N, 3)."""
-    return np.stack([np.asarray(log.signals[name], dtype=np.float64) for name in names], axis=2)
-
-
-def _airborne(plan: FlightPlan, log: "FlightLog", drone: int, start: float) -> NDArray[np.bool_]:
-    """Return in which samples a drone flies with a setpoint, shape (T,).
-
-    The plan bounds the time: the supervisor notices a landing late, when the setpoint is long gone.
-    """
-    is_planned = np.zeros(len(log.time), dtype=bool)
-    for begin, end in plan.courses[drone].airborne:
-        since = log.time - start
-        is_planned |= (since > begin / TICKS_PER_SECOND) & (since < end / TICKS_PER_SECOND - 1e-6)
-    info = np.asarray(log.signals[SUPERVISOR][:, drone]).astype(np.int64)
-    return is_planned & (info & FLYING_BIT > 0)
-
-
-def _rms(values: NDArray[np.float64]) -> float:
-    return float(np.sqrt(np.mean(values**2))) if values.size else math.nan
-
-
-def _least(values: NDArray[np.float64]) -> float:
-    return float(values.min()) if values.size else math.inf
-
-
-def _rounded(value: float, digits: int = 4) -> float | None:
+def rounded(value: float, digits: int = 4) -> float | None:
     """Return a figure as it is written: to a tenth of a millimeter, and null instead of NaN."""
     return round(float(value), digits) if math.isfinite(value) else None

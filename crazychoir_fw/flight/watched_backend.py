@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint, Twist
-from crazychoir_fw.flight.backend import Indices, one_of
+from crazychoir_fw.flight.backend import Indices, WallPace, one_of
 from crazychoir_fw.flight.plain_recorder import PlainRecorder
-from crazychoir_fw.flight.wall_pace import WallPace
 from crazychoir_fw.mocap import Estimator
 from crazychoir_fw.mocap.sources import PoseSource
 

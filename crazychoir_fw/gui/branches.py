@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import StateError
+
+if TYPE_CHECKING:
+    from crazychoir_fw.common.checkpoint import Checkpoint
+    from crazychoir_fw.gui.flying import Flying
 
 MAX_MOMENTS = 400
 """Of a branch: when there are more, every second one is forgotten."""
@@ -38,12 +42,10 @@ class Moment:
     """An instant to go back to."""
 
     time: float
-    world: Any
-    """What the backend was."""
-    layers: Any
-    """What the layers were, a `Memory`."""
-    extra: Any
-    """What the session was."""
+    checkpoint: Checkpoint | None
+    """What the flight was."""
+    flying: Flying | None
+    """The curves that were on their way."""
 
 
 @dataclass

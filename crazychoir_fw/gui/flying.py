@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import CrazychoirError, StateError
 from crazychoir_fw.common.messages import TrajectoryPoint
 
@@ -54,8 +55,10 @@ class Leg:
     curve: Polynomial
 
 
-class Flying:
+class Flying(Stateful):
     """Curves on their way."""
+
+    unkept = ("_access",)
 
     def __init__(self, experiment: Experiment, access: Access, legs: Sequence[Leg], name: str) -> None:
         """Begin: who stands on the floor takes off.

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crazychoir_fw.flight.task_timeline import timeline_of
-from crazychoir_fw.mission.surveillance import surveillance_of
+from crazychoir_fw.mission.roles import metrics_of
 from crazychoir_fw.recording.marks import COLORS
 
 if TYPE_CHECKING:
@@ -21,10 +20,15 @@ class Marks:
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        surveillance = surveillance_of(session.mission)
+        self._metrics = metrics_of(session.mission)
         self._fixed = [
-            {"position": mark.position.tolist(), "label": mark.kind, "color": COLORS[mark.kind]}
-            for mark in (() if surveillance is None else surveillance.marks(None))
+            {
+                "position": mark.position.tolist(),
+                "label": mark.label or mark.kind,
+                "color": COLORS.get(mark.kind, "#888888"),
+            }
+            for one in self._metrics
+            for mark in one.marks(None)
         ]
         self._looked_at: tuple[int, float] = (0, 0.0)
         self._found: list[dict[str, Any]] = []
@@ -42,7 +46,7 @@ class Marks:
         events = [event.as_dict() for event in self._session.experiment.events if event.kind in _KINDS]
         # whatever is not over by then is there now
         end = newest + 1.0
-        story = timeline_of(events, self._session.names, end) if events else None
+        timelines = [one.timeline(events, self._session.names, end) for one in self._metrics] if events else []
         return [
             {
                 "position": np.round(mark.position, 3).tolist(),
@@ -50,6 +54,7 @@ class Marks:
                 "drone": mark.drone,
                 "link": None if mark.link is None else np.round(mark.link, 3).tolist(),
             }
-            for mark in (() if story is None else story.marks)
+            for timeline in timelines
+            for mark in (() if timeline is None else timeline.marks)
             if mark.end >= end
         ]

@@ -14,19 +14,19 @@ def open_mission(path: Path, uri_base: str | None = None, **overrides: Any) -> L
 
     Args:
         path: The mission file.
-        uri_base: URI of the first real drone, if the others follow it; see `numbered_uris`.
+        uri_base: URI of the first real drone, if the others follow it.
         overrides: What is stronger than the file, for `load_mission`.
 
     Raises:
         MissionError: If the file cannot be flown.
     """
     from crazychoir_fw.mission.layers import GuidanceLayer, Layers
-    from crazychoir_fw.mission.numbered_uris import load_numbered
+    from crazychoir_fw.mission.loader import load_mission
     from crazychoir_fw.mission.schema import LayeredMission
 
-    mission = load_numbered(path, uri_base, overrides)
-    if isinstance(mission, LayeredMission):
+    mission: Any = load_mission(path, uri_base, **overrides)
+    if mission.layers is not None:
         return mission
-    given = {name: getattr(mission, name) for name in type(mission).model_fields if name != "flight"}
+    given = {name: getattr(mission, name) for name in type(mission).model_fields if name not in ("flight", "layers")}
     layers = Layers(guidance=GuidanceLayer.model_validate({"class": "SimpleGuidance"}))
     return LayeredMission.model_construct(**given, flight=[], layers=layers)

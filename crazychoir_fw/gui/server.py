@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from crazychoir_fw.common.errors import MissingLibraryError, RangeError
-from crazychoir_fw.gui.guard import Guard, is_loopback
+from crazychoir_fw.gui.guard import Guard, is_loopback, is_token, new_token
 
 if TYPE_CHECKING:
+    from crazychoir_fw.gui.live import Live
     from crazychoir_fw.gui.session import Session
+    from crazychoir_fw.gui.viewing import Viewing
 
 
 def require_nicegui() -> None:
@@ -40,10 +42,11 @@ def make_app(session: Session, folder: Path | None = None, token: str | None = N
     from crazychoir_fw.gui.drawings import Drawings
     from crazychoir_fw.gui.live import Live
     from crazychoir_fw.gui.previews import Previews
+    from crazychoir_fw.gui.words import Words
 
     drawings = Drawings(session.names, Path("drawings") if folder is None else folder)
     previews = Previews(session.mission, drawings)
-    live = Live(session, drawings)
+    live = Live(session, Words(session, drawings))
     api = Api(session, Commands(session, previews), drawings, previews, live)
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     app.router.routes.extend(api.routes())
@@ -58,26 +61,31 @@ def make_app(session: Session, folder: Path | None = None, token: str | None = N
 def serve(
     session: Session, host: str = "127.0.0.1", port: int = 8080, token: str | None = None, folder: Path | None = None
 ) -> None:
-    """Serve until somebody presses Ctrl-C.
+    """Serve until Ctrl-C.
 
     Raises:
-        RangeError: If the page would be open to others without a token.
+        RangeError: If the token is none.
     """
-    check_host(host, token)
-    server = make_server(session, host, port, token, folder)
+    server = make_server(session, host, port, token_for(host, False, token), folder)
     server.run()
 
 
-def check_host(host: str, token: str | None) -> None:
-    """See that whoever reaches the page may fly the drones.
+def token_for(host: str, is_real: bool, token: str | None) -> str | None:
+    """Return the token that browsers must know; None where programs of this machine need none.
+
+    Args:
+        host: Address that is listened to.
+        is_real: Whether drones are real: other users of this machine must not fly them.
+        token: What was chosen; without, one is made where one is needed.
 
     Raises:
-        RangeError: If not.
+        RangeError: If it is none.
     """
-    if not is_loopback(host) and (token is None or len(token) < 8):
-        raise RangeError(
-            f"--host {host}: whoever reaches this address could fly the drones; give a --token of 8 characters or more"
-        )
+    if token is not None and not is_token(token):
+        raise RangeError("--token must be 8 to 200 letters, digits or any of . _ ~ -")
+    if token is None and (is_real or not is_loopback(host)):
+        return new_token()
+    return token
 
 
 def make_server(
@@ -88,9 +96,33 @@ def make_server(
     folder: Path | None = None,
 ) -> Any:
     """Return a uvicorn server, not started yet."""
+    return _server(make_app(session, folder, token), host, port)
+
+
+def make_view_server(viewing: Viewing) -> tuple[Any, Live]:
+    """Return a server of a page to look at, not started yet, and what tells its browsers."""
+    from fastapi import FastAPI
+    from starlette.responses import JSONResponse
+    from starlette.routing import Route, WebSocketRoute
+
+    from crazychoir_fw.gui.live import Live
+    from crazychoir_fw.gui.page import mount_view
+
+    live = Live(viewing, viewing.words)
+
+    async def setting(request: Any) -> JSONResponse:
+        del request
+        return JSONResponse({"ok": True, "ready": True, **viewing.setting()})
+
+    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+    app.router.routes.extend([Route("/api/setting", setting), WebSocketRoute("/api/live", live.serve)])
+    mount_view(app, viewing.title)
+    return _server(Guard(app)), live
+
+
+def _server(app: Any, host: str = "127.0.0.1", port: int = 0) -> Any:
     import uvicorn
 
-    app = make_app(session, folder, token)
     config = uvicorn.Config(
         app, host=host, port=port, log_level="warning", ws_max_size=1_000_000, timeout_graceful_shutdown=2
     )

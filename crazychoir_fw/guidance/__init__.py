@@ -31,7 +31,10 @@ from crazychoir_fw.guidance.graph import (
     WithinDistance,
 )
 from crazychoir_fw.guidance.group import GuidanceGroup
+from crazychoir_fw.guidance.law import LawContext, Needs, NodeFace, Option, option
+from crazychoir_fw.guidance.metrics import Flown, Metrics, Verdict, criterion
 from crazychoir_fw.guidance.outputs import Outputs
+from crazychoir_fw.guidance.round_guidance import RoundGuidance
 from crazychoir_fw.guidance.simple import GoToGuidance, SimpleDIControl, SimpleGuidance, TargetListGuidance
 from crazychoir_fw.guidance.transport import InProcessTransport, Transport
 from crazychoir_fw.guidance.velocity_feedback import DistributedControlGuidance, VelocityFeedback
@@ -47,6 +50,7 @@ __all__ = [
     "ContainmentGuidance",
     "DistributedControlGuidance",
     "DisturbedTransport",
+    "Flown",
     "FormationControl",
     "FormationControlGuidance",
     "FormationGains",
@@ -54,10 +58,16 @@ __all__ = [
     "Graph",
     "GuidanceGroup",
     "InProcessTransport",
+    "LawContext",
+    "Metrics",
+    "Needs",
     "NeighborSchedule",
+    "NodeFace",
+    "Option",
     "Outputs",
     "Phase",
     "RandomEdges",
+    "RoundGuidance",
     "SeveralSchedules",
     "SimpleDIControl",
     "SimpleGuidance",
@@ -71,5 +81,8 @@ __all__ = [
     "TopicCommunicator",
     "Transport",
     "VelocityFeedback",
+    "Verdict",
     "WithinDistance",
+    "criterion",
+    "option",
 ]

@@ -11,19 +11,22 @@ them, so that the law rests exactly where the bearings are right; for formations
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
-from crazychoir_fw.guidance.bearing import projections, projections_of_ort_proj
+from crazychoir_fw.common.messages import Pose, Reference
+from crazychoir_fw.guidance.bearing import check_formation, projections, projections_of_ort_proj
 from crazychoir_fw.guidance.cf_guidance import TOUCHDOWN_HEIGHT, Phase
 from crazychoir_fw.guidance.communicator import TopicCommunicator
 from crazychoir_fw.guidance.distributed_feedback import CFDistributedFeedback
-from crazychoir_fw.guidance.gains import FormationGains, gains_named
+from crazychoir_fw.guidance.gains import gains_named
+from crazychoir_fw.guidance.graph import Graph
+from crazychoir_fw.guidance.law import POSES, LawContext, Needs, NodeFace, Option, option
 
 Array = NDArray[np.float64]
 
@@ -52,48 +55,60 @@ class Law:
 class BearingFormation(CFDistributedFeedback):
     """Leaders fly trajectories; followers take their places by the directions to their neighbors."""
 
-    def __init__(
-        self,
-        agent_id: int,
-        communicator: TopicCommunicator,
-        *,
-        is_leader: bool,
-        formation: ArrayLike | None = None,
-        ort_proj: ArrayLike | None = None,
-        gains: str | FormationGains = "webots",
-        trajectory: Sequence[TrajectoryPoint] | None = None,
-        legacy: bool = False,
-        **options: object,
-    ) -> None:
-        """Prepare.
+    unkept = (*CFDistributedFeedback.unkept, "_projections", "_laws")
+    needs = Needs(graph=True, leaders=True, formation=True)
+    node = NodeFace(
+        positional=("update_frequency", *POSES, "input_topic"),
+        parameters={
+            "dd": Option(None, "spatial dimension, for compatibility: always 3", kind=int),
+            "vicon": Option(False, "whether the gains are those for motion capture"),
+        },
+    )
 
-        Args:
-            agent_id: Number of this drone, that of the communicator.
-            communicator: Carries poses to and from neighbors.
-            is_leader: Leads.
-            formation: Desired positions of all, up to where and how large (m), shape (N, 3).
-            ort_proj: In place of it: this agent's row of projections, 9 N numbers.
-            gains: Name of a set, or gains.
-            trajectory: That a leader flies from START on; None: it stays.
-            legacy: Integrals as in the original: 0.001 s per tick, and one for all neighbors.
-            options: Further arguments of `CFDistributedFeedback`.
+    is_leader: bool = option(False, "whether it follows its own trajectory and not the formation")
+    formation: Any = option(None, "desired positions of all, up to where and how large, shape (N, 3)", "m")
+    ort_proj: Any = option(None, "in place of it, this agent's row of projections, 9 N numbers", kind=list[float])
+    gains: Any = option("webots", "set of gains, by name or as FormationGains")
+    trajectory: Any = option(None, "points that a leader flies along from START on; None: it stays")
+    legacy: bool = option(False, "whether integrals are those of the original: 0.001 s per tick, one for all neighbors")
+
+    def __init__(self, agent_id: int, communicator: TopicCommunicator, **options: Any) -> None:
+        """Prepare; arguments are those of `RoundGuidance`.
 
         Raises:
             RangeError: If a value is outside its range, or there is neither formation nor ort_proj.
             UnknownNameError: If there is no such set of gains.
         """
-        super().__init__(agent_id, communicator, **options)  # type: ignore[arg-type]
-        self.is_leader = is_leader
-        self.gains = gains_named(gains)
-        self.trajectory = None if trajectory is None else list(trajectory)
-        self.legacy = legacy
-        self._projections = {} if is_leader else self._own_projections(formation, ort_proj)
+        super().__init__(agent_id, communicator, **options)
+        self.gains = gains_named(self.gains)
+        self.trajectory = None if self.trajectory is None else list(self.trajectory)
+        self._projections = {} if self.is_leader else self._own_projections(self.formation, self.ort_proj)
         self._laws: dict[tuple[tuple[int, ...], tuple[int, ...]], Law] = {}
         self._integrates = bool(np.any(self.gains.k_i) or np.any(self.gains.takeoff_k_i))
         self._start: Array | None = None
         self._hold: Array | None = None
         self._trim = np.zeros(3)
         self._shared_integral = np.zeros(3)
+
+    @classmethod
+    def check(cls, context: LawContext) -> None:
+        """Refuse a formation that leaders and bearings do not determine."""
+        names, members = context.names, context.members
+        places = {i: k for k, i in enumerate(members)}
+        for i, j in context.graph.edges:
+            if (i in places) != (j in places):
+                raise RangeError(f"{names[i]} talks to {names[j]}, but only one of them is in this formation")
+        edges = [(places[i], places[j]) for i, j in context.graph.edges if i in places]
+        own = Graph.directed(len(members), edges, [names[i] for i in members])
+        check_formation(context.formation[list(members)], own, [places[i] for i in context.leaders])  # type: ignore[index]
+
+    @classmethod
+    def from_parameters(cls, values: Mapping[str, Any], size: int) -> dict[str, Any]:
+        """Return options; the parameter ``vicon`` chooses gains where none are given."""
+        options = super().from_parameters(values, size)
+        if options["gains"] in (None, "webots"):
+            options["gains"] = "vicon" if values["vicon"] else "webots"
+        return options
 
     def _own_projections(self, formation: ArrayLike | None, ort_proj: ArrayLike | None) -> dict[int, Array]:
         communicator = self.communicator

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import enum
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
+from crazychoir_fw.guidance.formation_metrics import BearingMetrics
+from crazychoir_fw.guidance.law import POSES, LawContext, Needs, NodeFace, option, options_of
+from crazychoir_fw.guidance.metrics import Metrics
 from crazychoir_fw.guidance.outputs import Outputs
 
 Array = NDArray[np.float64]
@@ -38,45 +43,51 @@ class Phase(enum.Enum):
     """By the STOP button, until take-off or `resume`."""
 
 
-class CFGuidance:
+class CFGuidance(Stateful):
     """Takes off, lands and stops; by itself it flies on trajectories, and its flight is to stay where it is.
 
     Subclasses override `flight`, and may override how they take off and land.
     """
 
+    unkept = ("on_change", "on_lost", "on_rejoined")
     kind = "acceleration"
-    """What `Outputs.reference` is."""
+    """What `Outputs.reference` is: acceleration, position or fullstate."""
+    references_itself: ClassVar[bool] = False
+    """Whether drones that do not lead follow its references, and no trajectory handler."""
+    needs: ClassVar[Needs] = Needs()
+    """What a mission must say."""
+    metrics: ClassVar[type[Metrics]] = BearingMetrics
+    """How flights are judged and drawn."""
+    node: ClassVar[NodeFace] = NodeFace(positional=(*POSES, "takeoff_time", "height"))
+    """How it looks as a ROS 2 node."""
 
-    def __init__(
-        self,
-        agent_id: int = 0,
-        *,
-        init_pos: ArrayLike | None = None,
-        height: float = 1.0,
-        takeoff_time: float = 5.0,
-        update_frequency: float = 100.0,
-    ) -> None:
+    init_pos: Any = option(
+        None,
+        "start, above which the drone hovers after its take-off, if it stands there; None, and for drones that stand "
+        "elsewhere: where it is at the take-off; shape (2,) or (3,)",
+        "m, world",
+    )
+    height: float = option(1.0, "height of the take-off", "m", above=0)
+    takeoff_time: float = option(5.0, "duration of take-off and landing", "s", above=0)
+    update_frequency: float = option(100.0, "steps per second", "Hz", above=0)
+
+    def __init__(self, agent_id: int = 0, **options: Any) -> None:
         """Prepare.
 
         Args:
             agent_id: Number of this drone.
-            init_pos: Start (m, world), shape (2,) or (3,): above it the drone hovers after its take-off, if it stands
-                there. None, and for drones that stand elsewhere: where it is at the take-off.
-            height: Of the take-off (m).
-            takeoff_time: Of take-off and landing (s).
-            update_frequency: How often `step` is called (Hz).
+            options: Those that the class and its bases declare, see `options_of`.
 
         Raises:
             RangeError: If a number is outside its range.
+            UnknownNameError: If a word is none of those that an option allows.
         """
-        for name, value in (("height", height), ("takeoff_time", takeoff_time), ("update_frequency", update_frequency)):
-            if not (math.isfinite(value) and value > 0.0):
-                raise RangeError(f"agent {agent_id}: {name} is {value}, allowed: above 0")
         self.agent_id = agent_id
-        self.height = float(height)
-        self.takeoff_time = float(takeoff_time)
-        self.update_frequency = float(update_frequency)
-        self.init_pos = None if init_pos is None else self._checked("init_pos", init_pos, (2, 3))
+        for name, declared in options_of(type(self)).items():
+            setattr(self, name, declared.checked(f"agent {agent_id}", name, options.pop(name, declared.default)))
+        if options:
+            raise TypeError(f"{type(self).__name__} has no option {', '.join(options)}")
+        self.init_pos = None if self.init_pos is None else self._checked("init_pos", self.init_pos, (2, 3))
         self.current_pose: Pose | None = None
         self.on_change: Callable[[], None] | None = None
         """Called when phase or wanted trajectory change: whoever decides for many looks at each only then."""
@@ -84,6 +95,25 @@ class CFGuidance:
         self._begin = 0.0  # of the phase [s]
         self._trajectory: list[TrajectoryPoint] | None = None
         self._stands: Array | None = None  # at the latest take-off
+
+    @classmethod
+    def check(cls, context: LawContext) -> None:
+        """Refuse a mission in which the law cannot work, beyond `needs`.
+
+        Raises:
+            CrazychoirError: With a sentence that continues the place of the law in the mission.
+        """
+
+    @classmethod
+    def from_parameters(cls, values: Mapping[str, Any], size: int) -> dict[str, Any]:
+        """Return the options that the parameters of a node stand for.
+
+        Args:
+            values: Options and `node.parameters`, by name.
+            size: Number of agents.
+        """
+        del size
+        return {name: value for name, value in values.items() if name in options_of(cls)}
 
     def _checked(self, what: str, values: ArrayLike, sizes: Sequence[int] = (3,)) -> Array:
         vector = np.asarray(values, dtype=np.float64)

@@ -31,6 +31,7 @@ _LOOK_EVERY = 0.01  # [s] of real time, at which a waiting thread looks at its c
 class TopicCommunicator(Communicator):
     """A communicator over topics of any transport; any number of them may live in one process."""
 
+    unkept = ("_arrival",)
     reliable = True
     """Ask the transport not to lose messages."""
 
@@ -109,13 +110,13 @@ class TopicCommunicator(Communicator):
             self._out_topics = {None: topic.format(agent=self.rank)}
         for name in self._out_topics.values():
             self._transport.advertise(name, reliable=self.reliable)
-        for neighbor, box in self._boxes.items():
+        for neighbor in self._boxes:
             name = topic.format(agent=neighbor) + (f"_{self.rank}" if self.differentiated_topics else "")
-            callback = self._receiver(box, neighbor)
+            callback = self._receiver(neighbor)
             self._transport.subscribe(name, callback)
             self._subscriptions.append((name, callback))
 
-    def _receiver(self, box: Mailbox, neighbor: int) -> Callable[[int, Any], None]:
+    def _receiver(self, neighbor: int) -> Callable[[int, Any], None]:
         changes = self._schedule is not None
 
         # No lock on this way: putting into a mailbox is one step, and whoever waits announces it before it looks.
@@ -123,11 +124,12 @@ class TopicCommunicator(Communicator):
             if changes and neighbor not in self._heard_in(label):
                 self._statistics.cut += 1
                 return
-            if box.put(label, data, self.current_label) and self._waiting_threads:
+            if self._boxes[neighbor].put(label, data, self.current_label) and self._waiting_threads:
                 with self._arrival:
                     self._arrival.notify_all()
 
         def receive_bytes(label: int, data: bytes) -> None:
+            box = self._boxes[neighbor]
             box.bytes += len(data)
             try:
                 message = loads(data, self._largest_bytes)

@@ -8,6 +8,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
+from crazychoir_fw.common.checkpoint import Stateful
+
 Ids = Iterable[int]
 
 
@@ -37,7 +39,7 @@ class Statistics:
     """Bytes that came; 0 where objects travel."""
 
 
-class Communicator(ABC):
+class Communicator(Stateful, ABC):
     """What algorithms ask of any communicator, in DISROPT's words.
 
     Attributes:

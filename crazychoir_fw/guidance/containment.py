@@ -10,6 +10,7 @@ lies within their convex hull.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable
 from typing import Any
 
@@ -19,42 +20,58 @@ from numpy.typing import ArrayLike, NDArray
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance.communicator import TopicCommunicator
-from crazychoir_fw.guidance.graph import Graph, RandomEdges
-from crazychoir_fw.guidance.velocity_feedback import VelocityFeedback, checked_gain
+from crazychoir_fw.guidance.formation_metrics import ShapeMetrics, leaders_at
+from crazychoir_fw.guidance.graph import Graph, NeighborSchedule, RandomEdges
+from crazychoir_fw.guidance.law import LawContext, Needs, option
+from crazychoir_fw.guidance.metrics import Flown
+from crazychoir_fw.guidance.velocity_feedback import VelocityFeedback
 
 Array = NDArray[np.float64]
 
 _DRAW_S = 0.1  # how long a draw of random edges holds [s]
 
 
+class ContainmentMetrics(ShapeMetrics):
+    """Followers shall rest in the middle of their neighbors, among the leaders."""
+
+    curve_label, curve_limit = "distance from its place (m)", "position_error_m"
+
+    def errors(self, flown: Flown) -> Array:
+        """Return how far each follower is from where the leaders of the moment want it (m), shape (T, followers)."""
+        # the places of followers are linear in those of leaders: one matrix serves all times
+        graph, leaders, followers = self.context.graph, list(self.context.leaders), self.context.followers
+        unit = np.zeros((graph.size, graph.size))
+        unit[leaders, leaders] = 1.0
+        try:
+            share = np.array([equilibrium(graph, leaders, unit[:, [k]])[:, 0] for k in leaders]).T[followers]
+        except RangeError:
+            return np.full((len(flown.at), len(followers)), np.nan)
+        errors = np.linalg.norm(flown.at[:, followers] - share @ flown.at[:, leaders], axis=2)
+        return np.where(flown.up[:, followers] & flown.up[:, leaders].all(axis=1, keepdims=True), errors, np.nan)
+
+    def places(self, at: Array, wanted: Array) -> Array:
+        """Return leaders where they were told to be, and followers where these want them then."""
+        places = leaders_at(self.context.leaders, at, wanted)
+        with contextlib.suppress(np.linalg.LinAlgError, RangeError):
+            return equilibrium(self.context.graph, self.context.leaders, places)
+        return places
+
+
 class Containment(VelocityFeedback):
     """Followers fly to the middle of their neighbors, leaders where they want."""
 
-    def __init__(
-        self,
-        agent_id: int,
-        communicator: TopicCommunicator,
-        *,
-        k: float = 0.1,
-        heights: ArrayLike | None = None,
-        **options: Any,
-    ) -> None:
-        """Prepare.
+    needs = Needs(graph=True, leaders=True, planning_of_leaders=True, formation=False)
+    metrics = ContainmentMetrics
 
-        Args:
-            agent_id: Number of this drone, that of the communicator.
-            communicator: Carries poses to and from neighbors.
-            k: Gain (1/s).
-            heights: Of the take-off of each drone (m), shape (N,); None: `height` for all. Leaders at several heights
-                span a hull with a volume.
-            options: Further arguments of `VelocityFeedback`.
+    k: float = option(0.1, "gain", "1/s", above=0)
+    heights: Any = option(
+        None, "height of each drone after its take-off, shape (N,), so that leaders span a volume; None: height", "m"
+    )
 
-        Raises:
-            RangeError: If a value is outside its range.
-        """
+    def __init__(self, agent_id: int, communicator: TopicCommunicator, **options: Any) -> None:
+        """Prepare; arguments and errors are those of `RoundGuidance`."""
         super().__init__(agent_id, communicator, **options)
-        self.k = checked_gain(agent_id, k)
-        self._takeoff_height = self.height
+        self._takeoff_height, heights = self.height, self.heights
         if heights is not None:
             row = np.asarray(heights, dtype=np.float64)
             if row.shape != (communicator.size,) or not (np.isfinite(row).all() and (row > 0.0).all()):
@@ -62,6 +79,13 @@ class Containment(VelocityFeedback):
                     f"agent {agent_id}: heights are {heights}, allowed: {communicator.size} numbers above 0 m"
                 )
             self._takeoff_height = float(row[agent_id])
+
+    @classmethod
+    def check(cls, context: LawContext) -> None:
+        """Refuse followers that no leader reaches."""
+        reached = context.graph.reachable(context.leaders)
+        if lonely := [context.names[i] for i in context.members if i not in reached]:
+            raise RangeError(f"no way leads from a leader to {', '.join(lonely[:5])}; see layers.communication.graph")
 
     @property
     def takeoff_height(self) -> float:
@@ -80,34 +104,39 @@ class TimeVaryingContainment(Containment):
     itself and tells the other, so that its edges are there with the square of the probability.
     """
 
-    def __init__(
-        self,
-        agent_id: int,
-        communicator: TopicCommunicator,
-        *,
-        graph: Graph,
-        edge_prob: float = 0.8,
-        seed: int = 0,
-        update_frequency: float = 100.0,
-        **options: Any,
-    ) -> None:
+    edge_prob: float = option(0.8, "probability of an edge to be there", low=0, high=1)
+    seed: int = option(0, "seed of the draws, the same for all agents", low=0)
+
+    def __init__(self, agent_id: int, communicator: TopicCommunicator, *, graph: Graph, **options: Any) -> None:
         """Prepare.
 
         Args:
             agent_id: Number of this drone, that of the communicator.
             communicator: Carries poses to and from neighbors.
-            graph: All edges that there may be.
-            edge_prob: Of an edge to be there, [0, 1].
-            seed: Of the draws, the same for all.
-            update_frequency: Rounds per second (Hz); a draw holds for 0.1 s, or one round.
-            options: Further arguments of `Containment`.
+            graph: All edges that there may be; of those, the agent uses the ones that its communicator knows.
+            options: Further options of the class; a draw holds for 0.1 s, or one round.
 
         Raises:
             RangeError: If a value is outside its range.
         """
-        rounds = max(1, round(_DRAW_S * update_frequency))
-        options["schedule"] = RandomEdges(graph, edge_prob, seed, rounds)
-        super().__init__(agent_id, communicator, update_frequency=update_frequency, **options)
+        super().__init__(agent_id, communicator, **options)
+        rounds = max(1, round(_DRAW_S * self.update_frequency))
+        self.schedule = _OwnEdges(RandomEdges(graph, self.edge_prob, self.seed, rounds), communicator)
+
+
+class _OwnEdges:
+    """Of the neighbors that a schedule has, those that a communicator knows."""
+
+    def __init__(self, schedule: NeighborSchedule, communicator: TopicCommunicator) -> None:
+        self._schedule, self._communicator = schedule, communicator
+
+    def neighbors_at(self, agent: int, now: float, label: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
+        heard, hearers = self._schedule.neighbors_at(agent, now, label)
+        known = self._communicator
+        return (
+            tuple(one for one in heard if one in known.in_neighbors),
+            tuple(one for one in hearers if one in known.out_neighbors),
+        )
 
 
 ContainmentGuidance = Containment
@@ -138,50 +167,3 @@ def equilibrium(graph: Graph, leaders: Iterable[int], positions: ArrayLike) -> A
     right = -laplacian[np.ix_(followers, leaders)] @ places[leaders]
     places[followers] = np.linalg.solve(laplacian[np.ix_(followers, followers)], right)
     return places
-
-
-def distance_from_hull(point: ArrayLike, corners: ArrayLike) -> float:
-    """Return how far a point is from the convex hull of others (m); zero inside.
-
-    Args:
-        point: Shape (3,).
-        corners: Shape (L, 3), any number of them, also in one plane or line.
-    """
-    return float(np.linalg.norm(_nearest(np.asarray(corners, np.float64) - np.asarray(point, np.float64))))
-
-
-def _nearest(corners: Array) -> Array:
-    """Return the point of a convex hull that is nearest to the origin, shape (3,) (Wolfe's algorithm)."""
-    scale = max(1e-12, float(np.abs(corners).max()))
-    points = corners / scale
-    chosen = [int(np.argmin(np.einsum("ij,ij->i", points, points)))]
-    weights = np.ones(1)
-    for _ in range(100 * len(points)):
-        nearest = weights @ points[chosen]
-        ahead = int(np.argmin(points @ nearest))
-        if ahead in chosen or nearest @ nearest - points[ahead] @ nearest < 1e-14:
-            break
-        chosen, weights = [*chosen, ahead], np.append(weights, 0.0)
-        while True:
-            flat = _flat_weights(points[chosen])
-            if (flat > 1e-14).all():
-                weights = flat
-                break
-            # as far towards the nearest point of the plane as the hull goes
-            inward = flat <= 1e-14
-            share = np.min(weights[inward] / np.maximum(weights[inward] - flat[inward], 1e-300))
-            weights = weights + min(1.0, share) * (flat - weights)
-            kept = weights > 1e-14
-            chosen = [corner for corner, keep in zip(chosen, kept, strict=True) if keep]
-            weights = weights[kept] / weights[kept].sum()
-    return scale * (weights @ points[chosen])
-
-
-def _flat_weights(points: Array) -> Array:
-    """Return the weights, adding up to one, of the point nearest to the origin in the plane through some points."""
-    count = len(points)
-    system = np.ones((count + 1, count + 1))
-    system[:count, :count] = points @ points.T
-    system[count, count] = 0.0
-    right = np.append(np.zeros(count), 1.0)
-    return np.linalg.lstsq(system, right, rcond=None)[0][:count]

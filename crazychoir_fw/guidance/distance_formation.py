@@ -19,46 +19,63 @@ from numpy.typing import ArrayLike, NDArray
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance.communicator import TopicCommunicator
-from crazychoir_fw.guidance.velocity_feedback import VelocityFeedback, checked_gain
+from crazychoir_fw.guidance.formation_metrics import ShapeMetrics
+from crazychoir_fw.guidance.law import LawContext, Needs, option
+from crazychoir_fw.guidance.metrics import Flown, Metrics, criterion
+from crazychoir_fw.guidance.velocity_feedback import VelocityFeedback
 
 Array = NDArray[np.float64]
+
+
+class DistanceMetrics(ShapeMetrics):
+    """Neighbors shall be as far apart as their places; heights count unless the law keeps them."""
+
+    curve_label, curve_limit = "error of distances (m)", "distance_error_m"
+
+    @classmethod
+    def of(cls, context: LawContext) -> Metrics | None:
+        """See `Metrics`."""
+        return None if context.formation is None else cls(context)
+
+    def shape_errors(self, at: Array) -> Array:
+        """Return the signed errors of all distances (m), shape (..., pairs)."""
+        places: Any = self.context.formation
+        flat = np.array([1.0, 1.0, 0.0]) if self.context.option("keeps_height", False) else 1.0
+        return distance_errors(at * flat, places * flat, list(self.pairs))
+
+    def errors(self, flown: Flown) -> Array:
+        """Return the errors of all distances over time (m), shape (T, pairs)."""
+        return np.where(self.fly_together(flown), np.abs(self.shape_errors(flown.at)), np.nan)
+
+    @criterion("the largest distance error", "m")
+    def distance_error_m(self, flown: Flown) -> float:
+        """Return the largest error at the end (m)."""
+        if flown.final is None:
+            return np.nan
+        errors = np.abs(self.shape_errors(flown.final_positions))[self.counted_pairs(flown)]
+        return float(np.max(errors)) if len(errors) else np.nan
+
+    def places(self, at: Array, wanted: Array) -> Array:
+        """Return the formation where it fits best."""
+        return fitted(self.context.formation, at)  # type: ignore[arg-type]
 
 
 class FormationControl(VelocityFeedback):
     """Drones take distances to their neighbors; leaders, if there are any, fly trajectories."""
 
-    def __init__(
-        self,
-        agent_id: int,
-        communicator: TopicCommunicator,
-        *,
-        formation: ArrayLike | None = None,
-        weights: ArrayLike | None = None,
-        k: float = 0.1,
-        keeps_height: bool = False,
-        **options: Any,
-    ) -> None:
-        """Prepare.
+    needs = Needs(graph=True, planning_of_leaders=True, formation=True, formation_or="weights")
+    metrics = DistanceMetrics
 
-        Args:
-            agent_id: Number of this drone, that of the communicator.
-            communicator: Carries poses to and from neighbors.
-            formation: Places of all, of which the distances count (m), shape (N, 3). Its heights are those of the
-                take-off, because drones that hover at one height have no way to leave it: all their errors lie in
-                the plane.
-            weights: In place of it: the distances to all (m), those of others than neighbors zero, shape (N,).
-            k: Gain (1/(m^2 s)).
-            keeps_height: Stay at the height of the take-off; distances count in the plane then.
-            options: Further arguments of `VelocityFeedback`.
+    formation: Any = option(None, "places whose distances count, shape (N, 3)", "m")
+    weights: Any = option(None, "in place of it, the distances to all agents, shape (N,)", "m", kind=list[float])
+    k: float = option(0.1, "gain", "1/(m^2 s)", above=0)
+    keeps_height: bool = option(False, "whether drones stay at their heights")
 
-        Raises:
-            RangeError: If a value is outside its range, or there is neither formation nor weights.
-        """
+    def __init__(self, agent_id: int, communicator: TopicCommunicator, **options: Any) -> None:
+        """Prepare; arguments and errors are those of `RoundGuidance`, one of formation and weights is needed."""
         super().__init__(agent_id, communicator, **options)
-        self.k = checked_gain(agent_id, k)
-        self.keeps_height = keeps_height
         self._takeoff_height = self.height
-        self._distances = self._own_distances(formation, weights)
+        self._distances = self._own_distances(self.formation, self.weights)
 
     def _own_distances(self, formation: ArrayLike | None, weights: ArrayLike | None) -> dict[int, float]:
         who, size = f"agent {self.agent_id}", self.communicator.size

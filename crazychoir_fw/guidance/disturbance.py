@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.guidance.transport import Receiver, Transport
 
@@ -60,6 +61,7 @@ class DisturbedTransport(Transport):
         self._loss, self._delay, self._jitter, self._duplication = loss, delay, jitter, duplication
         self._seed = (seed,) if isinstance(seed, int) else seed
         self._subscriptions: dict[tuple[str, Receiver], Receiver] = {}
+        self._dice: list[_Dice] = []
         self._late: list[tuple[float, int, Receiver, int, Any]] = []
         self._count = 0  # of late messages: equal times keep their order
         self.lost = 0
@@ -78,6 +80,7 @@ class DisturbedTransport(Transport):
     def subscribe(self, topic: str, callback: Receiver) -> None:
         """Have ``callback(label, data)`` called for what is left of the messages."""
         dice = _Dice(np.random.default_rng([*self._seed, *topic.encode()]))
+        self._dice.append(dice)
 
         def receive(label: int, data: Any) -> None:
             if dice.throw() < self._loss:
@@ -117,7 +120,7 @@ class DisturbedTransport(Transport):
         heapq.heapify(self._late)
 
 
-class _Dice:
+class _Dice(Stateful):
     """Numbers in [0, 1), drawn in blocks: one at a time costs ten times as much."""
 
     def __init__(self, generator: np.random.Generator) -> None:

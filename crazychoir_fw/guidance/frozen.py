@@ -12,9 +12,7 @@ import numpy as np
 
 from crazychoir_fw.common.errors import MessageError
 from crazychoir_fw.common.messages import Pose
-from crazychoir_fw.guidance.serialization import DEEPEST, DTYPES, dumps
-
-_SHARED = frozenset([type(None), bool, int, float, str, bytes])
+from crazychoir_fw.guidance.serialization import DEEPEST, DTYPES, MAX_DIMENSIONS, dumps
 
 
 class SharedPose(Pose):
@@ -22,6 +20,9 @@ class SharedPose(Pose):
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"{name} cannot be set: the pose of another agent is shared")
+
+
+_SHARED = frozenset([type(None), bool, int, float, str, bytes, SharedPose])
 
 
 def frozen_pose(pose: Pose) -> SharedPose:
@@ -49,20 +50,15 @@ def frozen(obj: object) -> Any:
 
 def _frozen(obj: object, depth: int) -> Any:
     kind = type(obj)
-    if kind in _SHARED or kind is SharedPose:
+    if kind in _SHARED:
         return obj
-    if kind is np.ndarray and obj.dtype.name in DTYPES and obj.ndim <= 8:  # type: ignore[attr-defined]
-        if not obj.flags.writeable:  # type: ignore[attr-defined]
-            return obj
-        copy = obj.copy()  # type: ignore[attr-defined]
-        copy.flags.writeable = False
-        return copy
+    if kind is np.ndarray and obj.dtype.name in DTYPES and obj.ndim <= MAX_DIMENSIONS:  # type: ignore[attr-defined]
+        return _frozen_array(obj)  # type: ignore[arg-type]
     if depth == 0:
         raise MessageError(f"message is nested too deep, allowed: {DEEPEST} levels")
-    if kind is list:
-        return [_frozen(item, depth - 1) for item in obj]  # type: ignore[attr-defined]
-    if kind is tuple:
-        return tuple(_frozen(item, depth - 1) for item in obj)  # type: ignore[attr-defined]
+    if kind is list or kind is tuple:
+        items = [_frozen(item, depth - 1) for item in obj]  # type: ignore[attr-defined]
+        return items if kind is list else tuple(items)
     if kind is dict:
         dumps(dict.fromkeys(obj))  # type: ignore[call-overload]  # checks the keys
         return {key: _frozen(item, depth - 1) for key, item in obj.items()}  # type: ignore[attr-defined]
@@ -72,6 +68,14 @@ def _frozen(obj: object, depth: int) -> Any:
         return obj.item()
     dumps(obj)  # the error says what is allowed
     raise MessageError(f"message holds a {kind.__name__}, which may not be sent")
+
+
+def _frozen_array(array: np.ndarray) -> np.ndarray:
+    if not array.flags.writeable:
+        return array
+    copy = array.copy()
+    copy.flags.writeable = False
+    return copy
 
 
 def handed_out(obj: Any) -> Any:

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Reference
 from crazychoir_fw.guidance.bearing_formation import LONGEST_STEP, BearingFormation
@@ -20,7 +22,7 @@ _STILL = np.zeros(3)
 _STILL.flags.writeable = False
 
 
-class GuidanceGroup:
+class GuidanceGroup(Stateful):
     """Steps agents that live in one process: all send, then all receive and decide.
 
     Messages travel as ever. Where every round is complete and nobody is missed, the laws of all followers of a bearing
@@ -59,7 +61,27 @@ class GuidanceGroup:
             agent.on_change = self._wake
         self.was_together = False
         """Whether the step before was one product for all."""
-        self._law = self._trims = np.zeros((0, 0))
+        self._law: Array | None = None
+        self._trims = np.zeros((0, 3))
+
+    def restore(self, state: dict[str, Any]) -> None:
+        """See `Stateful`. The law is made again when it is needed: trims of agents are rows of one array."""
+        super().restore(state)
+        self._law = None
+
+    @classmethod
+    def of(cls, agents: Sequence[CFGuidance], sends: bool | None = None) -> GuidanceGroup | None:
+        """Return a group of agents, or None where one has a law that no group knows.
+
+        Args:
+            agents: All that talk to each other.
+            sends: Whether messages travel in every round; None: where their communicators lose some.
+        """
+        if not agents or any(type(agent) is not BearingFormation for agent in agents):
+            return None
+        if sends is None:
+            sends = not all(agent.communicator.is_lossless for agent in agents)  # type: ignore[attr-defined]
+        return cls(agents, sends=sends)
 
     def _knows(self, agent: CFDistributedFeedback) -> bool:
         """Return whether a group can decide for an agent: by the law that it knows."""
@@ -68,6 +90,7 @@ class GuidanceGroup:
             and type(agent).evaluate_input is BearingFormation.evaluate_input
             and type(agent).respond is BearingFormation.respond
             and type(agent).finish_round is CFDistributedFeedback.finish_round
+            and type(agent).decide is CFDistributedFeedback.decide
             and not agent.legacy
             and agent.schedule is None
             and agent.communicator.synchronous_mode
@@ -228,6 +251,8 @@ class GuidanceGroup:
             stacked: Positions, then velocities of all agents, shape (6 N,).
             period: Time since the round before (s).
         """
+        if self._law is None:
+            self._make_law()
         trims, count = self._trims, len(self._trims)
         found = (self._law @ stacked).reshape(-1, 3)
         if period and len(found) > count:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+import enum
+from typing import Any, Final
 
 LARGEST_LABEL = 1 << 53
 """Labels are below: what a neighbor sends must leave room to count on."""
 
-NOTHING = object()
+
+class _Nothing(enum.Enum):
+    NOTHING = enum.auto()
+
+
+NOTHING: Final = _Nothing.NOTHING
 """Stands for a message that is not there; None may be sent."""
 
 _MAX_WAITING = 10_000  # early messages of one neighbor: a limit for memory, not for any use

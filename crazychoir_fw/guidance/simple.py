@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,6 +12,7 @@ from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Reference
 from crazychoir_fw.guidance.cf_guidance import TOUCHDOWN_HEIGHT, CFGuidance, Phase
 from crazychoir_fw.guidance.climb import Climb, toward
+from crazychoir_fw.guidance.law import POSES, Needs, NodeFace, option
 from crazychoir_fw.guidance.moving_reference import MovingReference
 from crazychoir_fw.guidance.outputs import Outputs
 
@@ -19,50 +20,34 @@ from crazychoir_fw.guidance.outputs import Outputs
 class SimpleGuidance(CFGuidance):
     """Takes off and lands; in between, others send trajectories."""
 
-    def __init__(
-        self,
-        takeoff_time: float = 5.0,
-        height: float = 1.0,
-        *,
-        agent_id: int = 0,
-        init_pos: ArrayLike | None = None,
-        update_frequency: float = 100.0,
-    ) -> None:
-        """Prepare; arguments and errors are those of `CFGuidance`."""
-        super().__init__(
-            agent_id, init_pos=init_pos, height=height, takeoff_time=takeoff_time, update_frequency=update_frequency
-        )
+    node = NodeFace("simple_guidance", (*POSES, "takeoff_time", "height"))
+
+    def __init__(self, takeoff_time: float = 5.0, height: float = 1.0, **options: Any) -> None:
+        """Prepare; options and errors are those of `CFGuidance`."""
+        super().__init__(takeoff_time=takeoff_time, height=height, **options)
 
 
 class GoToGuidance(CFGuidance):
     """Flies to goals, one after the other, from START on; no call ever waits."""
 
-    def __init__(
-        self,
-        takeoff_time: float = 5.0,
-        goals: Sequence[ArrayLike] | ArrayLike = (),
-        *,
-        height: float = 1.0,
-        agent_id: int = 0,
-        init_pos: ArrayLike | None = None,
-        update_frequency: float = 100.0,
-    ) -> None:
+    needs = Needs(goals=True)
+    node = NodeFace("goto_guidance", (*POSES, "takeoff_time"))
+
+    goals: Any = option((), "duration (s) and position (m, world) of each, shape (N, 4) or flat", kind=list[float])
+
+    def __init__(self, takeoff_time: float = 5.0, goals: Sequence[ArrayLike] | ArrayLike = (), **options: Any) -> None:
         """Prepare.
 
         Args:
             takeoff_time: Of take-off and landing (s).
             goals: Duration (s) and position (m, world) of each, shape (N, 4) or flat.
-            height: Of the take-off (m).
-            agent_id: Number of this drone.
-            init_pos: Start (m, world), shape (2,) or (3,).
-            update_frequency: How often `step` is called (Hz).
+            options: Of `CFGuidance`.
 
         Raises:
             RangeError: If a number is outside its range.
         """
-        super().__init__(
-            agent_id, init_pos=init_pos, height=height, takeoff_time=takeoff_time, update_frequency=update_frequency
-        )
+        super().__init__(takeoff_time=takeoff_time, **options)
+        agent_id = self.agent_id
         numbers = np.asarray(goals, dtype=np.float64)
         if numbers.size % 4 or numbers.ndim > 2 or not np.isfinite(numbers).all():
             raise RangeError(f"agent {agent_id}: goals have shape {numbers.shape}, allowed: (t, x, y, z) each, finite")
@@ -101,47 +86,34 @@ class TargetListGuidance(CFGuidance):
     """
 
     kind = "fullstate"
+    node = NodeFace(positional=("update_frequency",))
 
-    def __init__(
-        self,
-        takeoff_time: float = 5.0,
-        goals: Sequence[ArrayLike] | ArrayLike = (),
-        *,
-        tolerance: float = 0.05,
-        speed: float = 0.5,
-        height: float = 1.0,
-        agent_id: int = 0,
-        init_pos: ArrayLike | None = None,
-        update_frequency: float = 20.0,
-    ) -> None:
+    goals: Any = option((), "position (m, world) of each, shape (N, 3) or flat", kind=list[float])
+    tolerance: float = option(0.05, "distance in the plane at which a target is reached", "m", above=0)
+    speed: float = option(0.5, "speed of the reference", "m/s", above=0)
+    update_frequency: float = option(20.0, "steps per second", "Hz", above=0)
+
+    def __init__(self, takeoff_time: float = 5.0, goals: Sequence[ArrayLike] | ArrayLike = (), **options: Any) -> None:
         """Prepare.
 
         Args:
             takeoff_time: Of take-off and landing (s).
-            goals: Position of each (m, world), shape (N, 3); or with a duration before it, which is left out, (N, 4).
-            tolerance: Distance in the plane at which a target is reached (m).
-            speed: Of the reference (m/s).
-            height: Of the take-off (m).
-            agent_id: Number of this drone.
-            init_pos: Start (m, world), shape (2,) or (3,).
-            update_frequency: How often `step` is called (Hz).
+            goals: Position of each (m, world), shape (N, 3) or flat; or with a duration before it, which is left out,
+                (N, 4).
+            options: Further options of the class.
 
         Raises:
             RangeError: If a number is outside its range.
         """
-        super().__init__(
-            agent_id, init_pos=init_pos, height=height, takeoff_time=takeoff_time, update_frequency=update_frequency
-        )
-        for name, value in (("tolerance", tolerance), ("speed", speed)):
-            if not (math.isfinite(value) and value > 0.0):
-                raise RangeError(f"agent {agent_id}: {name} is {value}, allowed: above 0")
+        super().__init__(takeoff_time=takeoff_time, **options)
         numbers = np.asarray(goals, dtype=np.float64)
+        if numbers.ndim == 1 and numbers.size % 3 == 0:
+            numbers = numbers.reshape(-1, 3)
         if numbers.size and (numbers.ndim != 2 or numbers.shape[1] not in (3, 4) or not np.isfinite(numbers).all()):
-            raise RangeError(f"agent {agent_id}: goals have shape {numbers.shape}, allowed: (N, 3), finite")
+            raise RangeError(f"agent {self.agent_id}: goals have shape {numbers.shape}, allowed: (N, 3), finite")
         self.goals = numbers[:, -3:] if numbers.size else np.zeros((0, 3))
-        self.tolerance = tolerance
         self._climb = self.height / self.takeoff_time
-        self.moving = MovingReference(speed, 0.5, 0.0)
+        self.moving = MovingReference(self.speed, 0.5, 0.0)
         self._next = 0
         self._before: float | None = None
 
@@ -195,47 +167,32 @@ class SimpleDIControl(CFGuidance):
     """Flies to one goal as a double integrator: u = k_p (goal - p) - k_d v (docs/reference/crazychoir.md#17.4)."""
 
     kind = "acceleration"
+    node = NodeFace(positional=("update_frequency",))
 
-    def __init__(
-        self,
-        takeoff_time: float = 5.0,
-        goals: Sequence[ArrayLike] | ArrayLike = (),
-        *,
-        goal: ArrayLike | None = None,
-        k_p: float = 1.0,
-        k_d: float = 5.0,
-        height: float = 1.0,
-        agent_id: int = 0,
-        init_pos: ArrayLike | None = None,
-        update_frequency: float = 100.0,
-    ) -> None:
+    goals: Any = option((), "as a mission has them: of rows [duration, x, y, z] the last one counts")
+    goal: Any = option(
+        None, "where to fly from START on; None with no goals: above the start", "m, world", kind=list[float]
+    )
+    k_p: float = option(1.0, "acceleration per distance", "1/s^2", above=0)
+    k_d: float = option(5.0, "acceleration per speed", "1/s", above=0)
+
+    def __init__(self, takeoff_time: float = 5.0, goals: Sequence[ArrayLike] | ArrayLike = (), **options: Any) -> None:
         """Prepare.
 
         Args:
             takeoff_time: Of take-off and landing (s).
             goals: As a mission has them: of rows [duration, x, y, z] the last one counts.
-            goal: Where to fly from START on (m, world), shape (3,); None with no goals: above the start.
-            k_p: Per metre (1/s^2).
-            k_d: Per metre per second (1/s).
-            height: Of the take-off (m).
-            agent_id: Number of this drone.
-            init_pos: Start (m, world), shape (2,) or (3,).
-            update_frequency: How often `step` is called (Hz).
+            options: Further options of the class.
 
         Raises:
             RangeError: If a number is outside its range.
         """
-        super().__init__(
-            agent_id, init_pos=init_pos, height=height, takeoff_time=takeoff_time, update_frequency=update_frequency
-        )
-        for name, value in (("k_p", k_p), ("k_d", k_d)):
-            if not (math.isfinite(value) and value > 0.0):
-                raise RangeError(f"agent {agent_id}: {name} is {value}, allowed: above 0")
+        super().__init__(takeoff_time=takeoff_time, **options)
+        goal = self.goal
         rows = np.asarray(goals, dtype=np.float64)
         if goal is None and rows.size:
             goal = rows.reshape(len(rows), -1)[-1, -3:]
         self.goal = None if goal is None else self._checked("goal", goal)
-        self.k_p, self.k_d = float(k_p), float(k_d)
         self._climb: Climb | None = None
 
     def begin_takeoff(self, now: float) -> None:

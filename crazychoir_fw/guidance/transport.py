@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import RangeError
 
 Receiver = Callable[[int, Any], None]
 """Takes the label of a message and its data."""
 
 
-class Transport(ABC):
+class Transport(Stateful, ABC):
     """Topics with labels. Messages of one publisher arrive in order; some may be lost."""
 
     carries_objects: bool = False
@@ -32,10 +33,10 @@ class Transport(ABC):
     def subscribe(self, topic: str, callback: Receiver) -> None:
         """Have `callback(label, data)` called for every message, from any thread."""
 
-    def advertise(self, topic: str, *, reliable: bool = True) -> None:  # noqa: B027
+    def advertise(self, topic: str, *, reliable: bool = True) -> None:
         """Say that the topic will be published to, and whether messages may get lost. Not every transport cares."""
 
-    def deliver(self) -> None:  # noqa: B027
+    def deliver(self) -> None:
         """Hand on messages that are due. Most transports do so by themselves."""
 
     @abstractmethod

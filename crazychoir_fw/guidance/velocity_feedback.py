@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from abc import abstractmethod
 from typing import Any
 
@@ -14,6 +13,7 @@ from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.guidance.cf_guidance import TOUCHDOWN_HEIGHT, Phase
 from crazychoir_fw.guidance.communicator import TopicCommunicator
 from crazychoir_fw.guidance.distributed_feedback import CFDistributedFeedback
+from crazychoir_fw.guidance.law import POSES, NodeFace, option
 from crazychoir_fw.guidance.moving_reference import LONGEST_STEP, MovingReference
 
 Array = NDArray[np.float64]
@@ -30,35 +30,25 @@ class VelocityFeedback(CFDistributedFeedback):
 
     kind = "fullstate"
 
-    def __init__(
-        self,
-        agent_id: int,
-        communicator: TopicCommunicator,
-        *,
-        is_leader: bool = False,
-        max_speed: float = 0.5,
-        leash: float = 0.5,
-        lowest: float = 0.2,
-        **options: Any,
-    ) -> None:
-        """Prepare.
+    node = NodeFace(
+        positional=("update_frequency", *POSES, "input_topic"),
+        aliases={"input_topic": "velocity_topic"},
+        parameters=CFDistributedFeedback.node.parameters,
+        velocity_topic="velocity",
+    )
 
-        Args:
-            agent_id: Number of this drone, that of the communicator.
-            communicator: Carries poses to and from neighbors.
-            is_leader: Leads: it flies trajectories instead.
-            max_speed: Largest speed that is asked for (m/s); `math.inf` as in the original.
-            leash: Largest distance of the reference from the drone (m).
-            lowest: Least height that is asked for in flight (m).
-            options: Further arguments of `CFDistributedFeedback`.
+    is_leader: bool = option(False, "whether it flies trajectories instead")
+    max_speed: float = option(
+        0.5, "largest speed that is asked for; infinite in the original", "m/s", above=0, is_finite=False
+    )
+    leash: float = option(0.5, "largest distance of the reference from the drone", "m", above=0, is_finite=False)
+    lowest: float = option(0.2, "least height that is asked for in flight", "m", is_finite=False)
 
-        Raises:
-            RangeError: If a value is outside its range.
-        """
+    def __init__(self, agent_id: int, communicator: TopicCommunicator, **options: Any) -> None:
+        """Prepare; arguments and errors are those of `RoundGuidance`."""
         super().__init__(agent_id, communicator, **options)
-        self.is_leader = is_leader
         try:
-            self.moving = MovingReference(max_speed, leash, lowest)
+            self.moving = MovingReference(self.max_speed, self.leash, self.lowest)
         except RangeError as error:
             raise RangeError(f"agent {agent_id}: {error}") from None
         self._top = 0.0  # where the landing began [m]
@@ -134,17 +124,6 @@ class VelocityFeedback(CFDistributedFeedback):
         if not neigh_data:
             return np.zeros((0, 3))
         return np.array([pose.position for pose in neigh_data.values()]) - self._position()
-
-
-def checked_gain(agent_id: int, k: float) -> float:
-    """Return a gain.
-
-    Raises:
-        RangeError: If it is not above zero and finite.
-    """
-    if not (math.isfinite(k) and k > 0.0):
-        raise RangeError(f"agent {agent_id}: k is {k}, allowed: above 0")
-    return float(k)
 
 
 DistributedControlGuidance = VelocityFeedback

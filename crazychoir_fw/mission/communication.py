@@ -2,13 +2,50 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, model_validator
+from pydantic import Discriminator, Field, Tag, model_validator
+from pydantic_core import core_schema as schemas
 
+from crazychoir_fw.common.constraints import Constraint, choice, listed, number, switch, whole
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, did_you_mean, number, refusal, switch, whole
+from crazychoir_fw.mission.values import refusal
+
+GRAPHS = ("complete", "ring", "path")
+"""Graphs by name: everybody with everybody, each with the next one in a ring, or in a row."""
+
+RULES = ("random", "within_distance", "random_edges", "schedule")
+"""Graphs by rule."""
+
+
+def _pairs(value: tuple[tuple[str, str], ...]) -> tuple[tuple[str, str], ...]:
+    if any(a == b for a, b in value):
+        raise ValueError("an edge of a drone with itself")
+    return value
+
+
+def _fixed_graph() -> Constraint:
+    """A graph by name, or a list of pairs of ids."""
+    name = schemas.str_schema(strict=True)
+    pairs = schemas.tuple_schema([listed(schemas.tuple_schema([name, name]))], variadic_item_index=0)
+    return Constraint(
+        schemas.union_schema(
+            [schemas.literal_schema(list(GRAPHS)), schemas.no_info_after_validator_function(_pairs, listed(pairs))]
+        ),
+        f"{', '.join(GRAPHS)}, a list of pairs of ids such as [[agent_0, agent_1]], or "
+        "{random: {probability: 0.2, seed: 1}}, {within_distance: 1.5}, {random_edges: {probability: 0.8}}, "
+        "{schedule: [{at: 0, graph: ring}]}",
+        (*GRAPHS, *RULES),
+    )
+
+
+# tags with # are left out of messages
+AnyGraph = Annotated[
+    Annotated[Any, _fixed_graph(), Tag("#fixed")] | Annotated["Graph", Tag("#rule")],
+    Discriminator(lambda value: "#rule" if isinstance(value, Mapping | Graph) else "#fixed"),
+]
+"""Who talks to whom: `complete`, `ring`, `path`, pairs of ids, or a `Graph`."""
 
 
 class RandomGraph(Section):
@@ -40,13 +77,8 @@ class From(Section):
     at: Annotated[float, number(0.0, 1e6, "s")]
     """Begin, since the first button (s)."""
 
-    graph: Annotated[Any, BeforeValidator(lambda value: _graph(value))] = ()
+    graph: AnyGraph = ()
     """A graph that does not change."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_graph(cls, data: Any) -> Any:
-        return _with_graph(data, "graph")
 
 
 class Graph(Section):
@@ -67,18 +99,13 @@ class Graph(Section):
     period: Annotated[float, number(0.001, 1e6, "s")] | None = None
     """After which a schedule begins anew (s)."""
 
-    of: Annotated[Any, BeforeValidator(lambda value: _graph(value))] = "complete"
+    of: AnyGraph = "complete"
     """The largest graph, for `within_distance` and `random_edges`."""
 
     @property
     def changes(self) -> bool:
         """Whether it is another one at other times."""
         return self.random is None
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_of(cls, data: Any) -> Any:
-        return _with_graph(data, "of")
 
     @model_validator(mode="after")
     def _one_rule(self) -> Graph:
@@ -93,45 +120,10 @@ class Graph(Section):
         return self
 
 
-RULES = ("random", "within_distance", "random_edges", "schedule")
-"""Graphs by rule."""
-
-
-def _with_graph(data: Any, key: str) -> Any:
-    """Return the data of a section with its graph read."""
-    if isinstance(data, Mapping) and isinstance(data.get(key), Mapping):
-        try:
-            return {**data, key: Graph(**data[key])}
-        except TypeError:
-            raise refusal("a graph such as {random: {probability: 0.2, seed: 1}}", f".{key}") from None
-    return data
-
-
-GRAPHS = ("complete", "ring", "path")
-"""Graphs by name: everybody with everybody, each with the next one in a ring, or in a row."""
-
-
-def _graph(value: object) -> object:
-    must = (
-        f"{', '.join(GRAPHS)}, a list of pairs of ids such as [[agent_0, agent_1]], or "
-        "{random: {probability: 0.2, seed: 1}}, {within_distance: 1.5}, {random_edges: {probability: 0.8}}, "
-        "{schedule: [{at: 0, graph: ring}]}"
-    )
-    if value in GRAPHS or isinstance(value, Mapping | Graph):
-        return value
-    if isinstance(value, str | bytes) or not isinstance(value, Sequence):
-        raise refusal(must + did_you_mean(value, [*GRAPHS, *RULES]))
-    for pair in value:
-        is_pair = isinstance(pair, Sequence) and not isinstance(pair, str) and len(pair) == 2
-        if not (is_pair and all(isinstance(name, str) for name in pair) and pair[0] != pair[1]):
-            raise refusal(must)
-    return tuple((pair[0], pair[1]) for pair in value)
-
-
 class Communication(Section):
     """Who talks to whom, and how."""
 
-    graph: Annotated[Any, BeforeValidator(_graph)] = ()
+    graph: AnyGraph = ()
     """`complete`, `ring`, `path`, pairs of ids, or a graph by rule: `random`, or one that changes. Without it nobody
     talks."""
 
@@ -168,8 +160,3 @@ class Communication(Section):
     def is_disturbed(self) -> bool:
         """Whether messages get lost, late or doubled on purpose."""
         return any((self.loss, self.delay_s, self.jitter_s, self.duplication))
-
-    @model_validator(mode="before")
-    @classmethod
-    def _read_graph(cls, data: Any) -> Any:
-        return _with_graph(data, "graph")

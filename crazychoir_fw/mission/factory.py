@@ -3,67 +3,34 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from crazychoir_fw.common.errors import CrazychoirError, MissionError, RangeError, UnknownNameError
-from crazychoir_fw.common.user_code import describe, load_module
+from crazychoir_fw.common.errors import CrazychoirError, MissionError
+from crazychoir_fw.common.user_code import describe
+from crazychoir_fw.guidance.law import arguments_of
+from crazychoir_fw.mission.registry import law_named
+from crazychoir_fw.mission.section import Section
+from crazychoir_fw.mission.values import did_you_mean
 
-if TYPE_CHECKING:
-    from crazychoir_fw.mission.schema import LayeredMission
 
-
-def class_of(mission: LayeredMission, key: str, word: str, stock: Any, base: type | None) -> type:
-    """Return the class of a word; a file of the user's is executed once per mission.
+def class_of(section: Section, kind: str, key: str, word: str, base: type | None) -> type:
+    """Return the law that a section of a mission names; a file of the user's is executed once per section.
 
     Args:
-        mission: The mission.
-        key: Where the word stands in its file.
-        word: Name of a class, or module:Class.
-        stock: Package of our own classes.
-        base: What the class must derive from.
+        section: The section.
+        kind: Of the law, see `crazychoir_fw.mission.registry`.
+        key: Where the word stands in the file.
+        word: The name.
+        base: What the law must derive from.
 
     Raises:
-        CrazychoirError: If there is no such class.
+        CrazychoirError: If there is no such law.
     """
-    classes = mission.__dict__.setdefault("_layer_classes", {})
-    if (word, base) not in classes:
-        classes[word, base] = _class(word, stock, base, key)
-    return classes[word, base]
-
-
-def _class(word: str, stock: Any, base: type | None, key: str) -> type:
-    """Return the class of a word: one of ours, or one of the user's, whose module is executed.
-
-    Raises:
-        UnknownNameError: If there is no such class.
-        RangeError: If it is of another kind.
-    """
-    module_name, colon, class_name = word.rpartition(":")
-    if not colon:
-        return getattr(stock, word) if hasattr(stock, word) else getattr(_schemes(), word)
-    what = f"{key} '{word}'"
-    module = load_module(module_name, what)
-    found = getattr(module, class_name, None)
-    if found is None:
-        own = [
-            name
-            for name, value in vars(module).items()
-            if isinstance(value, type) and value.__module__ == module.__name__
-        ]
-        raise UnknownNameError(f"{what}: there is no such class, only {', '.join(own) or 'none at all'}")
-    if not isinstance(found, type) or (base is not None and not issubclass(found, base)):
-        must = f"a subclass of {base.__name__}" if base is not None else "a class"
-        raise RangeError(f"{what}: {found!r} is allowed to be {must} only")
-    return found
-
-
-def _schemes() -> Any:
-    """Return the package of guidance that optimizes; whoever does without it need not load it."""
-    from crazychoir_fw.guidance import schemes
-
-    return schemes
+    laws = section.__dict__.setdefault("_laws", {})
+    if (kind, word) not in laws:
+        laws[kind, word] = law_named(kind, word, key, base)
+    return laws[kind, word]
 
 
 def build(cls: type, key: str, arguments: Mapping[str, Any], options: Mapping[str, Any]) -> Any:
@@ -72,12 +39,12 @@ def build(cls: type, key: str, arguments: Mapping[str, Any], options: Mapping[st
     Raises:
         MissionError: If it cannot be made.
     """
-    asked = inspect.signature(cls).parameters
-    takes_all = any(parameter.kind is parameter.VAR_KEYWORD for parameter in asked.values())
+    asked = arguments_of(cls)
     for name in options:
-        if name not in asked and not takes_all:
-            raise MissionError(f"{key}.options has no key '{name}', but only {', '.join(asked)}")
-    known = {name: value for name, value in arguments.items() if name in asked or takes_all}
+        if name not in asked:
+            hint = did_you_mean(name, asked)
+            raise MissionError(f"{key}.options has no key '{name}'{hint}, but only {', '.join(asked)}")
+    known = {name: value for name, value in arguments.items() if name in asked}
     try:
         return cls(**{**known, **options})
     except CrazychoirError as error:

@@ -1,5 +1,6 @@
 """From a file to a `Mission`, or to one sentence that says what is wrong with it."""
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -7,23 +8,35 @@ from typing import Any
 from pydantic import ValidationError
 
 from crazychoir_fw.common.errors import MissionError
-from crazychoir_fw.mission.changes import Change, apply, change_at, read_change
-from crazychoir_fw.mission.extending import Document, chain_of, origin, path_in, together
+from crazychoir_fw.mission.documents import (
+    Change,
+    Document,
+    apply,
+    chain_of,
+    change_at,
+    origin,
+    path_in,
+    read_change,
+    read_file,
+    together,
+)
 from crazychoir_fw.mission.fleet import BUILTIN, START_DISTANCE, Layout, Settings, close_pair
 from crazychoir_fw.mission.layer_checks import check_layers, with_uris
 from crazychoir_fw.mission.plan import plan_flight
 from crazychoir_fw.mission.radios import check_radios
-from crazychoir_fw.mission.reading import read_file
 from crazychoir_fw.mission.schema import LayeredMission, Mission
 from crazychoir_fw.mission.values import did_you_mean
 from crazychoir_fw.mission.wording import one_line, show
 
+_HIGHEST_PORT = 65535
 
-def load_mission(path: str | Path, **overrides: Any) -> Mission:
+
+def load_mission(path: str | Path, uri_base: str | None = None, **overrides: Any) -> Mission:
     """Read a mission file and check everything that can be checked before the flight.
 
     Args:
         path: The mission file (YAML).
+        uri_base: URI of the first real drone, from which the others are numbered; None leaves the file alone.
         overrides: `seed`, `provider`, `app`, `faults`, `backend`, `uris` or `changes`, stronger than the file; None
             leaves the file alone.
 
@@ -32,7 +45,44 @@ def load_mission(path: str | Path, **overrides: Any) -> Mission:
             value and what is allowed.
     """
     path = Path(path)
-    return parse_mission(read_file(path), source=str(path), folder=path.parent, name=path.stem, **overrides)
+    given = {"source": str(path), "folder": path.parent, "name": path.stem}
+    data = read_file(path)
+    if uri_base is None:
+        return parse_mission(data, **given, **overrides)
+    # how many drones there are is known before where they are
+    simulated = parse_mission(data, **given, **{**overrides, "backend": "sim"})
+    mission = parse_mission(data, **given, **overrides, uris=numbered_uris(uri_base, len(simulated.fleet)))
+    if mission.backend not in ("hardware", "mixed"):
+        raise MissionError(
+            f"--uri-base is for real drones, but the backend is {mission.backend}: add --backend hardware"
+        )
+    return mission
+
+
+def numbered_uris(base: str, count: int) -> list[str]:
+    """Return the URIs of so many drones: each has the port, or the address, after that of the one before.
+
+    ``udp://127.0.0.1:19850`` goes on with ``udp://127.0.0.1:19851``, ``radio://0/80/2M/E7E7E7E701`` with
+    ``radio://0/80/2M/E7E7E7E702``.
+
+    Raises:
+        MissionError: If it ends in neither, or the numbers do not suffice.
+    """
+    port = re.fullmatch(r"(udp://[^\s:/]+):(\d{1,5})", base)
+    if port:
+        first = int(port[2])
+        if not 1 <= first <= _HIGHEST_PORT - count + 1:
+            raise MissionError(f"--uri-base {base}: {count} drones need ports up to {first + count - 1}, at most 65535")
+        return [f"{port[1]}:{first + i}" for i in range(count)]
+    address = re.fullmatch(r"(radio://[^\s]+/)([0-9A-Fa-f]{10})", base)
+    if address:
+        first = int(address[2], 16)
+        if first + count - 1 > 0xFFFFFFFFFF:
+            raise MissionError(f"--uri-base {base}: there are no {count} addresses from there on")
+        return [f"{address[1]}{first + i:010X}" for i in range(count)]
+    raise MissionError(
+        f"--uri-base is {base[:60]!r}, but must be one such as udp://127.0.0.1:19850 or radio://0/80/2M/E7E7E7E701"
+    )
 
 
 def parse_mission(
@@ -221,7 +271,14 @@ def _sentence(error: ValidationError) -> str:
         must = f"a list of at most {context['max_length']}"
     else:
         must = context.get("must") or _MUST.get(kind) or one_line(worst["msg"])
-    return f"{path} is {show(context.get('value', worst['input']))}, but must be {must}"
+    value = context.get("value", worst["input"])
+    return f"{path} is {show(value)}, but must be {must}{_hint(value, context.get('known', '').split())}"
+
+
+def _hint(value: Any, known: Sequence[str]) -> str:
+    """Return " (did you mean 'pid'?)" where a value, or the first of a list that is unknown, is near a known word."""
+    unknown = [one for one in (value if isinstance(value, list | tuple) else [value]) if one not in known]
+    return did_you_mean(unknown[0], known) if unknown and isinstance(unknown[0], str) else ""
 
 
 def _key_path(loc: tuple[int | str, ...]) -> str:

@@ -1,14 +1,23 @@
-"""The phases of a flight, as the list `flight` of a mission file names them."""
+"""The phases of a flight, as the list `flight` of a mission file names them.
 
-from typing import Annotated
+Without layers, phases are maneuvers of the planners on board. With layers they are buttons: guidance climbs, flies and
+lands as its class says, and a phase lasts until the next one.
+"""
+
+from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr, StrictBool, ValidationInfo, model_validator
 
-from crazychoir_fw.common.trajectory_files import MEMORY_PIECES, read_pieces
+from crazychoir_fw.common.constraints import number, point, whole
+from crazychoir_fw.common.errors import MissionError
+from crazychoir_fw.common.trajectory_files import MEMORY_PIECES, read_pieces, read_points
 from crazychoir_fw.mission.section import OneOf, Section
-from crazychoir_fw.mission.values import beside, number, point, refusal, whole
+from crazychoir_fw.mission.values import beside, refusal
+
+MAX_POINTS = 10_000
 
 Height = Annotated[float, number(0.05, 100.0, "m")]
 Duration = Annotated[float, number(0.1, 3600.0, "s")]
@@ -158,8 +167,17 @@ class Land(Maneuver):
     """Time to get there (s)."""
 
 
-class PhaseEntry(OneOf):
-    """One entry of `flight`: exactly one of these keys."""
+class Phase(OneOf):
+    """One entry of `flight`: a name, and what is set under it."""
+
+    @property
+    def maneuver(self) -> Any:
+        """What is set under the name of the phase."""
+        return getattr(self, self.name)
+
+
+class PhaseEntry(Phase):
+    """One entry of `flight` of a mission without layers: exactly one of these keys."""
 
     takeoff: Takeoff | None = None
     hover: Hover | None = None
@@ -170,12 +188,116 @@ class PhaseEntry(OneOf):
     together: Annotated[list["PhaseEntry"], Field(min_length=1)] | None = None
     """Phases of different drones that begin at the same time; it ends with the longest."""
 
-    @property
-    def name(self) -> str:
-        """Name of the phase, such as "takeoff"."""
-        return next(iter(self.model_fields_set))
+
+# -------------------------------------------------------------------------------- with layers
+
+Wait = Annotated[float, number(0.0, 36000.0, "s")]
+
+
+class TakeoffButton(Maneuver):
+    """Climb from the floor."""
+
+    duration: Wait = 5.0
+    """Time until the next entry (s)."""
+
+
+class StartButton(Maneuver):
+    """Let the guidance do what it is for."""
+
+    duration: Wait
+    """Time until the next entry (s)."""
+
+
+class LandButton(Maneuver):
+    """Descend; motors stop on the floor."""
+
+    duration: Wait = 5.0
+    """Time until the next entry (s)."""
+
+
+class HoverButton(Section):
+    """Press nothing for a while."""
+
+    duration: Wait
+    """How long (s)."""
+
+
+class StopButton(Maneuver):
+    """Motors off at once."""
+
+    duration: Wait = 0.0
+    """Time until the next entry (s)."""
+
+
+class GoToButton(Maneuver):
+    """Hand one point to the trajectory handler."""
+
+    position: Annotated[tuple[float, ...], point("x", "y", "z", floor=0.0)]
+    """Where to (m, world)."""
+
+    duration: Duration
+    """Time to get there (s), and until the next entry."""
+
+
+class TrajectoryButton(Maneuver):
+    """Hand a drawn curve to the trajectory handler."""
+
+    file: str | None = None
+    """CSV file with columns time (s), x, y, z (m), seen from the folder of the mission file."""
+
+    points: list[Annotated[tuple[float, ...], point("time", "x", "y", "z")]] | None = None
+    """The same, written into the mission file."""
+
+    _rows: list[tuple[float, ...]] = PrivateAttr()
+
+    @model_validator(mode="after")
+    def _read(self, info: ValidationInfo) -> "TrajectoryButton":
+        if (self.file is None) == (self.points is None):
+            raise refusal("a mapping with either file or points")
+        if self.points is not None:
+            where, rows = "points", list(self.points)
+        else:
+            where = str(beside(self.file, info))
+            rows = read_points(Path(where))
+        _check_times(where, rows)
+        self._rows = rows
+        return self
 
     @property
-    def maneuver(self) -> "Maneuver | list[PhaseEntry]":
-        """What is set under that name."""
-        return getattr(self, self.name)
+    def rows(self) -> list[tuple[float, ...]]:
+        """Time (s) and position (m, world) of the points, four numbers each."""
+        return self._rows
+
+    @property
+    def duration(self) -> float:
+        """Time until the next entry (s)."""
+        return self._rows[-1][0]
+
+
+class LayeredPhase(Phase):
+    """One entry of `flight` of a mission with layers: exactly one of these keys."""
+
+    takeoff: TakeoffButton | None = None
+    start: StartButton | None = None
+    hover: HoverButton | None = None
+    go_to: GoToButton | None = None
+    trajectory: TrajectoryButton | None = None
+    land: LandButton | None = None
+    stop: StopButton | None = None
+
+
+def _check_times(where: str, rows: list[tuple[float, ...]]) -> None:
+    """Refuse points whose times do not increase from 0 on.
+
+    Raises:
+        MissionError: With the first wrong one.
+    """
+    if not 1 <= len(rows) <= MAX_POINTS:
+        raise MissionError(f"{where} has {len(rows)} points, allowed: 1 to {MAX_POINTS}")
+    before = -1.0
+    for i, row in enumerate(rows):
+        if not (row[0] > before and row[0] >= 0.0):
+            raise MissionError(f"{where}: point {i} comes at {row[0]:g} s, allowed: times that increase from 0 on")
+        before = row[0]
+    if not rows[-1][0] > 0.0:
+        raise MissionError(f"{where} ends at 0 s, allowed: a last point after it")

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw import guidance, planning
+from crazychoir_fw.guidance.law import LawContext
+from crazychoir_fw.guidance.metrics import Metrics
+from crazychoir_fw.mission.communicators import graph_of
 from crazychoir_fw.mission.factory import class_of
 
 if TYPE_CHECKING:
@@ -54,9 +57,7 @@ def follows_trajectory(mission: LayeredMission, i: int) -> bool:
     layers, name = mission.layers, mission.fleet[i].id
     if layers.planning_of(name) is None:
         return layers.control_of(name) is None
-    if issubclass(guidance_class(mission, i), guidance.CFDistributedFeedback):
-        return leads(mission, i)
-    return True
+    return leads(mission, i) or not guidance_class(mission, i).references_itself
 
 
 def is_only_watched(mission: LayeredMission, i: int) -> bool:
@@ -68,8 +69,8 @@ def is_only_watched(mission: LayeredMission, i: int) -> bool:
 def takeoff_time_of(mission: LayeredMission) -> float:
     """Return the time of the take-off (s): that of the first button."""
     for phase in mission.flight:
-        if phase.name == "takeoff" and phase.button.duration > 0.0:
-            return float(phase.button.duration)
+        if phase.name == "takeoff" and phase.maneuver.duration > 0.0:
+            return float(phase.maneuver.duration)
     return 5.0
 
 
@@ -90,10 +91,44 @@ def masses_of(mission: LayeredMission) -> list[float]:
     return masses
 
 
-def guidance_class(mission: LayeredMission, i: int = 0) -> type:
+def guidance_class(mission: LayeredMission, i: int = 0) -> type[guidance.CFGuidance]:
     """Return the class of the guidance of a drone."""
-    key = mission.layers.path_of(mission.fleet[i].id) + ".class"
-    return class_of(mission, key, guidance_of(mission, i).kind, guidance, guidance.CFGuidance)
+    return guidance_of(mission, i).law(mission.layers.path_of(mission.fleet[i].id) + ".class")
+
+
+def options_of_drone(mission: LayeredMission, i: int) -> dict[str, Any]:
+    """Return the options that the mission sets for the guidance of a drone."""
+    layer = guidance_of(mission, i)
+    return {**layer.options, **layer.options_by_drone.get(mission.fleet[i].id, {})}
+
+
+def context_of(mission: LayeredMission, number: int) -> LawContext:
+    """Return what the mission says of the drones of an entry of guidance."""
+    layer, names = mission.layers.guidances[number], names_of(mission)
+    members = tuple(range(len(names))) if layer.drones is None else tuple(map(names.index, layer.drones))
+    return LawContext(
+        guidance_class(mission, members[0]),
+        tuple(names),
+        members,
+        graph_of(mission),
+        tuple(i for i in members if leads(mission, i)),
+        formation_of(mission, members[0]),
+        layer.height,
+        {i: options_of_drone(mission, i) for i in members},
+    )
+
+
+def metrics_of(mission: LayeredMission) -> list[Metrics]:
+    """Return how a flight is judged and drawn, by what its laws say of themselves."""
+    found: dict[Any, Metrics | None] = {}
+    for number, layer in enumerate(mission.layers.guidances):
+        law = layer.law()
+        if law.metrics.scope == "alone" and len(mission.layers.guidances) > 1:
+            continue
+        key = law.metrics if law.metrics.scope == "swarm" else number
+        if key not in found:
+            found[key] = law.metrics.of(context_of(mission, number))
+    return [one for one in found.values() if one is not None]
 
 
 def what_it_follows(mission: LayeredMission, i: int) -> str:
@@ -105,4 +140,4 @@ def what_it_follows(mission: LayeredMission, i: int) -> str:
     if layer is None:
         return "fullstate"
     key = mission.layers.path_of(name, "planning")
-    return str(class_of(mission, f"{key}.class", layer.kind, planning, planning.TrajectoryHandler).kind)
+    return str(class_of(layer, "planning", f"{key}.class", layer.kind, planning.TrajectoryHandler).kind)

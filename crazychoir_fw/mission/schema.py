@@ -4,36 +4,24 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
+from crazychoir_fw.common.constraints import choice, number, whole, word
 from crazychoir_fw.mission.backend_settings import HardwareSettings, IntegratorSettings
-from crazychoir_fw.mission.buttons import ButtonPhase
 from crazychoir_fw.mission.criteria import Criteria
 from crazychoir_fw.mission.faults import Faults
 from crazychoir_fw.mission.fleet import Drone, Drones, Settings, decide
 from crazychoir_fw.mission.layers import Layers
 from crazychoir_fw.mission.mixed import MixedSettings
-from crazychoir_fw.mission.phases import PhaseEntry
+from crazychoir_fw.mission.phases import LayeredPhase, PhaseEntry
 from crazychoir_fw.mission.radios import Radios
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import beside, did_you_mean, number, refusal, whole, wind_parameters, word
+from crazychoir_fw.mission.values import beside, did_you_mean, is_file, refusal, wind_parameters
 
 SCENES = ("arena", "flight_lab", "gates", "pillars", "room")
 
 
 BACKENDS = ("sim", "integrator", "hardware", "mixed")
-
-
-def backend_word(*known: str) -> BeforeValidator:
-    """Where the drones live."""
-    must = "one of " + ", ".join(known) if len(known) > 1 else f"{known[0]}; the others fly missions with layers"
-
-    def check(value: object) -> str:
-        if not isinstance(value, str) or value not in known:
-            raise refusal(must + did_you_mean(value, known))
-        return value
-
-    return BeforeValidator(check)
 
 
 class Tolerance(Section):
@@ -70,7 +58,7 @@ class Mission(Section):
     wind: Annotated[Mapping[str, Any], wind_parameters()] = Field(default_factory=dict)
     """Wind over all drones: `velocity` [x, y, z] (m/s), `turbulence` (none, indoor or dryden) and its numbers."""
 
-    backend: Annotated[str, backend_word("sim")] = "sim"
+    backend: Annotated[str, choice("sim", must="sim; the others fly missions with layers")] = "sim"
     """Where the drones live: a mission without `layers` is flown in simulation."""
 
     defaults: Settings = Settings()
@@ -81,6 +69,9 @@ class Mission(Section):
 
     flight: Annotated[list[PhaseEntry], Field(min_length=1, max_length=10000)]
     """The phases in order."""
+
+    layers: Layers | None = None
+    """What decides, plans and controls; without it, the planners on board fly the phases."""
 
     faults: Faults = Field(default_factory=list)
     """What goes wrong, with whom and when."""
@@ -101,11 +92,7 @@ class Mission(Section):
         if scene in SCENES:
             return scene
         path = beside(scene, info)
-        try:
-            is_model = path.suffix == ".xml" and path.is_file()
-        except (OSError, ValueError):  # a name that no file can have
-            is_model = False
-        if not is_model:
+        if path.suffix != ".xml" or not is_file(path):
             raise refusal(f"one of {', '.join(SCENES)}{did_you_mean(scene, SCENES)} or an existing .xml file")
         return str(path)
 
@@ -116,17 +103,17 @@ class Mission(Section):
 
 
 class LayeredMission(Mission):
-    """A flight of guidance, planning and control: on any backend, by buttons."""
+    """A flight of guidance, planning and control, on any backend."""
 
-    backend: Annotated[str, backend_word(*BACKENDS)] = "sim"
+    backend: Annotated[str, choice(*BACKENDS)] = "sim"
     """Where the drones live: `sim` (MuJoCo and the onboard software), `integrator`, `hardware` (over the radio), or
     `mixed`: drones with `uri` or `mocap` are real, the others simulated."""
 
     layers: Layers
     """What decides, plans and controls."""
 
-    flight: Annotated[list[ButtonPhase], Field(min_length=1, max_length=10000)]
-    """The buttons in order."""
+    flight: Annotated[list[LayeredPhase], Field(min_length=1, max_length=10000)]
+    """The phases in order."""
 
     criteria: Criteria = Criteria()
     """What makes the flight a success."""

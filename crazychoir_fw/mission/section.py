@@ -16,7 +16,7 @@ class Section(BaseModel):
     @model_validator(mode="before")
     @classmethod
     def _refuse_unknown_keys(cls, data: Any) -> Any:
-        if isinstance(data, Mapping):
+        if isinstance(data, Mapping) and cls.model_config.get("extra") == "forbid":
             known = [info.alias or name for name, info in cls.model_fields.items()]
             for key in data:
                 if key not in known:
@@ -42,3 +42,8 @@ class OneOf(Section):
         if len(self.model_fields_set) != 1:
             raise refusal("a mapping with exactly one of " + ", ".join(type(self).model_fields))
         return self
+
+    @property
+    def name(self) -> str:
+        """The key that is set, such as "takeoff" of a phase."""
+        return next(iter(self.model_fields_set))

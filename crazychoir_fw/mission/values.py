@@ -1,20 +1,23 @@
-"""The kinds of values in a mission file; each refuses in words what it cannot be.
+"""The kinds of values in a mission file: those of `common.constraints`, and those that know files, providers, vehicles.
 
-A kind is a validator for `typing.Annotated`. Whatever it refuses ends as "… must be <must>", so that the reader of the
-message learns the allowed range without opening the documentation.
+Whatever is refused ends as "… must be <must>", so that the reader of the message learns the allowed range without
+opening the documentation.
 """
 
+import os
 import re
 from collections.abc import Collection, Mapping, Sequence
 from difflib import get_close_matches
-from numbers import Integral, Real
+from numbers import Real
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from pydantic import BeforeValidator, ValidationInfo
 from pydantic_core import PydanticCustomError
+from pydantic_core import core_schema as schemas
 
+from crazychoir_fw.common.constraints import Constraint
 from crazychoir_fw.common.errors import CrazychoirError, UnknownNameError
 from crazychoir_fw.firmware.levels import BITCRAZE, level_of, word_for_modules
 from crazychoir_fw.onboard.variables import parameter_table
@@ -43,7 +46,9 @@ def unknown_key(key: object, known: Collection[str], path: str = "") -> Pydantic
     """Return the error about a *key* that its section does not know, `path` below where the error is raised."""
     hint = did_you_mean(key, known)
     return PydanticCustomError(
-        "unknown_key", "unknown key", {"key": str(key)[:40], "hint": hint, "known": sorted(known), "path": path}
+        "unknown_key",
+        "unknown key",
+        {"key": str(key)[:40].encode(errors="replace").decode(), "hint": hint, "known": sorted(known), "path": path},
     )
 
 
@@ -58,78 +63,12 @@ def is_number(value: object, low: float, high: float) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool) and low <= value <= high
 
 
-def number(low: float, high: float, unit: str = "") -> BeforeValidator:
-    """A real number in [low, high]."""
-    must = f"a number in [{low:g}, {high:g}] {unit}".rstrip()
-
-    def check(value: object) -> float:
-        if not is_number(value, low, high):
-            raise refusal(must)
-        return float(value)  # type: ignore[arg-type]
-
-    return BeforeValidator(check)
-
-
-def whole(low: int, high: int) -> BeforeValidator:
-    """A whole number in [low, high]."""
-    must = f"a whole number in [{low}, {high}]"
-
-    def check(value: object) -> int:
-        if not isinstance(value, Integral) or not is_number(value, low, high):
-            raise refusal(must)
-        return int(value)
-
-    return BeforeValidator(check)
-
-
-def choice(*known: str) -> BeforeValidator:
-    """One of a few words."""
-    must = "one of " + ", ".join(known) if len(known) > 1 else known[0]
-
-    def check(value: object) -> str:
-        if not isinstance(value, str) or value not in known:
-            raise refusal(must + did_you_mean(value, known))
-        return value
-
-    return BeforeValidator(check)
-
-
-def choices(*known: str) -> BeforeValidator:
-    """A list of a few words, each at most once."""
-    must = "a list of " + ", ".join(known)
-
-    def check(value: object) -> tuple[str, ...]:
-        if isinstance(value, str | bytes) or not isinstance(value, Sequence):
-            raise refusal(must)
-        for item in value:
-            if item not in known:
-                raise refusal(must + did_you_mean(item, known))
-        return tuple(dict.fromkeys(value))
-
-    return BeforeValidator(check)
-
-
-def switch() -> BeforeValidator:
-    """True or false."""
-
-    def check(value: object) -> bool:
-        if not isinstance(value, bool):
-            raise refusal("true or false")
-        return value
-
-    return BeforeValidator(check)
-
-
-def word(pattern: str, must: str) -> BeforeValidator:
-    """Text that matches *pattern*."""
-    compiled = re.compile(pattern)
-
-    def check(value: object) -> str:
-        if not isinstance(value, str) or not compiled.fullmatch(value):
-            raise refusal(must)
-        return value
-
-    return BeforeValidator(check)
+def plain_properties() -> Constraint:
+    """A mapping from words to texts or numbers."""
+    keys = schemas.str_schema(pattern=r"\A\w[\w.-]*\Z", coerce_numbers_to_str=True, regex_engine="python-re")
+    values = schemas.union_schema([schemas.str_schema(strict=True), schemas.float_schema()])
+    must = "a mapping from words to texts or numbers, such as {height: 0.8}"
+    return Constraint(schemas.dict_schema(keys, values), must)
 
 
 def provider_word() -> BeforeValidator:
@@ -176,17 +115,7 @@ def source_files() -> BeforeValidator:
         names = [value] if isinstance(value, str | Path) else value
         if not isinstance(names, Sequence) or not all(isinstance(name, str | Path) for name in names):
             raise refusal(must)
-        paths = []
-        for name in names:
-            path = beside(name, info)
-            try:
-                is_source = path.suffix == ".c" and path.is_file()
-            except (OSError, ValueError):  # a name that no file can have
-                is_source = False
-            if not is_source:
-                raise refusal(f"{must}; {str(name)[:80]!r} is no existing .c file in {folders_of(info)[0]}")
-            paths.append(str(path))
-        return tuple(paths)
+        return tuple(str(existing_file(name, info, must, ".c")) for name in names)
 
     return BeforeValidator(check)
 
@@ -196,28 +125,24 @@ def folders_of(info: ValidationInfo) -> tuple[Path, ...]:
     return (info.context or {}).get("folders", (Path(),))
 
 
+def is_file(path: Path) -> bool:
+    """Return whether there is such a file; there is none where no file can have its name."""
+    return os.path.isfile(path)  # noqa: PTH113, where pathlib raises
+
+
 def beside(name: str | Path, info: ValidationInfo) -> Path:
     """Return the path of a file that a mission names: in the first of its folders where it is, or in its own."""
     paths = [folder / name for folder in folders_of(info)]
-    for path in paths:
-        try:
-            if path.exists():
-                return path
-        except (OSError, ValueError):  # a name that no file can have
-            break
-    return paths[0]
+    return next(filter(os.path.exists, paths), paths[0])
 
 
-def existing_file(file: str, info: ValidationInfo, must: str) -> Path:
+def existing_file(name: str | Path, info: ValidationInfo, must: str, suffix: str = "") -> Path:
     """Return a file seen from the folder of the mission file; without it, the value must be what `must` says."""
-    path = beside(file, info)
-    try:
-        is_file = path.is_file()
-    except (OSError, ValueError):  # a name that no file can have
-        is_file = False
-    if not is_file:
-        raise refusal(f"{must}; {file[:80]!r} is no existing file in {folders_of(info)[0]}")
-    return path.resolve()
+    path = beside(name, info)
+    if not path.name.endswith(suffix) or not is_file(path):
+        kind = f"{suffix} file".lstrip()
+        raise refusal(f"{must}; {str(name)[:80]!r} is no existing {kind} in {folders_of(info)[0]}")
+    return path
 
 
 def motor_ctrl_name() -> BeforeValidator:
@@ -230,22 +155,7 @@ def motor_ctrl_name() -> BeforeValidator:
         file, colon, class_name = value.rpartition(":")
         if not (colon and file.endswith(".py")):
             return value
-        return f"{existing_file(file, info, must)}:{class_name}"
-
-    return BeforeValidator(check)
-
-
-def plain_properties() -> BeforeValidator:
-    """A mapping from words to texts or numbers."""
-    must = "a mapping from words to texts or numbers, such as {height: 0.8}"
-
-    def check(value: object) -> dict[str, str | float]:
-        is_plain = isinstance(value, Mapping) and all(
-            re.fullmatch(r"\w[\w.-]*", str(key)) and isinstance(item, str | int | float) for key, item in value.items()
-        )
-        if not is_plain:
-            raise refusal(must)
-        return {str(key): item for key, item in value.items()}  # type: ignore[attr-defined]
+        return f"{existing_file(file, info, must).resolve()}:{class_name}"
 
     return BeforeValidator(check)
 
@@ -309,29 +219,3 @@ def wind_parameters() -> BeforeValidator:
 def _range_of(kind: np.dtype) -> tuple[float, float]:
     limits = np.finfo(kind) if kind.kind == "f" else np.iinfo(kind)
     return float(limits.min), float(limits.max)
-
-
-def point(*names: str, low: float = -1000.0, high: float = 1000.0, floor: float | None = None) -> BeforeValidator:
-    """A list of coordinates in meters.
-
-    Args:
-        names: The axes in order. An axis in brackets, such as "[z]", may be left out.
-        low: Lowest coordinate.
-        high: Highest coordinate.
-        floor: Lowest third coordinate, when it differs.
-    """
-    must = f"numbers [{', '.join(names)}] in [{low:g}, {high:g}] m"
-    if floor is not None:
-        must += f" with z >= {floor:g}"
-    shortest = sum(not name.startswith("[") for name in names)
-
-    def check(value: object) -> tuple[float, ...]:
-        if isinstance(value, str | bytes) or not isinstance(value, Sequence):
-            raise refusal(must)
-        if not shortest <= len(value) <= len(names) or not all(is_number(v, low, high) for v in value):
-            raise refusal(must)
-        if floor is not None and len(value) > 2 and value[2] < floor:
-            raise refusal(must)
-        return tuple(float(v) for v in value)
-
-    return BeforeValidator(check)

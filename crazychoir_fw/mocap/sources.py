@@ -1,4 +1,4 @@
-"""Where poses of real bodies come from: motion-capture systems, or whoever sends them by UDP."""
+"""Where poses of real bodies come from: motion-capture systems, or datagrams of UDP."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Sequence
-from importlib.metadata import entry_points
 from typing import Any, Protocol
 
 import numpy as np
 
 from crazychoir_fw.common.errors import MissingLibraryError, StateError
 from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.common.user_code import installed
 
 GROUP = "crazychoir.pose_sources"
 """Entry points by which installed packages offer sources of poses."""
@@ -50,16 +50,9 @@ def installed_source(name: str) -> Callable[[Sequence[Any]], PoseSource]:
         What makes the source of a list of bodies.
 
     Raises:
-        MissingLibraryError: If nobody offers it, or what it needs is not installed.
+        MissingLibraryError: If no package offers it, or what it needs is not installed.
     """
-    for entry in entry_points(group=GROUP, name=name):
-        try:
-            return entry.load()
-        except MissingLibraryError:
-            raise
-        except ImportError as error:
-            raise MissingLibraryError(f"poses of '{name}' ({entry.value}) cannot be loaded: {error}") from None
-    raise MissingLibraryError(f"no installed package offers poses of '{name}' (entry point of group {GROUP})")
+    return installed(GROUP, name, f"poses of '{name}'")
 
 
 class UdpPoses:

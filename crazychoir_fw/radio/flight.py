@@ -24,7 +24,7 @@ from crazychoir_fw.radio.supervisor import (
     why_grounded,
 )
 
-_LAND_S = 2.0  # where nobody says how long
+_LAND_S = 2.0  # where no duration is given
 _LAND_EXTRA_S = 0.3  # the planner stops the motors a little after the end of its landing
 _ARM_AGAIN_S = 1.0
 _SETTLES_S = 0.15
@@ -161,6 +161,19 @@ class FlightState:
 
         self._sender.post(hand_over)
 
+    def level_out(self) -> None:
+        """Sink with a level attitude for `level_s`, then stop the motors; the caller wakes the outbox."""
+        with self._lock:
+            if self.mode in (Mode.STOPPED, Mode.LANDED) or not self.is_active:
+                return
+            self._sender.forget()
+            self._become(Mode.LANDING)
+            self._begin_to_level(self._clock())
+
+    def _begin_to_level(self, now: float) -> None:
+        self._is_leveling = True
+        self._sender.repeat(self._level, now, self._options.level_s)
+
     def stop_for_good(self) -> None:
         """Stop the motors until the drone is restarted; the caller wakes the outbox."""
         with self._lock:
@@ -174,7 +187,7 @@ class FlightState:
             self._become(Mode.STOPPED, reason)
             self.stops += 1
             self.is_active = self.is_ready = False
-            # so that it also reaches a drone that was out of reach, and nobody else's set-point counts
+            # so that it also reaches a drone that was out of reach, and no other set-point counts
             self._sender.repeat(_send_stop, self._clock(), math.inf)
             self._sender.post(self._send_last)
 
@@ -229,7 +242,7 @@ class FlightState:
                 self._become(Mode.LOST, reason)
 
     def restart(self) -> None:
-        """The drone starts anew, and knows nothing of what was sent before."""
+        """The drone has restarted, and knows nothing of what was sent before."""
         with self._lock:
             self._sender.forget()
             self.is_active = self.is_ready = self._armed_here = False
@@ -265,7 +278,7 @@ class FlightState:
             self.mode_until = math.inf
 
     def _fall_silent(self, now: float) -> None:
-        """Nobody commands any more."""
+        """No commands come any more."""
         what = self._options.on_silence
         if self._is_leveling:
             self.stop("no command")
@@ -275,8 +288,7 @@ class FlightState:
         if what == "hover":
             self._sender.repeat(_send_hover, now, math.inf)
         elif what == "level":
-            self._is_leveling = True
-            self._sender.repeat(self._level, now, self._options.level_s)
+            self._begin_to_level(now)
         elif what == "land":
             self.land(reason=text)
         elif what == "stop":

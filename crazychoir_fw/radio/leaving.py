@@ -19,6 +19,7 @@ def take_leave(
     sender: Sender,
     action: str,
     is_flying: Callable[[], bool | None],
+    knows_position: bool,
     tick: Callable[[], object] | None,
 ) -> None:
     """Do what the option `on_close` says; blocks while the drone lands.
@@ -28,6 +29,7 @@ def take_leave(
         sender: The way to it.
         action: ``land``, ``stop`` or ``leave``.
         is_flying: Asks its supervisor; None when that does not say.
+        knows_position: Whether it has a position on board, which landings need; without, ``land`` levels out.
         tick: Sends what is due; None where a thread does.
 
     Raises:
@@ -39,7 +41,7 @@ def take_leave(
         return
     if flies and action == "land":
         if flight.mode is not Mode.LANDING:
-            flight.land()
+            (flight.land if knows_position else flight.level_out)()
             sender.outbox.wake()
             flight.emit()
         _wait_for_landing(flight, sender, tick)

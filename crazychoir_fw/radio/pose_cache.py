@@ -41,6 +41,11 @@ class PoseCache:
         known = self._known
         return known[1].copy() if known is not None else None
 
+    @property
+    def is_fresh(self) -> bool:
+        """Whether the position is at most 1 s old."""
+        return self._known is not None and self._clock() - self._known[0] <= _FRESH_S
+
     def note(self, position: NDArray[np.float64], now: float) -> None:
         """Remember where it is (m, world) at a time (s), and act when that is outside."""
         self._known = (now, position)
@@ -66,7 +71,7 @@ class PoseCache:
     def inside(self, velocity: Sequence[float]) -> Sequence[float]:
         """Bend a velocity (m/s, world) at the border of the safety area.
 
-        A drone that no longer tells where it is stands still; of one that has never told, somebody else takes care.
+        A drone that no longer tells where it is stands still; one that has never told is not limited.
         """
         if self._area is None or self._known is None:
             return velocity

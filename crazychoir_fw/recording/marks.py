@@ -43,7 +43,7 @@ class Mark:
 
 
 @dataclass(frozen=True)
-class Stint:
+class TaskInterval:
     """What a drone worked on for a time."""
 
     drone: int
@@ -59,10 +59,10 @@ class Stint:
 
 
 @dataclass(frozen=True)
-class Story:
-    """All marks and stints of a flight."""
+class TaskTimeline:
+    """All marks and intervals of a flight."""
 
     marks: Sequence[Mark] = ()
-    stints: Sequence[Stint] = ()
+    intervals: Sequence[TaskInterval] = ()
     title: str = "tasks"
-    """What the stints are about."""
+    """What the intervals are about."""

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.common.replacing import replacing
 from crazychoir_fw.recording.error_curve import ErrorCurve
 from crazychoir_fw.recording.flight_log import FlightLog
-from crazychoir_fw.recording.marks import COLORS, SHAPES, Mark, Story
+from crazychoir_fw.recording.marks import COLORS, SHAPES, Mark, TaskTimeline
 
 _FEW = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#6A3D9A", "#444444")
 """Colors that people with any color vision tell apart (Okabe and Ito, yellow replaced for white paper)."""
@@ -30,7 +30,7 @@ _MIN_SPAN_M = 0.1  # of an axis over time: who hovers shall not look restless
 
 
 def plot_flight(
-    log: FlightLog, path: Path, title: str, curve: ErrorCurve | None = None, story: Story | None = None
+    log: FlightLog, path: Path, title: str, curve: ErrorCurve | None = None, timeline: TaskTimeline | None = None
 ) -> None:
     """Draw the page and write it; the format follows the suffix of *path*.
 
@@ -44,7 +44,7 @@ def plot_flight(
         path: File to write, usually `flight.png`; replaced in one step.
         title: Headline.
         curve: An error over time, shown in place of the motors.
-        story: Points beside the drones, and who worked on what when, shown in place of the motors as well.
+        timeline: Points beside the drones, and who worked on what when, shown in place of the motors as well.
     """
     figure = Figure(figsize=(14.0, 9.0), dpi=110, layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
@@ -68,10 +68,10 @@ def plot_flight(
     _draw_paths(space, truth, reference, colors)
     _draw_from_above(above, truth, reference, colors)
     _draw_positions(axes[:3], log.time, truth, reference, colors)
-    marks = [mark for explained in (story, curve) if explained is not None for mark in explained.marks]
+    marks = [mark for explained in (timeline, curve) if explained is not None for mark in explained.marks]
     _draw_marks(above, marks, colors)
-    if curve is None and story is not None:
-        _draw_stints(axes[3], story, colors)
+    if curve is None and timeline is not None:
+        _draw_intervals(axes[3], timeline, colors)
     elif curve is None:
         _draw_motors(axes[3], log, colors)
     else:
@@ -331,43 +331,46 @@ def _draw_box(axes: Axes, mark: Mark, color: str) -> None:
     axes.text(x, y, mark.label, ha="center", va="center", fontsize=6.5, color=_INK, zorder=7, clip_on=True)
 
 
-def _draw_stints(axes: Axes, story: Story, colors: Sequence[str]) -> None:
+def _draw_intervals(axes: Axes, timeline: TaskTimeline, colors: Sequence[str]) -> None:
     """Draw who worked on what: a bar from when it took it on, filled if it finished it."""
-    _tidy(axes, story.title)
+    _tidy(axes, timeline.title)
     axes.set_xlabel("time (s)")
     axes.set_ylim(len(colors) - 0.5, -0.5)
     axes.set_yticks([])
     # several at a time share the line of their drone
     for drone, color in enumerate(colors):
-        own = sorted((stint for stint in story.stints if stint.drone == drone), key=lambda stint: stint.begin)
+        own = sorted(
+            (interval for interval in timeline.intervals if interval.drone == drone),
+            key=lambda interval: interval.begin,
+        )
         ends: list[float] = []
         rows = []
-        for stint in own:
-            row = next((k for k, end in enumerate(ends) if end <= stint.begin + 1e-9), len(ends))
-            ends[row : row + 1] = [stint.end]
+        for interval in own:
+            row = next((k for k, end in enumerate(ends) if end <= interval.begin + 1e-9), len(ends))
+            ends[row : row + 1] = [interval.end]
             rows.append(row)
         height = 0.8 / max(1, len(ends))
-        for stint, row in zip(own, rows, strict=True):
+        for interval, row in zip(own, rows, strict=True):
             low = drone - 0.4 + row * height
-            face = color if stint.is_finished else "white"
+            face = color if interval.is_finished else "white"
             axes.broken_barh(
-                [(stint.begin, stint.end - stint.begin)],
+                [(interval.begin, interval.end - interval.begin)],
                 (low, 0.92 * height),
                 facecolors=face,
                 edgecolors=color,
                 linewidth=0.8,
                 zorder=3,
-                alpha=0.75 if stint.is_finished else 0.9,
+                alpha=0.75 if interval.is_finished else 0.9,
             )
-            if stint.end - stint.begin > 0.6:
+            if interval.end - interval.begin > 0.6:
                 axes.text(
-                    (stint.begin + stint.end) / 2.0,
+                    (interval.begin + interval.end) / 2.0,
                     low + 0.46 * height,
-                    stint.label,
+                    interval.label,
                     ha="center",
                     va="center",
                     fontsize=6.0,
-                    color="white" if stint.is_finished else _INK,
+                    color="white" if interval.is_finished else _INK,
                     clip_on=True,
                     zorder=4,
                 )

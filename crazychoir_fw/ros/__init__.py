@@ -31,17 +31,9 @@ _NAMES_IN = {
     "crazychoir_fw.control.safety": "DoubleIntegratorCBF SingleIntegratorCBF",
     "crazychoir_fw.mocap": "Estimator MocapConfig",
     "crazychoir_fw.planning": "AccelerationTraj FullStateTraj PositionTraj TrajHandlerStrategy",
-    "crazychoir_fw.ros.aggregative": (
-        "AggregativeGuidance AggregativeGuidanceCrazyflie AggregativeGuidanceCrazyflieMovingIntruder"
-    ),
     "crazychoir_fw.ros.buttons": "Buttons",
     "crazychoir_fw.ros.controller": "CrazyflieController HierarchicalController VelocityController",
     "crazychoir_fw.ros.neighbor_sensing": "ClosestRobotGetter",
-    "crazychoir_fw.ros.formations": (
-        "ContainmentGuidance DistributedControlGuidance FormationControlGuidance MPCGuidance SimpleDIControl "
-        "TargetListGuidance TimeVaryingContainmentGuidance"
-    ),
-    "crazychoir_fw.ros.guidance": "BearingFormation CFDistributedFeedback CFGuidance GoToGuidance SimpleGuidance",
     "crazychoir_fw.ros.integrator": "CrazyflieIntegrator",
     "crazychoir_fw.ros.mocap": "MocapOdometry MocapSimulator",
     "crazychoir_fw.ros.node": "LayerNode",
@@ -67,12 +59,15 @@ __all__ = sorted(_MODULE_OF)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _MODULE_OF:
+    if name not in _MODULE_OF and not name[:1].isupper():
         raise AttributeError(f"module 'crazychoir_fw.ros' has no attribute {name!r}")
-    value = getattr(import_module(_MODULE_OF[name]), name)
+    # a class that is none of these is the node of a guidance law, if anything
+    value = getattr(import_module(_MODULE_OF.get(name, "crazychoir_fw.ros.guidance")), name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_MODULE_OF})
+    from crazychoir_fw.mission.registry import our_names
+
+    return sorted({*globals(), *_MODULE_OF, *our_names("guidance")})

@@ -1,210 +1,136 @@
-"""Guidance as ROS 2 nodes, with the class names and arguments of the paper's listings.
+"""Guidance laws as ROS 2 nodes: one node around any law, made of what the law says of itself.
 
-What a round is and who is silent: see `crazychoir_fw.ros.guidance_node`.
+``crazychoir_fw.ros.NAME`` is the node of our law of that name, with the class names and arguments of the paper's
+listings; `law_node` makes that of yours. What a round is and who is silent: see `crazychoir_fw.ros.guidance_node`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Mapping
+from functools import cache
+from typing import Any, ClassVar
 
 import numpy as np
+from geometry_msgs.msg import Vector3
 from numpy.typing import NDArray
 
 from crazychoir_fw import guidance as plain
-from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.guidance import BestEffortCommunicator, Graph, Outputs, TimeVaryingCommunicator
+from crazychoir_fw.guidance.law import Option, arguments_of, options_of
+from crazychoir_fw.mission.registry import law_named, our_names
 from crazychoir_fw.ros.guidance_node import GuidanceNode
+from crazychoir_fw.ros.names import qos
+from crazychoir_fw.ros.tasks import TableDesk
 
-__all__ = [
-    "BearingFormation",
-    "CFDistributedFeedback",
-    "CFGuidance",
-    "GoToGuidance",
-    "GuidanceNode",
-    "SimpleGuidance",
-]
+_OF_NODES = ("agent_id", "communicator", "init_pos", "update_frequency", "graph")
+"""Arguments of laws that nodes know."""
 
 
-class CFGuidance(GuidanceNode):
-    """Take-off and landing, and nothing in between."""
+class LawNode(GuidanceNode):
+    """Wires a law to topics: its options are parameters and keyword arguments of the node."""
 
-    _plain: Any = staticmethod(plain.CFGuidance)
+    law: ClassVar[Any] = plain.CFGuidance
+    """Class of the law."""
 
-    def __init__(
-        self,
-        pose_handler: str | None = "pubsub",
-        pose_topic: str | None = "odom",
-        pose_callback: Callable[[], None] | None = None,
-        takeoff_time: float = 5.0,
-        height: float = 1.0,
-        **options: Any,
-    ) -> None:
-        """Make the node; parameter ``init_pos``.
+    def __init__(self, *args: Any, law: Mapping[str, Any] | None = None, **options: Any) -> None:
+        """Make the node; parameters ``init_pos`` and the options of the law.
+
+        Laws that talk to neighbors have the parameters ``N``, ``in_neigh``, ``out_neigh`` and ``asynchronous``, too.
 
         Args:
-            pose_handler: Where poses come from.
-            pose_topic: Topic of the pose.
-            pose_callback: Called after each pose.
-            takeoff_time: How long take-off and landing last (s).
-            height: Height of the take-off (m).
-            options: Of `GuidanceNode`, such as ``update_frequency``.
+            args: See `NodeFace.positional` of the law.
+            law: Options of the law, such as ``{"k": 0.3, "max_speed": 1.0}``; as well as by their names.
+            options: Of the law, and of `GuidanceNode`.
+
+        Raises:
+            RangeError: If a number is outside its range.
         """
-        self._phases = {"takeoff_time": takeoff_time, "height": height}
-        super().__init__(
-            self._build, pose_handler=pose_handler, pose_topic=pose_topic, pose_callback=pose_callback, **options
-        )
+        face = self.law.node
+        if len(args) > len(face.positional):
+            raise TypeError(f"{type(self).__name__} takes {len(face.positional)} arguments, but got {len(args)}")
+        named = {**dict(zip(face.positional, args, strict=False)), **options, **(law or {})}
+        named = {face.aliases.get(name, name): value for name, value in named.items()}
+        named.pop("", None)
+        frequency = named.pop("update_frequency", options_of(self.law)["update_frequency"].default)
+        velocity_topic = named.pop("velocity_topic", face.velocity_topic)
+        own = [name for name in named if name in arguments_of(self.law) and name not in _OF_NODES]
+        self._given = {**face.defaults, **{name: named.pop(name) for name in own}}
+        named.setdefault("node_name", face.name)
+        super().__init__(self._build, update_frequency=frequency, **named)
+        self._velocity = self.create_publisher(Vector3, velocity_topic, qos(1)) if velocity_topic else None
 
     def _build(self, node: GuidanceNode) -> Any:
-        return self._plain(
-            agent_id=node.agent_id,
-            init_pos=node.declare_start(),
-            update_frequency=node.update_frequency,
-            **self._phases,
-        )
+        arguments, size = {"init_pos": self.declare_start(), "update_frequency": self.update_frequency}, 1
+        if "communicator" in arguments_of(self.law):
+            is_asynchronous = self.declare("asynchronous", False, "whether rounds take what has come")
+            kind = BestEffortCommunicator if is_asynchronous else TimeVaryingCommunicator
+            arguments["communicator"] = self.declare_communicator(kind)
+            size = arguments["communicator"].size
+        if "graph" in arguments_of(self.law):
+            # of the graph only the own edges matter, and the draws of all pairs, which the complete graph has
+            arguments["graph"] = Graph.complete(size)
+        declared = {**self.law.node.parameters, **options_of(self.law)}
+        values = {name: self._value(name, one) for name, one in declared.items() if name not in _OF_NODES}
+        for name in self.law.node.parameters:
+            setattr(self, name, values[name])
+        law = self._law_of_subclass()
+        made = law(agent_id=self.agent_id, **arguments, **law.from_parameters(values, size))
+        if law.needs.table:
+            made.connect(TableDesk(self))
+        return made
 
+    def _value(self, name: str, option: Option) -> Any:
+        """Return what an argument or a parameter says; what no parameter can hold comes from arguments alone."""
+        value = self._given.get(name, option.default)
+        if option.type is None or not _is_plain(value) or self.has_parameter(name):
+            return value
+        default = list(value) if isinstance(value, tuple) else value
+        what = f"{option.what} ({option.unit})" if option.unit else option.what
+        return self.declare(name, default, what, option.type, low=option.low, high=option.high)
 
-class SimpleGuidance(CFGuidance):
-    """Take-off and landing as go-tos on ``traj_params``."""
+    def _law_of_subclass(self) -> Any:
+        """Return the law, with the input of a subclass of this node that overrides it."""
+        node = self
+        if type(self).evaluate_input is LawNode.evaluate_input:
+            return self.law
 
-    _plain: Any = staticmethod(plain.SimpleGuidance)
+        class Law(self.law):  # type: ignore[misc, name-defined]
+            def evaluate_input(self, neigh_data: dict[int, Pose]) -> NDArray[np.float64]:
+                return node.evaluate_input(neigh_data)
 
-    def __init__(self, *args: Any, node_name: str = "simple_guidance", **options: Any) -> None:
-        """Make the node; arguments as of `CFGuidance`."""
-        super().__init__(*args, node_name=node_name, **options)
-
-
-class GoToGuidance(GuidanceNode):
-    """A list of go-tos, one after the other, from the button start on."""
-
-    def __init__(
-        self,
-        pose_handler: str | None = "pubsub",
-        pose_topic: str | None = "odom",
-        pose_callback: Callable[[], None] | None = None,
-        takeoff_time: float = 5.0,
-        **options: Any,
-    ) -> None:
-        """Make the node; parameters ``N``, ``init_pos``, ``goals``: t, x, y, z, t, x, y, z, … (s, m).
-
-        Args are those of `CFGuidance`, without the height.
-        """
-        self._takeoff_time = takeoff_time
-        super().__init__(
-            self._build,
-            node_name="goto_guidance",
-            pose_handler=pose_handler,
-            pose_topic=pose_topic,
-            pose_callback=pose_callback,
-            **options,
-        )
-
-    def _build(self, node: GuidanceNode) -> Any:
-        node.declare("N", 1, "number of agents", low=1)
-        flat = node.declare("goals", [], "goals: t, x, y, z of each (s; m, world)", list[float]) or []
-        if len(flat) % 4:
-            raise RangeError(f"{node.get_fully_qualified_name()}: goals has {len(flat)} numbers, allowed: 4 per goal")
-        return plain.GoToGuidance(
-            agent_id=node.agent_id,
-            init_pos=node.declare_start(),
-            takeoff_time=self._takeoff_time,
-            goals=[tuple(flat[k : k + 4]) for k in range(0, len(flat), 4)],
-            update_frequency=node.update_frequency,
-        )
-
-
-class CFDistributedFeedback(GuidanceNode):
-    """Feedback from the poses of neighbors: override `evaluate_input`."""
-
-    def __init__(
-        self,
-        update_frequency: float = 100.0,
-        pose_handler: str | None = "pubsub",
-        pose_topic: str | None = "odom",
-        pose_callback: Callable[[], None] | None = None,
-        input_topic: str = "acceleration",
-        **options: Any,
-    ) -> None:
-        """Make the node; parameters ``N``, ``in_neigh``, ``out_neigh``, ``init_pos``, ``weights``.
-
-        Args:
-            update_frequency: Rounds per second (Hz).
-            pose_handler: Where poses come from.
-            pose_topic: Topic of the pose.
-            pose_callback: Called after each pose.
-            input_topic: Where the acceleration goes.
-            options: Of `GuidanceNode`.
-        """
-        super().__init__(
-            self._build,
-            update_frequency=update_frequency,
-            pose_handler=pose_handler,
-            pose_topic=pose_topic,
-            pose_callback=pose_callback,
-            input_topic=input_topic,
-            **options,
-        )
-
-    def _build(self, node: GuidanceNode) -> Any:
-        self.weights = self.declare("weights", None, "weights of the neighbors", list[float])
-        law = _feedback_of(self)
-        return law(
-            self.agent_id,
-            self.declare_communicator(),
-            init_pos=self.declare_start(),
-            update_frequency=node.update_frequency,
-        )
+        return Law
 
     def evaluate_input(self, neigh_data: dict[int, Pose]) -> NDArray[np.float64]:
-        """Return the acceleration (m/s^2, world), shape (3,), given the poses of neighbors."""
-        raise NotImplementedError
+        """Return what a feedback law asks for, shape (3,), given the poses of neighbors; may be overridden."""
+        method = self.law.evaluate_input
+        if getattr(method, "__isabstractmethod__", False):
+            raise NotImplementedError(f"{type(self).__name__}: override evaluate_input")
+        return method(self.guidance, neigh_data)
+
+    def _send(self, outputs: Outputs) -> None:
+        super()._send(outputs)
+        reference = outputs.reference
+        if self._velocity is not None and reference is not None and reference.velocity is not None:
+            x, y, z = (float(value) for value in reference.velocity)
+            self._velocity.publish(Vector3(x=x, y=y, z=z))
 
 
-def _feedback_of(node: CFDistributedFeedback) -> type:
-    class Feedback(plain.CFDistributedFeedback):
-        def evaluate_input(self, neigh_data: dict[int, Pose]) -> NDArray[np.float64]:
-            return node.evaluate_input(neigh_data)
-
-    return Feedback
+def _is_plain(value: Any) -> bool:
+    if isinstance(value, list | tuple):
+        return all(isinstance(item, int | float) for item in value)
+    return value is None or isinstance(value, bool | int | float | str)
 
 
-class BearingFormation(CFDistributedFeedback):
-    """The paper's bearing-based formation."""
+@cache
+def law_node(law: type) -> type[LawNode]:
+    """Return the class of nodes around a law, of ours or of yours."""
+    return type(law.__name__, (LawNode,), {"law": law, "__doc__": law.__doc__, "__module__": __name__})
 
-    def __init__(
-        self, *args: Any, gains: Any = None, height: float = 1.0, takeoff_time: float = 5.0, **options: Any
-    ) -> None:
-        """Make the node; parameters of `CFDistributedFeedback`, and ``is_leader``, ``dd``, ``ort_proj``, ``vicon``.
 
-        Args:
-            args: As of `CFDistributedFeedback`, in its order.
-            gains: Set of gains, by name or as a dataclass; None: ``vicon`` if that parameter is set, else ``webots``.
-            height: Height of the take-off (m).
-            takeoff_time: How long the take-off lasts (s).
-            options: Of `CFDistributedFeedback` and `GuidanceNode`.
-        """
-        self._gains, self._height, self._takeoff_time = gains, height, takeoff_time
-        super().__init__(*args, **options)
-
-    def _build(self, node: GuidanceNode) -> Any:
-        communicator = self.declare_communicator()
-        size = communicator.size
-        leads = self.declare("is_leader", False, "whether it follows its own trajectory and not the formation")
-        flat = self.declare("ort_proj", None, "rows of projections, 3 x 3 N, by rows", list[float], length=9 * size)
-        self.declare("dd", None, "spatial dimension, for compatibility: always 3", int)
-        vicon = self.declare("vicon", False, "whether the gains are those for motion capture")
-        return plain.BearingFormation(
-            self.agent_id,
-            communicator,
-            init_pos=self.declare_start(),
-            update_frequency=node.update_frequency,
-            is_leader=leads,
-            ort_proj=None if flat is None else np.reshape(flat, (3, 3 * size)),
-            gains=self._gains or ("vicon" if vicon else "webots"),
-            height=self._height,
-            takeoff_time=self._takeoff_time,
-        )
-
-    def evaluate_input(self, neigh_data: dict[int, Pose]) -> NDArray[np.float64]:
-        """Return the acceleration (m/s^2, world), shape (3,), given the poses of neighbors."""
-        return self.guidance.evaluate_input(neigh_data)
+def __getattr__(name: str) -> Any:
+    if name in our_names("guidance"):
+        return law_node(law_named("guidance", name, "guidance"))
+    if name in ("CFGuidance", "CFDistributedFeedback", "DistributedControlGuidance"):
+        return law_node(getattr(plain, name))
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

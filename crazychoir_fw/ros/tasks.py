@@ -1,9 +1,9 @@
-"""Tables of work as ROS 2 nodes, and guidance that asks them: dynamic task assignment, pickup and delivery.
+"""Tables of work as ROS 2 nodes, and how guidance asks them: dynamic task assignment, pickup and delivery.
 
 The table announces each list on ``/optimization_trigger`` (`std_msgs/Int64`, its label, latched). Each agent asks for
 its own by the service ``/agent_{i}/task_list`` and says by ``/agent_{i}/task_completion`` that it has done what comes
 next (both `std_srvs/Trigger`; the list is JSON in the message). What it is going to do, it tells on
-``/agent_{i}/task_report``, and the table tells all that happens on ``/events`` (both `std_msgs/String`, JSON). What
+``/agent_{i}/task_report``, and the table tells all that happens on ``/happenings`` (both `std_msgs/String`, JSON). What
 was done when the table had made a newer list already, is on the report as well.
 
 A table that is started again goes on where the one before ended: after each change it says on ``/table_memory`` how
@@ -28,12 +28,12 @@ from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.guidance.schemes import tasks as plain
 from crazychoir_fw.guidance.schemes.delivery import DeliveryRequest
 from crazychoir_fw.guidance.schemes.tasks import DispatchTable, Offer, PositionTask
-from crazychoir_fw.ros.guidance import GuidanceNode
+from crazychoir_fw.ros.guidance_node import GuidanceNode
 from crazychoir_fw.ros.names import LAST_BUTTON, LATEST, START
 from crazychoir_fw.ros.node import LayerNode
 
 TRIGGER = "/optimization_trigger"
-HAPPENINGS = "/events"
+HAPPENINGS = "/happenings"
 MEMORY = "/table_memory"
 LAST_TABLE = "/last_table"
 LIST = "task_list"
@@ -290,48 +290,3 @@ def _plain(value: Any) -> Any:
     if isinstance(value, np.generic):
         return value.item()
     raise TypeError(f"{type(value).__name__} cannot be told")
-
-
-class TaskGuidance(GuidanceNode):
-    """Dynamic task assignment of one drone."""
-
-    def __init__(
-        self,
-        pose_handler: str | None = "pubsub",
-        pose_topic: str | None = "odom",
-        pose_callback: Callable[[], None] | None = None,
-        *,
-        update_frequency: float = 100.0,
-        law: Mapping[str, Any] | None = None,
-        **options: Any,
-    ) -> None:
-        """Make the node; parameters ``N``, ``in_neigh``, ``out_neigh``, ``init_pos``.
-
-        Args:
-            pose_handler: Where poses come from.
-            pose_topic: Topic of the pose.
-            pose_callback: Called after each pose.
-            update_frequency: Rounds per second (Hz).
-            law: Arguments of `crazychoir_fw.guidance.schemes.TaskGuidance`, such as tolerance and speed.
-            options: Of `GuidanceNode`.
-        """
-
-        def build(node: GuidanceNode) -> Any:
-            made = plain.TaskGuidance(
-                node.agent_id,
-                node.declare_communicator(),
-                init_pos=node.declare_start(),
-                update_frequency=update_frequency,
-                **(law or {}),
-            )
-            made.connect(TableDesk(node))
-            return made
-
-        super().__init__(
-            build,
-            update_frequency=update_frequency,
-            pose_handler=pose_handler,
-            pose_topic=pose_topic,
-            pose_callback=pose_callback,
-            **options,
-        )

@@ -10,18 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
-from crazychoir_fw.common.errors import RangeError, StateError
-from crazychoir_fw.onboard.core import address_of, check, receive_packet, struct_view
+from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError
+from crazychoir_fw.onboard.core import PLUGIN, address_of, check, receive_packet, struct_view
 from crazychoir_fw.onboard.variables import log_table, parameter_table
-from crazychoir_fw.simulation.builder import body_addresses
 from crazychoir_fw.simulation.clients import Commander, HighLevelCommander, Localization, Log, Param, Uplink
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.lights import Lights
-from crazychoir_fw.simulation.loading import Payload, drop_payload
+from crazychoir_fw.simulation.loading import Payload, drop_payload, hook_of
+from crazychoir_fw.simulation.state_check import check_kind, check_memory
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.cameras import Camera, Cameras
-    from crazychoir_fw.simulation.motor_ctrl import MotorCtrl
 
 
 class DroneSnapshot:
@@ -39,7 +38,7 @@ class Drone:
     def __init__(
         self, model: mujoco.MjModel, data: mujoco.MjData, config: DroneConfig, watched: dict[str, Param] | None = None
     ) -> None:
-        self._data = data  # keeps the memory alive
+        self._model, self._data = model, data  # keep the memory alive
         self.config = config
         self.id = config.id
         qpos, qvel, state = body_addresses(model, config.id)
@@ -50,7 +49,8 @@ class Drone:
         self._qvel = data.qvel[qvel : qvel + 6]
         self._qacc = data.qacc[qvel : qvel + 6]
         self._subtree_mass = model.body_subtreemass[model.body(config.id).id :][:1]
-        self.memory: NDArray[np.uint8] = data.plugin_state[state : state + size].view(np.uint8)
+        self._place_of_state = slice(state, state + size)
+        self.memory: NDArray[np.uint8] = data.plugin_state[self._place_of_state].view(np.uint8)
         self._cf: Any = struct_view("cf_t", address_of(self.memory))
 
         is_detachable = bool(config.payload and config.payload.get("detachable"))
@@ -78,8 +78,8 @@ class Drone:
         """What clients have written for its LED ring."""
         self.cameras: Cameras | None = None
         """What the cameras of its world share; the world sets it."""
-        self.motor_ctrl: MotorCtrl | None = None
-        """Who flies it from Python, if the world was told of somebody."""
+        self.motor_ctrl: Any = None
+        """The `MotorCtrl` that flies it from Python, if the configuration names one."""
 
     def __repr__(self) -> str:
         x, y, z = self.true_position
@@ -87,7 +87,7 @@ class Drone:
 
     @property
     def struct(self) -> Any:
-        """The drone as a cffi pointer to ``cf_t``, for whoever tests a part of it."""
+        """The drone as a cffi pointer to ``cf_t``, for tests of a part of it."""
         return self._cf
 
     # ---------------------------------------------------------------- what only the simulator knows
@@ -291,7 +291,7 @@ class Drone:
     # ---------------------------------------------------------------- what happens to it
 
     def _note_link(self, rssi: int, is_connected: bool, received: int, receive_rate: int, transmit_rate: int) -> None:
-        """Take the numbers of whoever simulates the radio: log groups ``radio`` and ``crtp``."""
+        """Take the numbers of the simulated radio: log groups ``radio`` and ``crtp``."""
         system = self._cf.onboard.system
         system.radio_rssi = rssi
         system.radio_is_connected = is_connected
@@ -309,6 +309,11 @@ class Drone:
         status = self.uplink.dispatch("cf_inject_gust", [float(speed) for speed in peak], ticks)
         allowed = "allowed: -50 to 50 m/s, 0.001 to 3600 s"
         check(status, f"{self.id}: blow_gust({peak}, {duration_s}) ({allowed})")
+
+    @property
+    def has_hook(self) -> bool:
+        """Whether the model has a payload of this drone that can be dropped."""
+        return hook_of(self._model, self.id) >= 0
 
     def drop_payload(self) -> None:
         """Let the payload fall.
@@ -343,10 +348,46 @@ class Drone:
         return DroneSnapshot(self.memory, self._qpos, self._qvel)
 
     def restore(self, snapshot: DroneSnapshot) -> None:
-        """Make the drone what it was. A flight in which that was done cannot be replayed from its journal."""
+        """Make the drone what it was. A flight in which that was done cannot be replayed from its journal.
+
+        Raises:
+            RangeError: If the snapshot is one of another provider or platform.
+        """
+        if len(snapshot.state) != len(self.memory):
+            raise RangeError(f"{self.id}: the snapshot has {len(snapshot.state)} bytes, allowed: {len(self.memory)}")
+        check_kind(snapshot.state, self.id, *self._kind)
         self.uplink.dispatch("restore", snapshot)
+
+    def check_memory(self, plugin_state: NDArray[np.float64]) -> None:
+        """Refuse memory from a file that C could not work with.
+
+        Args:
+            plugin_state: Memory of all plugins, as in ``mjData.plugin_state``.
+
+        Raises:
+            RangeError: See `crazychoir_fw.simulation.state_check`.
+        """
+        check_memory(plugin_state[self._place_of_state].view(np.uint8), self.id, *self._kind)
+
+    @property
+    def _kind(self) -> tuple[int, int]:
+        return self.provider_number, int(self._cf.config.platform)
 
     def _restore(self, snapshot: DroneSnapshot) -> None:
         self.memory[:] = snapshot.state
         self._qpos[:] = snapshot.qpos
         self._qvel[:] = snapshot.qvel
+
+
+def body_addresses(model: mujoco.MjModel, name: str) -> tuple[int, int, int]:
+    """Return where a drone lives: address in qpos, in qvel and in plugin_state.
+
+    Raises:
+        CrazychoirError: If the body carries no Crazyflie.
+    """
+    body = model.body(name)
+    instance = int(model.body_plugin[body.id])
+    if instance < 0:
+        raise CrazychoirError(f"{name}: the body carries no {PLUGIN}")
+    joint = int(model.body_jntadr[body.id])
+    return int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]), int(model.plugin_stateadr[instance])

@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from crazychoir_fw.common.errors import RangeError, UnknownNameError
 from crazychoir_fw.onboard import vehicles
-
-if TYPE_CHECKING:
-    from crazychoir_fw.simulation.motor_ctrl import MotorCtrl
+from crazychoir_fw.simulation.motor_ctrl_words import class_name, properties_text, require_class
 
 BODY_PARAMETERS = ("mass", "inertia", "products_of_inertia")
 """Parameters of a vehicle that MuJoCo's body has, not the engine plugin."""
@@ -70,7 +68,7 @@ class DroneConfig:
     """Onboard parameters that a client sets at the start, such as ``{"colAv.enable": 1}``; a reboot forgets them."""
     attributes: Mapping[str, str | float | int | Sequence[float]] = field(default_factory=dict)
     """Any further attribute of the engine plugin, such as ``mocap_noise`` (m) or ``anchor0`` (x, y, z in m)."""
-    motor_ctrl: str | type[MotorCtrl] | None = None
+    motor_ctrl: str | type | None = None
     """Who flies the drone from Python: a subclass of `MotorCtrl`, or its name as ``MotorCtrlFPQR``,
     ``package.module:Class`` or ``path/to/file.py:Class``."""
     motor_ctrl_properties: Mapping[str, str | float | int] = field(default_factory=dict)
@@ -115,8 +113,6 @@ class DroneConfig:
 
     def _remarks(self) -> dict[str, str]:
         """Return what the model keeps for the world, and the engine plugin does not look at."""
-        from crazychoir_fw.simulation.motor_ctrl.naming import class_name, properties_text, require_class
-
         require_class(self.id, self.motor_ctrl, self.motor_ctrl_properties)
         if self.motor_ctrl is None:
             return {}

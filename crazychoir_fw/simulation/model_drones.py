@@ -10,9 +10,10 @@ import numpy as np
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.user_code import anchored
 from crazychoir_fw.onboard.core import attributes
 from crazychoir_fw.simulation.drone_config import DroneConfig
-from crazychoir_fw.simulation.motor_ctrl.naming import anchored, parse_properties, require_class
+from crazychoir_fw.simulation.motor_ctrl_words import parse_properties, require_class
 
 _FIELDS = ("platform", "provider", "controller", "estimator", "positioning")
 

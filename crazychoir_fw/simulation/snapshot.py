@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import zipfile
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -45,6 +46,8 @@ class Snapshot:
     """What had happened until then."""
     journal: Journal = field(default_factory=Journal)
     """The requests that led there."""
+    is_trusted: bool = True
+    """Whether its bytes were never out of this process, or the caller vouches for their file."""
 
     def __repr__(self) -> str:
         return f"<Snapshot at {self.time:.3f} s, {self.state.nbytes / 1024:.0f} KiB>"
@@ -52,6 +55,11 @@ class Snapshot:
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> NDArray[Any]:
         """Return the row of state, so that ``batch.state[:] = snapshot`` works."""
         return np.array(self.state, dtype=dtype) if copy else np.asarray(self.state, dtype=dtype)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Snapshot:
+        """Return the same one: it does not change."""
+        del memo
+        return self
 
     def tobytes(self) -> bytes:
         """Return the state as bytes: two worlds are alike when these are equal."""
@@ -71,8 +79,13 @@ class Snapshot:
             np.savez_compressed(file, about=np.array(json.dumps(about)), state=self.state, **members)
 
     @classmethod
-    def load(cls, path: str | Path) -> Snapshot:
+    def load(cls, path: str | Path, *, trust: bool = False) -> Snapshot:
         """Read a file written by `save`; nothing in it is ever executed.
+
+        Args:
+            path: The file.
+            trust: Whether you know who wrote it. Otherwise a world that takes it looks at every number that C relies
+                on, and refuses drones that fly the library of a checkout, whose memory nothing here understands.
 
         Raises:
             FileNotFoundError: If there is no such file.
@@ -91,6 +104,7 @@ class Snapshot:
                     fingerprint=about["fingerprint"],
                     time=float(about["time"]),
                     events=tuple(Event(**event) for event in about["events"]),
+                    is_trusted=trust,
                     journal=Journal.from_arrays(
                         {name[len(_JOURNAL) :]: file[name] for name in file.files if name.startswith(_JOURNAL)}
                     ),
@@ -116,21 +130,38 @@ def take(
     return Snapshot(read_state(model, data), beside, fingerprint, float(data.time), events, journal.copy())
 
 
-def put(snapshot: Snapshot, model: mujoco.MjModel, data: mujoco.MjData, fingerprint: Fingerprint) -> None:
+def put(
+    snapshot: Snapshot,
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    fingerprint: Fingerprint,
+    check: Callable[[NDArray[np.float64]], None],
+) -> None:
     """Make a world what it was.
 
+    Args:
+        snapshot: The snapshot.
+        model: The compiled world.
+        data: Its state, which is replaced.
+        fingerprint: What the world is.
+        check: Called with the memory of all plugins of a snapshot that is not trusted, before anything is replaced.
+
     Raises:
-        RangeError: If the snapshot is one of another world.
+        RangeError: If the snapshot is one of another world, or `check` refuses it.
     """
     differs = difference(snapshot.fingerprint, fingerprint)
     if differs is not None:
         raise RangeError(f"the snapshot belongs to another world: it {differs}")
     if not _fits(snapshot, model, data):
         raise RangeError(f"the snapshot is damaged: {snapshot.state.shape} numbers do not fit the world that it names")
+    if not snapshot.is_trusted:
+        apart = mujoco.MjData(model)
+        mujoco.mj_setState(model, apart, snapshot.state, STATE)
+        check(apart.plugin_state)
     mujoco.mj_setState(model, data, snapshot.state, STATE)
     for name, values in snapshot.beside.items():
         getattr(data, name)[:] = values
-    # for whoever looks before the next step, which starts with the same; nothing of the state depends on it
+    # for a look before the next step, which starts with the same; nothing of the state depends on it
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_camlight(model, data)

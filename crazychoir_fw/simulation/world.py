@@ -2,49 +2,41 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Iterable, Sequence
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
-from crazychoir_fw.common.ticks import TICKS_PER_SECOND
+from crazychoir_fw.common.errors import RangeError, StateError
+from crazychoir_fw.common.user_code import installed
 from crazychoir_fw.onboard.core import register_plugin
 from crazychoir_fw.recording.journal import Journal
-from crazychoir_fw.simulation.builder import build_model
+from crazychoir_fw.simulation.builder import WORTH_IT, build_model, give_back_memory
 from crazychoir_fw.simulation.cameras import Camera, Cameras
-from crazychoir_fw.simulation.clients import Param
-from crazychoir_fw.simulation.clients.swarm_uplink import SwarmUplink
-from crazychoir_fw.simulation.collisions import Collisions
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
-from crazychoir_fw.simulation.event_scheduler import EventScheduler
-from crazychoir_fw.simulation.events import Event
 from crazychoir_fw.simulation.faults import Fault, FaultSchedule
-from crazychoir_fw.simulation.fingerprint import Fingerprint, fingerprint
-from crazychoir_fw.simulation.fork import fork
-from crazychoir_fw.simulation.heap import WORTH_IT, give_back_memory
-from crazychoir_fw.simulation.mirrored import MirroredConfig, mirrored_bodies
+from crazychoir_fw.simulation.mirrored import MirroredConfig
 from crazychoir_fw.simulation.model_drones import drones_in
 from crazychoir_fw.simulation.motor_ctrl.pilots import Pilots
 from crazychoir_fw.simulation.provider_words import load_apps, load_providers
 from crazychoir_fw.simulation.recipe import write_recipe
 from crazychoir_fw.simulation.snapshot import Snapshot, put, take
+from crazychoir_fw.simulation.world_base import WorldBase
 
-if TYPE_CHECKING:
-    from crazychoir_fw.crtp.link_model import Link
-    from crazychoir_fw.crtp.server import Server
+SERVERS = "crazychoir.servers"
+"""Entry points by which installed packages offer servers of worlds."""
 
 SETTLE_S = 2.0
 """Time (s) that the filter of a drone needs which must find its place by light or radio."""
 
 
-class World:
+class World(WorldBase):
     """Drones in a scene. Time advances only through `step` and `run`."""
 
     def __init__(
@@ -68,7 +60,7 @@ class World:
             threads: Threads that share the drones, for the whole process; None leaves the number as it is.
             visuals: False leaves out what is only seen, a tenth of the cost of a swarm; not a bit of a flight changes.
             faults: What is to go wrong, see `add_fault`.
-            is_replay: The world is to be flown from a journal. Whoever would send requests of its own accord looks at
+            is_replay: The world is to be flown from a journal. What sends requests of its own accord looks at
                 `World.is_replay` and stays away.
             mirrored: Bodies that are moved from outside, such as real drones, see `World.mirrored`.
 
@@ -96,69 +88,16 @@ class World:
         if len(with_apps) >= WORTH_IT:
             give_back_memory()
 
-    def _set_up(
-        self,
-        configs: Sequence[DroneConfig],
-        scene: str,
-        seed: int,
-        visuals: bool,
-        is_replay: bool,
-        model: mujoco.MjModel,
-        data: mujoco.MjData,
-        known: Fingerprint | None = None,
-        mirrored: Sequence[MirroredConfig] = (),
-    ) -> None:
-        """Take possession of a model and its data; a fork does the same with those of another world."""
-        self.configs = tuple(configs)
-        self.scene = scene
-        self.seed = seed
-        self.visuals = visuals
-        self.model = model
-        self.data = data
-        self._watched: dict[str, Param] = {}  # parameters that somebody listens to
-        self.drones = tuple(Drone(model, data, config, self._watched) for config in configs)
-        self._by_id = {drone.id: drone for drone in self.drones}
-        self.mirrored = mirrored_bodies(model, data, mirrored)
-        """Bodies that are moved from outside, by name."""
-        self.fingerprint = known or fingerprint(model, dict.fromkeys(drone.provider_number for drone in self.drones))
-        """What the world is; worlds with equal ones understand each other's snapshots."""
-        self.is_replay = is_replay
-        """Whether its requests come from a journal."""
-        self.journal = Journal()
-        """Every request so far, and how to build the world."""
-        for number, drone in enumerate(self.drones):
-            drone.uplink.listeners.append(partial(self._write_down, number))
-        self._swarm_uplink = SwarmUplink(self.drones)
-        self.agenda = EventScheduler()
-        """What happens at simulated times: faults, plugins, replays."""
-        self.events: list[Event] = []
-        """What has happened so far."""
-        self._collisions = Collisions(model, data)
-        self._cameras = Cameras(model, data, self.agenda, visuals)
+    def _set_up(self, configs: Sequence[DroneConfig], scene: str, seed: int, visuals: bool, *rest: Any) -> None:
+        """Bind to a model and its data, see `WorldBase`; a fork does the same with those of another world."""
+        super()._set_up(configs, scene, seed, visuals, *rest)
+        self._cameras = Cameras(self.model, self.data, self.agenda, visuals)
         for drone in self.drones:
             drone.cameras = self._cameras
         self.faults = FaultSchedule(self)
         """What goes wrong, and when."""
         self.when_forked: list[Callable[[World], None]] = []
-        """Called with every fork, to make anew in it what lives on the agenda or listens to drones."""
-        self._steps_per_tick = max(1, round(0.001 / model.opt.timestep))
-        self._ticks_per_step = max(1, round(model.opt.timestep / 0.001))
-
-    def _write_down(self, drone: int, verb: str, arguments: tuple[Any, ...]) -> None:
-        self.journal.add(self.tick, drone, verb, arguments)
-
-    def send_setpoints(self, drones: Sequence[int], setpoints: bytes) -> None:
-        """Send a setpoint each to several drones, in one call: see `SwarmUplink`.
-
-        Args:
-            drones: Their numbers.
-            setpoints: A ``setpoint_t`` for each, one behind the other.
-
-        Raises:
-            RangeError: If a number in one is not finite.
-            StateError: If a drone has failed.
-        """
-        self._swarm_uplink.send_setpoints(drones, setpoints, self.journal, self.tick)
+        """Called with every fork, to make in it what lives on the agenda or listens to drones."""
 
     @classmethod
     def from_mjcf(cls, path: str | Path, seed: int = 0, threads: int | None = None) -> World:
@@ -177,31 +116,6 @@ class World:
         """
         return cls([], scene=path, seed=seed, threads=threads)
 
-    def __repr__(self) -> str:
-        return f"<World {self.scene} with {len(self.drones)} drones at {self.time:.3f} s>"
-
-    def __getitem__(self, drone_id: str) -> Drone:
-        if drone_id not in self._by_id:
-            raise UnknownNameError(f"no drone named '{drone_id}', there are: {', '.join(self._by_id)}")
-        return self._by_id[drone_id]
-
-    @property
-    def time(self) -> float:
-        """Simulated time (s)."""
-        return float(self.data.time)
-
-    @property
-    def tick(self) -> int:
-        """Whole milliseconds since the start."""
-        return round(self.data.time * TICKS_PER_SECOND)
-
-    def note(self, kind: str, drone: str | None = None, *, at: float | None = None, **details: Any) -> None:
-        """Remember that something happened, at the present instant or `at` an earlier time (s).
-
-        `details` are what JSON can hold.
-        """
-        self.events.append(Event(round(self.time if at is None else at, 9), kind, drone, details))
-
     def add_fault(self, fault: Fault) -> None:
         """Let something go wrong: a motor, a sensor, the radio, …, at a simulated time.
 
@@ -213,40 +127,6 @@ class World:
         if not isinstance(fault, Fault):
             raise RangeError(f"add_fault({fault!r}): allowed: a Fault, such as Kick or MotorFault")
         self.faults.add(fault)
-
-    def step(self, n_ticks: int = 1) -> None:
-        """Advance by whole milliseconds.
-
-        Raises:
-            RangeError: If that is no whole number of the scene's time steps.
-        """
-        if n_ticks < 0 or n_ticks % self._ticks_per_step:
-            raise RangeError(f"step({n_ticks}): allowed: 0 or more ticks, a multiple of {self._ticks_per_step}")
-        self.agenda.keep(self.tick)
-        end = self.tick + n_ticks
-        while self.tick < end:
-            # appointments between two steps of the scene are kept after the later one
-            ticks = self.agenda.next_stop(end) - self.tick
-            self._advance(-(-ticks // self._ticks_per_step) * self._ticks_per_step)
-            self.agenda.keep(self.tick)
-        for param in list(self._watched.values()):
-            param.report_changes()
-
-    def _advance(self, n_ticks: int) -> None:
-        """Let MuJoCo and all drones go on for whole milliseconds."""
-        model, data = self.model._address, self.data._address
-        lib.cf_plugin_overlap(model, data, True)
-        try:
-            mujoco.mj_step(self.model, self.data, nstep=n_ticks * self._steps_per_tick // self._ticks_per_step)
-        finally:
-            lib.cf_plugin_overlap(model, data, False)
-        self._collisions.note_new(self.note)
-
-    def run(self, seconds: float) -> None:
-        """Advance by seconds, rounded to whole milliseconds."""
-        if not (np.isfinite(seconds) and seconds >= 0):
-            raise RangeError(f"run({seconds}): allowed: 0 s or more")
-        self.step(round(seconds * TICKS_PER_SECOND))
 
     def wait_until_ready(self, timeout_s: float = 5.0) -> None:
         """Advance until every drone can fly; drones that must be armed are armed as soon as they can be.
@@ -270,10 +150,6 @@ class World:
         if any(drone.param[deck] for drone in self.drones for deck in ("deck.bcLighthouse4", "deck.bcLoco")):
             self.run(SETTLE_S)
 
-    def positions(self) -> NDArray[np.float64]:
-        """Return the true positions of all drones (m, world), shape (N, 3)."""
-        return np.array([drone.true_position for drone in self.drones])
-
     def reset(self) -> None:
         """Go back to the start: time 0, drones booting at their start poses."""
         mujoco.mj_resetData(self.model, self.data)
@@ -295,14 +171,6 @@ class World:
             for name, value in drone.config.parameters.items():
                 drone.param[name] = value
 
-    def stop_journal(self, why: str = "none was kept") -> None:
-        """Write no requests down, now and in the future, for a world that is flown for days; it cannot be replayed.
-
-        Args:
-            why: What replay says of a record of this world.
-        """
-        self.journal.stop(why)
-
     def snapshot(self) -> Snapshot:
         """Return everything that the world is now: time, motion, every byte of every drone, events, journal.
 
@@ -314,9 +182,10 @@ class World:
         """Make the world what it was, or what another one like it was. The agenda stays as it is.
 
         Raises:
-            RangeError: If the snapshot is one of another world; the message says in what it differs.
+            RangeError: If the snapshot is one of another world; the message says in what it differs. Or if it comes
+                from a file, and a number that C relies on is out of its range.
         """
-        put(snapshot, self.model, self.data, self.fingerprint)
+        put(snapshot, self.model, self.data, self.fingerprint, self._check_memory)
         self.agenda.seek(self.tick)
         self._collisions.forget()
         self.events = list(snapshot.events)
@@ -327,19 +196,43 @@ class World:
             self.journal.stop(before.gap)
         self._pilots.restored()
 
+    def _check_memory(self, plugin_state: NDArray[np.float64]) -> None:
+        for drone in self.drones:
+            drone.check_memory(plugin_state)
+
     def fork(self, count: int = 1) -> list[World]:
         """Return worlds that go on from the present instant, independent of this one and of each other.
 
         They share the compiled model. Drones, events, journal, faults and everything in `mjData` are carried over.
         What else stands on the agenda, requests on their way through a bad radio, and callbacks of parameters are not,
-        except where `when_forked` does so. Motor controls begin anew.
+        except where `when_forked` does so. Motor controls begin again.
 
         Each may be stepped in a thread of its own.
 
         Raises:
             RangeError: If the count is no positive number.
         """
-        return fork(self, count)
+        if not (isinstance(count, int) and count >= 1):
+            raise RangeError(f"fork({count!r}): allowed: 1 or more worlds")
+        return [self._fork() for _ in range(count)]
+
+    def _fork(self) -> World:
+        other = type(self).__new__(type(self))
+        # a copy of mjData holds more than its state: whatever was computed last is there as well
+        chosen = (self.configs, self.scene, self.seed, self.visuals, self.is_replay)
+        mirrored = [body.config for body in self.mirrored.values()]
+        other._set_up(*chosen, self.model, copy.copy(self.data), self.fingerprint, mirrored)
+        other.events = list(self.events)
+        other.journal = self.journal.copy()
+        other.agenda.seek(self.tick)
+        other.when_forked = list(self.when_forked)
+        for drone, original in zip(other.drones, self.drones, strict=True):
+            drone.commander.set_client_xmode(original.commander.is_client_xmode)
+        other.faults.go_on_from(self.faults)
+        other._pilots = Pilots(other)
+        for carry_over in self.when_forked:
+            carry_over(other)
+        return other
 
     def camera(
         self,
@@ -371,56 +264,14 @@ class World:
             return self._cameras.in_room(name, width, height, fov_deg)
         return self._cameras.anywhere(position, look_at, width, height, fov_deg)
 
-    def serve(
-        self,
-        host: str = "127.0.0.1",
-        port: int = 19850,
-        speed: float | None = 1.0,
-        link: Link | None = None,
-        *,
-        newest_client_wins: bool = False,
-        relax_after_session: bool = True,
-        silence: float = 1.0,
-        storage: str | Path | None = None,
-        reads_ahead: bool = True,
-    ) -> Server:
+    def serve(self, *args: Any, **options: Any) -> Any:
         """Return a server of all drones, so that the unmodified cflib flies them; to be used in a with statement.
 
-        Each drone has its own UDP port: `port`, the next one, and so on in the order of `drones`
-        (``udp://127.0.0.1:19850``). `Server.run` lets time go on; who steps the world instead has lockstep.
-
-        Args:
-            host: Address of this machine to listen at; whoever reaches it can fly the drones.
-            port: Port of the first drone; 0 takes any free ones, see `Server.uris`.
-            speed: Simulated seconds per second in `Server.run`; 0 or None is as fast as possible.
-            link: What packets go through; by default nothing is late or lost.
-            newest_client_wins: Whether a second client takes a drone from the first, instead of waiting for it.
-            relax_after_session: Whether the high-level commander has a drone back when its client has gone.
-            silence: Time (s) without a packet after which a client has gone.
-            storage: Folder of the parameters that clients store on their drones; None keeps them for as long as the
-                world lives.
-            reads_ahead: Whether a client that downloads a table of contents is sent the next items unasked, and drones
-                are read in turns, which halves the time that a swarm takes to connect; never through a link.
-
-        Raises:
-            RangeError: If a value is outside its range.
-            StateError: If the world is flown from a journal. (Taken ports are told when the server starts.)
+        The server is a package above the simulation, which offers it as the entry point ``crtp`` of the group
+        `SERVERS`. `crazychoir_fw.crtp.server.Server` lists arguments and errors.
         """
-        # the radio is a layer above, and only for those who have clients
-        from crazychoir_fw.crtp.server import Server
-
-        return Server(
-            self,
-            host,
-            port,
-            speed,
-            link,
-            newest_client_wins=newest_client_wins,
-            relax_after_session=relax_after_session,
-            silence=silence,
-            storage=storage,
-            reads_ahead=reads_ahead,
-        )
+        server = installed(SERVERS, "crtp", "a server of worlds")
+        return server(self, *args, **options)
 
     def render(
         self, width: int = 960, height: int = 540, camera: str = "follow", overlays: bool = False
@@ -443,7 +294,7 @@ class World:
         from crazychoir_fw.simulation.targets import Targets
 
         names = [drone.id for drone in self.drones] if overlays else None
-        targets = Targets(self).positions() if overlays else None
+        targets = Targets(self.drones).positions() if overlays else None
         return picture(
             self.model,
             self.data,
@@ -457,7 +308,7 @@ class World:
 
 
 def _was_failed_by_its_pilot(drone: Drone) -> bool:
-    """Whether nobody need wait for a drone: its motor control has stopped it, and it alone."""
+    """Whether the motor control of a drone has stopped it, so that no wait for it ends."""
     return drone.motor_ctrl is not None and drone.failure is not None
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
-from crazychoir_fw.flight.runner import fly
+from crazychoir_fw.flight import fly
 from crazychoir_fw.mission import load_mission
 from crazychoir_fw.mission.plan import TICKS_PER_SECOND, plan_flight
 

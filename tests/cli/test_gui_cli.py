@@ -20,10 +20,10 @@ def run(*arguments):
     return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
-def test_another_host_without_a_token_is_refused(tmp_path):
-    result = run("gui", tmp_path / "mission.yaml", "--host", "0.0.0.0")
+def test_a_token_that_no_link_can_hold_is_refused(tmp_path):
+    result = run("gui", tmp_path / "mission.yaml", "--host", "0.0.0.0", "--token", "open sesame")
     assert result.exit_code == 2
-    assert "give a --token" in result.stderr
+    assert "--token must be 8 to 200 letters" in result.stderr
 
 
 def test_a_mission_that_is_not_there_is_one_sentence(tmp_path):

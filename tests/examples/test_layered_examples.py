@@ -11,7 +11,7 @@ import yaml
 from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
-from crazychoir_fw.mission.extending import chain_of, together
+from crazychoir_fw.mission.documents import chain_of, together
 from crazychoir_fw.simulation.replay import replay
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -8,7 +8,7 @@ import matplotlib.image
 import pytest
 
 from crazychoir_fw.firmware.apps import build_app
-from crazychoir_fw.flight.runner import fly
+from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.mission import load_mission
 
 FOLDER = Path(__file__).parents[2] / "examples" / "new_controller"

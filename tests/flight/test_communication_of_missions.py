@@ -4,7 +4,7 @@ import pytest
 from flown_layers import formation, mission, within
 
 from crazychoir_fw.common.errors import MissionError
-from crazychoir_fw.flight.layered_flight import fly_layers, make_experiment
+from crazychoir_fw.flight.engine import fly, make_experiment
 from crazychoir_fw.mission.communicators import graph_of, schedule_of
 
 
@@ -41,7 +41,7 @@ def test_a_formation_bears_losses_and_edges_that_come_and_go():
         graph={"random_edges": {"probability": 0.8, "rounds": 5}}, loss=0.2, duplication=0.1, differentiated_topics=True
     )
     flown = mission({**data, "criteria": {"bearing_error_deg": 3.0}})
-    first, second = fly_layers(flown), fly_layers(flown)
+    first, second = fly(flown), fly(flown)
     assert first.success, first.failures
     total = first.summary["communication"]["total"]
     assert total["lost"] > 0.1 * total["sent"]

@@ -9,7 +9,7 @@ from crazychoir_fw.common.messages import TrajectoryPoint
 from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.flight.agents import make_controller
 from crazychoir_fw.flight.control_group import ControlGroup
-from crazychoir_fw.flight.layered_flight import fly_layers, make_experiment
+from crazychoir_fw.flight.engine import fly, make_experiment
 
 RAISES = """
 from crazychoir_fw.guidance import BearingFormation
@@ -33,7 +33,7 @@ def fragile(tmp_path, what, agent=2):
 
 @pytest.fixture(scope="module")
 def square():
-    return fly_layers(mission(formation(criteria={"bearing_error_deg": 1.0, "position_error_m": 0.05})))
+    return fly(mission(formation(criteria={"bearing_error_deg": 1.0, "position_error_m": 0.05})))
 
 
 def test_formation_is_reached_and_everybody_lands(square):
@@ -73,7 +73,7 @@ def test_take_off_after_a_landing_elsewhere_goes_straight_up(backend):
 
 
 def test_same_mission_gives_the_same_bits(square):
-    again = fly_layers(mission(formation()))
+    again = fly(mission(formation()))
     for name, samples in square.log.signals.items():
         assert np.array_equal(samples, again.log.signals[name], equal_nan=True), name
 
@@ -182,7 +182,7 @@ def test_every_sender_flies_goals(control, planning):
     ],
 )
 def test_a_guidance_that_fails_stops_its_own_drone_only(tmp_path, what, said):
-    result = fly_layers(fragile(tmp_path, what))
+    result = fly(fragile(tmp_path, what))
     assert not result.success
     assert len([failure for failure in result.failures if failure.startswith("c:")]) == 1
     assert said in result.failures[0]
@@ -200,7 +200,7 @@ def test_a_guidance_that_fails_stops_its_own_drone_only(tmp_path, what, said):
 
 def test_a_drone_that_may_fail_does_not_spoil_the_flight(tmp_path):
     flown = fragile(tmp_path, "raise ValueError")
-    result = fly_layers(flown.model_copy(update={"may_fail": ["c"]}))
+    result = fly(flown.model_copy(update={"may_fail": ["c"]}))
     assert result.success, result.failures
     assert result.expected_failures[0].startswith("c: Fragile: ValueError")
 
@@ -233,12 +233,12 @@ def test_a_law_of_the_users_flies(tmp_path):
 def test_asynchronous_formation_with_noisy_poses():
     data = within(formation(), "layers.communication.mode", "asynchronous")
     data = within(data, "layers.odometry", "mocap")
-    result = fly_layers(mission({**data, "criteria": {"bearing_error_deg": 1.0, "position_error_m": 0.05}}))
+    result = fly(mission({**data, "criteria": {"bearing_error_deg": 1.0, "position_error_m": 0.05}}))
     assert result.success, result.failures
 
 
 def test_drag_and_disturbance_are_those_of_the_file(square):
-    rough = fly_layers(mission(formation(integrator={"drag": "rotor", "disturbance": {"sigma": 0.005}})))
+    rough = fly(mission(formation(integrator={"drag": "rotor", "disturbance": {"sigma": 0.005}})))
     assert rough.summary["bearing_error_deg"] > 3.0 * square.summary["bearing_error_deg"]
 
 

@@ -10,8 +10,8 @@ from served_drones import Served
 
 from crazychoir_fw.common.errors import RadioError, RangeError
 from crazychoir_fw.common.messages import Twist
+from crazychoir_fw.flight.engine import fly, make_experiment
 from crazychoir_fw.flight.hardware_backend import HardwareBackend
-from crazychoir_fw.flight.layered_flight import fly_layers, make_experiment
 
 
 def test_formation_over_the_radio(tmp_path):
@@ -19,10 +19,10 @@ def test_formation_over_the_radio(tmp_path):
     data["layers"]["rate"] = 100
     flown = mission(data)
     served = Served(flown, tmp_path)
-    result = fly_layers(flown, backend=served)
+    result = fly(flown, backend=served)
     assert result.success, result.failures
     assert served.world_there.positions()[:, 2].max() < 0.05
-    assert result.no_film is not None
+    assert result.film.missing is not None
     # what the drones believed is what the log has
     assert "sim.x" not in result.log.signals
     assert np.isfinite(result.log.signals["stateEstimate.x"]).all()

@@ -4,8 +4,7 @@ import pytest
 from flown_layers import formation, hover, mission, within
 
 from crazychoir_fw.common.errors import CrazychoirError, MissionError
-from crazychoir_fw.mission.loader import parse_mission
-from crazychoir_fw.mission.numbered_uris import numbered_uris
+from crazychoir_fw.mission.loader import numbered_uris, parse_mission
 from crazychoir_fw.mission.schema import LayeredMission, Mission
 
 
@@ -18,7 +17,7 @@ def test_layers_make_another_mission():
 def test_words_alone_are_buttons_with_nothing_set():
     flight = mission(formation(flight=["takeoff", {"start": {"duration": 1}}, "land"])).flight
     assert [phase.name for phase in flight] == ["takeoff", "start", "land"]
-    assert flight[0].button.duration == 5.0
+    assert flight[0].maneuver.duration == 5.0
 
 
 @pytest.mark.parametrize(
@@ -65,7 +64,7 @@ def test_words_alone_are_buttons_with_nothing_set():
 )
 def test_what_is_wrong_is_said_in_one_sentence(path, value, said):
     with pytest.raises(CrazychoirError) as caught:
-        from crazychoir_fw.flight.layered_flight import make_experiment
+        from crazychoir_fw.flight.engine import make_experiment
 
         make_experiment(mission(within(formation(), path, value)))
     assert said in str(caught.value)
@@ -120,8 +119,8 @@ def test_a_drawn_curve_is_read_from_a_file(tmp_path):
     (tmp_path / "curve.csv").write_text("time,x,y,z\n# begin\n0,0,0,1\n2.5,1,0,1\n")
     data = hover(flight=[{"trajectory": {"file": "curve.csv"}}])
     phase = parse_mission(data, folder=tmp_path).flight[0]
-    assert phase.button.rows == [(0.0, 0.0, 0.0, 1.0), (2.5, 1.0, 0.0, 1.0)]
-    assert phase.button.duration == 2.5
+    assert phase.maneuver.rows == [(0.0, 0.0, 0.0, 1.0), (2.5, 1.0, 0.0, 1.0)]
+    assert phase.maneuver.duration == 2.5
 
 
 @pytest.mark.parametrize("line", ["1,2,3", "1,2,3,x", "1,2,3,nan", "1,2,3,4,5"])

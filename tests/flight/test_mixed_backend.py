@@ -6,7 +6,7 @@ from flown_layers import NAMES, formation, hover, mission, within
 
 from crazychoir_fw.common.errors import MissionError, RangeError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint, Twist
-from crazychoir_fw.flight.layered_flight import fly_layers
+from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.flight.mixed_backend import MixedBackend
 from crazychoir_fw.flight.sim_backend import SimBackend
 from crazychoir_fw.flight.watched_backend import WatchedBackend
@@ -243,7 +243,7 @@ def test_formation_around_a_body_that_cameras_see():
 
     cameras = Cameras(clock, cf1=lambda now: [-0.5, -0.5, 0.6])
     backend = MixedBackend(NAMES, sim, [WatchedBackend({"a": "cf1"}, cameras, clock=clock, sleep=no_wait)])
-    result = fly_layers(flown, backend=backend)
+    result = fly(flown, backend=backend)
     assert result.success, result.failures
     assert [drone["phase"] for drone in result.summary["drones"]] == ["ground", "landed", "landed", "landed"]
     assert result.summary["mirrored"][0]["heard"] == 1.0
@@ -254,7 +254,7 @@ def test_formation_around_a_body_that_cameras_see():
 
 
 def simulated_of(flown, mirrored):
-    from crazychoir_fw.flight.runner import build_world
+    from crazychoir_fw.flight.backends import build_world
 
     world = build_world(flown, visuals=False, mirrored=[MirroredConfig(name) for name in mirrored])
     world.wait_until_ready()
@@ -273,7 +273,7 @@ def test_formation_with_real_leaders_over_the_radio(tmp_path):
     served = Served(flown, tmp_path, ids=["a", "b"])
     backend = MixedBackend(NAMES, simulated_of(flown, ["a", "b"]), [served])
     backend.look()
-    result = fly_layers(flown, backend=backend)
+    result = fly(flown, backend=backend)
     assert result.success, result.failures
     assert [drone["phase"] for drone in result.summary["drones"]] == ["landed"] * 4
     assert served.world_there.positions()[:, 2].max() < 0.05
@@ -295,7 +295,7 @@ def test_a_real_drone_that_falls_silent_stops_nobody(tmp_path):
         if progress.sim_seconds > 2.2:
             served.world_there.drones[0].emergency_stop()
 
-    result = fly_layers(flown, backend=backend, observe=observe)
+    result = fly(flown, backend=backend, observe=observe)
     assert result.success, result.failures
     assert [drone["phase"] for drone in result.summary["drones"]] == ["failed", "landed"]
 

@@ -8,7 +8,7 @@ from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.flight.agents import make_groups
-from crazychoir_fw.flight.layered_flight import fly_layers, make_experiment
+from crazychoir_fw.flight.engine import fly, make_experiment
 from crazychoir_fw.flight.sensing import Sensing
 
 ACCELERATIONS = {
@@ -68,18 +68,18 @@ def least_distance(result):
     ],
 )
 def test_head_on_they_keep_their_distance_and_arrive(backend, safety, layers):
-    result = fly_layers(mission(head_on(safety, backend, **layers)), visuals=False)
+    result = fly(mission(head_on(safety, backend, **layers)), visuals=False)
     assert result.summary["failures"] == []
     assert least_distance(result) >= 0.3
 
 
 def test_without_safety_they_would_collide():
-    result = fly_layers(mission(head_on(None)), visuals=False)
+    result = fly(mission(head_on(None)), visuals=False)
     assert least_distance(result) < 0.05
 
 
 def test_the_same_flight_has_the_same_bits():
-    flown = [fly_layers(mission(head_on(ACCELERATIONS, seconds=4.0)), visuals=False).log for _ in range(2)]
+    flown = [fly(mission(head_on(ACCELERATIONS, seconds=4.0)), visuals=False).log for _ in range(2)]
     for name, signal in flown[0].signals.items():
         np.testing.assert_array_equal(signal, flown[1].signals[name])
 

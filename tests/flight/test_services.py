@@ -3,8 +3,8 @@
 import numpy as np
 from flown_layers import hover, mission
 
+from crazychoir_fw.flight.engine import make_experiment
 from crazychoir_fw.flight.experiment import Experiment
-from crazychoir_fw.flight.layered_flight import make_experiment
 from crazychoir_fw.flight.services import Service, make_services
 
 

@@ -7,7 +7,7 @@ from flown_layers import formation, hover, mission
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Twist
 from crazychoir_fw.flight.backends import make_backend
-from crazychoir_fw.flight.layered_flight import fly_layers, make_experiment
+from crazychoir_fw.flight.engine import fly, make_experiment
 from crazychoir_fw.flight.setpoints import setpoints
 from crazychoir_fw.simulation import DroneConfig, World
 from crazychoir_fw.simulation.replay import replay
@@ -48,11 +48,11 @@ def test_numbers_that_are_none_are_refused():
 
 @pytest.fixture(scope="module")
 def flown():
-    return fly_layers(mission(short(log_rate=50)), threads=1, visuals=False)
+    return fly(mission(short(log_rate=50)), threads=1, visuals=False)
 
 
 def test_same_bits_with_two_threads(flown):
-    again = fly_layers(mission(short(log_rate=50)), threads=2, visuals=False)
+    again = fly(mission(short(log_rate=50)), threads=2, visuals=False)
     for name, samples in flown.log.signals.items():
         assert np.array_equal(samples, again.log.signals[name], equal_nan=True), name
 
@@ -84,7 +84,7 @@ def test_a_motor_that_dies_takes_its_own_drone_only():
     data = formation(backend="sim", may_fail=["c"], faults=faults, criteria={"landed": True})
     data["drones"][2]["position"] = [0.8, 0.8]  # from where it falls on nobody
     data["flight"] = [{"takeoff": {"duration": 3}}, {"start": {"duration": 2}}, {"land": {"duration": 4}}]
-    result = fly_layers(mission(data), visuals=False)
+    result = fly(mission(data), visuals=False)
     assert result.success, result.failures
     assert result.expected_failures[0].startswith("c: ")
     assert [drone["phase"] for drone in result.summary["drones"]] == ["landed", "landed", "failed", "landed"]
@@ -103,6 +103,6 @@ def test_the_planner_on_board_flies_goals():
 
 def test_radios_carry_the_commands_of_layers():
     data = hover(backend="sim", radios=[{"drones": ["a"], "loss": 0.02}])
-    result = fly_layers(mission(data), visuals=False)
+    result = fly(mission(data), visuals=False)
     assert result.success, result.failures
     assert result.summary["link"]

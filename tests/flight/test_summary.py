@@ -7,19 +7,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from crazychoir_fw.flight.summary import hover_thrust, judge, summarize, write_summary
+from crazychoir_fw.flight.plan_judge import flight_figures, hover_thrust, judge
+from crazychoir_fw.flight.summary import Assessment, summarize, write_summary
 from crazychoir_fw.mission import parse_mission
 from crazychoir_fw.mission.plan import plan_flight
 
 TOP_KEYS = [
-    *("mission", "provider", "platform", "seed", "success", "failures"),
-    *("sim_seconds", "wall_seconds", "real_time_factor", "drones", "collisions", "build", "providers"),
-    *("expected_failures", "faults"),
+    *("mission", "backend", "platform", "seed", "success", "failures", "sim_seconds", "wall_seconds"),
+    *("real_time_factor", "criteria", "drones", "events", "collisions", "shares", "build", "expected_failures"),
+    *("faults", "provider", "providers"),
 ]
 DRONE_KEYS = [
-    *("id", "provider", "rms_error_m", "max_error_m", "endpoint_error_m", "estimator_rms_m"),
-    *("hover_thrust_percent", "battery_V", "supervisor_state"),
+    *("id", "rms_error_m", "max_error_m", "endpoint_error_m", "estimator_rms_m", "hover_thrust_percent"),
+    *("provider", "battery_V", "supervisor_state"),
 ]
+PID = [None, None]  # controllers that command counts
 
 
 def ideal_flight(t):
@@ -39,8 +41,8 @@ def plan(mission):
 
 
 @pytest.fixture
-def world():
-    """What remains of a world after a flight."""
+def flight():
+    """What remains of a flight."""
     drones = [
         SimpleNamespace(
             id=drone_id,
@@ -50,31 +52,45 @@ def world():
         )
         for drone_id in ("cf1", "cf2")
     ]
-    return SimpleNamespace(time=10.0, drones=drones, events=[])
+    world = SimpleNamespace(time=10.0, drones=drones, events=[])
+    return SimpleNamespace(
+        backend=SimpleNamespace(world=world, faults=[]), events=[], shares={"record": 0.5}, communication=lambda: None
+    )
 
 
-def test_summary_has_the_agreed_keys_in_order(mission, plan, world, make_log):
-    summary = summarize(mission, plan, world, make_log(ideal_flight, 9.0), 0.0, 0.5, [])
+def summary_of(mission, flight, log, flown=10.0, wall=0.5, failures=()):
+    figures = flight_figures(plan_flight(mission), log, 0.0, PID)
+    return summarize(mission, flight, log, Assessment(figures, list(failures), []), flown, wall)
+
+
+def test_summary_has_the_agreed_keys_in_order(mission, flight, make_log):
+    summary = summary_of(mission, flight, make_log(ideal_flight, 9.0))
     assert list(summary) == TOP_KEYS
-    assert [set(drone) for drone in summary["drones"]] == [set(DRONE_KEYS)] * 2
+    assert [list(drone) for drone in summary["drones"]] == [DRONE_KEYS] * 2
     assert summary["mission"] == "hop"
-    assert (summary["provider"], summary["platform"]) == ("builtin", "cf2")
+    assert (summary["provider"], summary["platform"], summary["backend"]) == ("builtin", "cf2", "sim")
     assert summary["real_time_factor"] == 20.0
     assert summary["drones"][1]["battery_V"] == 3.9123
     assert json.loads(json.dumps(summary, allow_nan=False)) == summary
 
 
-def test_summary_names_all_platforms_of_a_mixed_fleet(hop, world, make_log):
+def test_drones_without_a_world_have_no_onboard_software(mission, flight, make_log):
+    del flight.backend.world
+    summary = summary_of(mission, flight, make_log(ideal_flight, 9.0))
+    assert set(TOP_KEYS) - set(summary) == {"provider", "providers"}
+    assert set(DRONE_KEYS) - set(summary["drones"][0]) == {"provider", "battery_V", "supervisor_state"}
+
+
+def test_summary_names_all_platforms_of_a_mixed_fleet(hop, flight, make_log):
     hop["drones"][1]["platform"] = "cf21bl"
-    mission = parse_mission(hop)
-    summary = summarize(mission, plan_flight(mission), world, make_log(ideal_flight, 9.0), 0.0, 0.5, ["cf1: crashed"])
+    summary = summary_of(parse_mission(hop), flight, make_log(ideal_flight, 9.0), failures=["cf1: crashed"])
     assert summary["platform"] == "cf2, cf21bl"
     assert not summary["success"]
 
 
-def test_constant_errors_come_out_as_they_went_in(mission, plan, world, make_log):
+def test_constant_errors_come_out_as_they_went_in(plan, make_log):
     log = make_log(ideal_flight, 9.0, estimate_error=0.02, tracking_error=0.05)
-    drone = summarize(mission, plan, world, log, 0.0, 0.5, [])["drones"][0]
+    drone = flight_figures(plan, log, 0.0, PID)[0]
     assert drone["rms_error_m"] == drone["max_error_m"] == 0.05
     assert drone["estimator_rms_m"] == 0.02
     assert drone["endpoint_error_m"] == 0.0
@@ -82,29 +98,28 @@ def test_constant_errors_come_out_as_they_went_in(mission, plan, world, make_log
 
 
 @pytest.mark.parametrize("controller", ["brescianini", "lee", "out_of_tree"])
-def test_controller_that_commands_newtons_has_no_thrust_figure(mission, plan, world, make_log, controller):
-    world.drones[1].config.controller = controller
-    summary = summarize(mission, plan, world, make_log(ideal_flight, 9.0), 0.0, 0.5, [])
-    assert summary["drones"][0]["hover_thrust_percent"] is not None
-    assert summary["drones"][1]["hover_thrust_percent"] is None
+def test_controller_that_commands_newtons_has_no_thrust_figure(plan, make_log, controller):
+    first, second = flight_figures(plan, make_log(ideal_flight, 9.0), 0.0, [None, controller])
+    assert first["hover_thrust_percent"] is not None
+    assert second["hover_thrust_percent"] is None
 
 
-def test_setpoint_that_vanishes_after_landing_is_no_tracking_error(mission, plan, world, make_log):
+def test_setpoint_that_vanishes_after_landing_is_no_tracking_error(plan, make_log):
     log = make_log(ideal_flight, 9.0)
     # the planner has stopped and the set-point is null, while the supervisor still says flying
     for name in ("ctrltarget.x", "ctrltarget.z"):
         log.signals[name][log.time >= 7.0] = 0.0
     log.signals["ctrltarget.x"][log.time <= 0.0] = 0.0
-    assert summarize(mission, plan, world, log, 0.0, 0.5, [])["drones"][1]["max_error_m"] == 0.0
+    assert flight_figures(plan, log, 0.0, PID)[1]["max_error_m"] == 0.0
 
 
-def test_errors_on_the_floor_do_not_count(mission, plan, world, make_log):
+def test_errors_on_the_floor_do_not_count(plan, make_log):
     log = make_log(ideal_flight, 9.0, tracking_error=0.3, landed_after=-1.0)
-    drone = summarize(mission, plan, world, log, 0.0, 0.5, [])["drones"][0]
+    drone = flight_figures(plan, log, 0.0, PID)[0]
     assert drone["rms_error_m"] is drone["max_error_m"] is drone["hover_thrust_percent"] is None
 
 
-def test_plan_may_begin_late_in_the_log(mission, plan, world, make_log):
+def test_plan_may_begin_late_in_the_log(mission, plan, make_log):
     log = make_log(lambda t: ideal_flight(t - 3.0), 12.0, tracking_error=0.05)
     assert judge(mission, plan, log, start=3.0) == []
     assert any("missed" in failure for failure in judge(mission, plan, log, start=0.0))
@@ -156,8 +171,8 @@ def test_waypoint_is_reached_when_the_drone_comes_by_late(hop, make_log):
     ]
 
 
-def test_flight_of_a_single_sample_has_null_figures(mission, plan, world, make_log):
-    summary = summarize(mission, plan, world, make_log(ideal_flight, 0.0), 0.0, 0.0, ["cf1: is not ready to fly"])
+def test_flight_of_a_single_sample_has_null_figures(mission, flight, make_log):
+    summary = summary_of(mission, flight, make_log(ideal_flight, 0.0), 0.0, 0.0, ["cf1: is not ready to fly"])
     assert summary["real_time_factor"] is None
     assert summary["drones"][0]["rms_error_m"] is None
     assert json.dumps(summary, allow_nan=False)

@@ -4,7 +4,7 @@ import pytest
 from flown_layers import hover, mission
 
 from crazychoir_fw._core import lib
-from crazychoir_fw.flight.layered_flight import make_experiment
+from crazychoir_fw.flight.engine import make_experiment
 
 ON_BOARD = {"rate": 100, "guidance": {"class": "SimpleGuidance", "height": 0.5}}
 PERIOD_MS = 40

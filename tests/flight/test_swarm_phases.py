@@ -2,8 +2,7 @@
 
 import pytest
 
-from crazychoir_fw.flight.agent import Agent, DronePhase
-from crazychoir_fw.flight.swarm_phases import SwarmPhases
+from crazychoir_fw.flight.agent import Agent, DronePhase, SwarmPhases
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import pytest
 from flown_layers import hover, mission, within
 
 from crazychoir_fw.common.errors import MissionError
-from crazychoir_fw.flight.layered_flight import fly_layers
+from crazychoir_fw.flight.engine import fly
 
 
 def tasks(**changes):
@@ -20,10 +20,10 @@ def tasks(**changes):
 
 
 def test_a_short_flight_of_tasks_is_judged_and_told():
-    result = fly_layers(mission(tasks(criteria={"tasks_completed": 2, "assignment_optimal": True})))
+    result = fly(mission(tasks(criteria={"tasks_completed": 2, "assignment_optimal": True})))
     assert result.success, result.failures
-    assert {stint.drone for stint in result.story.stints} == {0, 1}
-    assert {mark.label for mark in result.story.marks} == {"0", "1"}
+    assert {interval.drone for interval in result.timeline.intervals} == {0, 1}
+    assert {mark.label for mark in result.timeline.marks} == {"0", "1"}
 
 
 @pytest.mark.parametrize(

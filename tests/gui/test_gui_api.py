@@ -6,7 +6,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.gui.requests import Envelope, PreviewRequest, read
+from crazychoir_fw.gui.server import token_for
 
 LINE = [[0.1 * k, 0.0, 0.1 * k] for k in range(20)]
 
@@ -213,12 +215,36 @@ def test_the_token_is_asked_for(session, api, tmp_path):
     assert client.get("/api/drawings", headers=bearer).status_code == 200
 
 
-@pytest.mark.parametrize(("host", "token"), [("0.0.0.0", None), ("192.0.2.1", "short")])
-def test_other_hosts_need_a_token(host, token):
-    from crazychoir_fw.common.errors import RangeError
-    from crazychoir_fw.gui.server import check_host
+@pytest.mark.parametrize(
+    ("host", "is_real", "is_made"),
+    [("0.0.0.0", False, True), ("192.0.2.1", False, True), ("127.0.0.1", True, True), ("127.0.0.1", False, False)],
+)
+def test_a_token_is_made_for_other_hosts_and_for_real_drones(host, is_real, is_made):
+    made = [token_for(host, is_real, None) for _ in range(2)]
+    if is_made:
+        assert made[0] != made[1]
+        assert min(map(len, made)) >= 16
+    else:
+        assert made == [None, None]
+    assert token_for(host, is_real, "long-enough") == "long-enough"
 
-    with pytest.raises(RangeError, match="give a --token of 8 characters"):
-        check_host(host, token)
-    check_host(host, "long enough")
-    check_host("127.0.0.1", None)
+
+@pytest.mark.parametrize("token", ["short", "with a space", "half;half", "schl\u00fcssel", "x" * 201, "new\nline-x"])
+def test_tokens_that_a_link_or_a_cookie_cannot_hold_are_refused(token):
+    with pytest.raises(RangeError, match="--token must be 8 to 200 letters, digits"):
+        token_for("127.0.0.1", False, token)
+
+
+def test_a_body_in_chunks_is_counted(client):
+    async def endless():
+        for _ in range(1000):
+            yield bytes(100_000)
+
+    answer = client.request("POST", "/api/command", content=endless(), headers={"content-type": "application/json"})
+    assert answer.status_code == 413
+
+
+def test_no_answer_may_be_shown_in_a_frame(client):
+    for answer in (client.get("/api/setting"), client.get("/api/drawings", headers={"origin": "http://elsewhere"})):
+        assert answer.headers["x-frame-options"] == "DENY"
+        assert "frame-ancestors 'none'" in answer.headers["content-security-policy"]

@@ -25,7 +25,7 @@ def test_what_was_at_the_moment_that_a_branch_begins_at_is_its_past():
     nothing = Sample(*(np.zeros((1, 3), np.float32),) * 4, None)
     for time in (0.0, 0.1, 0.2):
         branches.present.sample(time, nothing)
-    branches.leave(branches.present, Moment(0.1, None, None, None)).sample(0.11, nothing)
+    branches.leave(branches.present, Moment(0.1, None, None)).sample(0.11, nothing)
     assert branches.lineage(1)[0] == [0.0, 0.1, 0.11]
     assert branches.lineage(0)[0] == [0.0, 0.1, 0.2]
 

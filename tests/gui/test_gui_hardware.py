@@ -16,7 +16,7 @@ from served_drones import Served
 from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.flight.access.hardware import HardwareAccess
 from crazychoir_fw.flight.agent import DronePhase
-from crazychoir_fw.flight.layered_flight import make_experiment
+from crazychoir_fw.flight.engine import make_experiment
 from crazychoir_fw.gui.opening import open_mission
 from crazychoir_fw.gui.session import Session
 from crazychoir_fw.mission.fleet import drone_settings

@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("nicegui")
 
-from crazychoir_fw.flight.layered_flight import make_experiment
+from crazychoir_fw.flight.engine import make_experiment
 from crazychoir_fw.gui.marks import Marks
 from crazychoir_fw.gui.opening import open_mission
 from crazychoir_fw.recording.marks import COLORS

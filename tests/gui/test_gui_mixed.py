@@ -10,9 +10,9 @@ pytest.importorskip("cflib")
 sys.path.append(str(Path(__file__).parents[1] / "flight"))
 from served_drones import Served
 
-from crazychoir_fw.flight.layered_flight import make_experiment
+from crazychoir_fw.flight.backends import build_world
+from crazychoir_fw.flight.engine import make_experiment
 from crazychoir_fw.flight.mixed_backend import MixedBackend
-from crazychoir_fw.flight.runner import build_world
 from crazychoir_fw.flight.sim_backend import SimBackend
 from crazychoir_fw.gui.opening import open_mission
 from crazychoir_fw.gui.session import Session

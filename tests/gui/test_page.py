@@ -1,5 +1,9 @@
 """The page in a browser, with four drones in MuJoCo: what people do, and what is seen to be done."""
 
+import threading
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+
 import numpy as np
 import pytest
 from playwright.sync_api import expect
@@ -261,3 +265,18 @@ def test_a_touch_draws(open_page):
     page.wait_for_function(f"cc.drawings.drawings.length === {before + 1}")
     page.get_by_role("button", name="UNDO").click()
     page.wait_for_function(f"cc.drawings.drawings.length === {before}")
+
+
+def test_another_site_cannot_show_the_page_in_a_frame(browser, address, tmp_path):
+    """A click that is led to TAKE-OFF through an invisible frame would fly the drones."""
+    attack = f'<iframe src="{address}" width="1200" height="800" style="opacity: 0.01"></iframe>'
+    (tmp_path / "index.html").write_text(attack)
+    with ThreadingHTTPServer(("127.0.0.1", 0), partial(SimpleHTTPRequestHandler, directory=tmp_path)) as site:
+        threading.Thread(target=site.serve_forever, daemon=True).start()
+        page = browser.new_page()
+        page.goto(f"http://127.0.0.1:{site.server_address[1]}/", wait_until="networkidle")
+        (frame,) = page.frames[1:]
+        assert frame.url.startswith("chrome-error:")
+        assert frame.get_by_text("TAKE-OFF").count() == 0
+        page.close()
+        site.shutdown()

@@ -14,7 +14,8 @@ from crazychoir_fw.guidance import (
     TimeVaryingCommunicator,
     TimeVaryingContainment,
 )
-from crazychoir_fw.guidance.containment import distance_from_hull, equilibrium
+from crazychoir_fw.guidance.containment import equilibrium
+from crazychoir_fw.guidance.hull import distance_from_hull
 
 LEADERS = (0, 1, 2, 3)
 PLACES = np.array([(1, 1, 0.6), (-1, 1, 1.4), (-1, -1, 0.6), (1, -1, 1.4)], float)

@@ -2,17 +2,17 @@
 
 import contextlib
 
-import msgpack
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
+from msgspec.msgpack import Ext, encode
 
 from crazychoir_fw.common.errors import MessageError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance.frozen import SharedPose, frozen, handed_out
-from crazychoir_fw.guidance.serialization import DEEPEST, DTYPES, dumps, loads
+from crazychoir_fw.guidance.serialization import DEEPEST, DTYPES, LARGEST_BYTES, dumps, loads
 
 DTYPE = st.sampled_from(sorted(DTYPES)).map(np.dtype)
 ARRAYS = arrays.arrays(DTYPE, arrays.array_shapes(min_dims=0, max_dims=4, min_side=0, max_side=4))
@@ -74,7 +74,7 @@ def test_damaged_messages_are_read_or_refused(thing, data):
 @given(st.integers(0, 127), st.binary(max_size=60))
 def test_extensions_of_any_kind_are_read_or_refused(code, body):
     with contextlib.suppress(MessageError):
-        loads(msgpack.packb(msgpack.ExtType(code, body)))
+        loads(encode(Ext(code, body)))
 
 
 @pytest.mark.parametrize(
@@ -124,6 +124,34 @@ def test_depth_has_a_limit(make):
         loads(b"\x91" * 5000 + b"\x00")
 
 
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"\xdd\xff\xff\xff\xff",  # four billion items
+        b"\xd6\xff\x00\x00\x00\x01",  # a time stamp
+        b"\x81\xd6\xff\x00\x00\x00\x01\x01",  # as a key
+        b"\x81\x91\x01\x01",  # a list as a key
+        b"\x81\xd4\x03\x90\x01",  # a tuple as a key
+        b"\xd4\x03\x01",  # a tuple that is a number
+        b"\xa1\xff",  # no text
+        b"\x01\x02",  # two messages
+        b"",
+    ],
+    ids=bytes.hex,
+)
+def test_what_nothing_writes_is_refused(data):
+    with pytest.raises(MessageError):
+        loads(data)
+
+
+def test_tuples_within_tuples_are_refused_before_the_stack_ends():
+    data = encode(Ext(3, encode([])))
+    while len(data) < LARGEST_BYTES - 20:
+        data = encode(Ext(3, b"\x91" + data))
+    with pytest.raises(MessageError):
+        loads(data)
+
+
 def test_size_has_a_limit():
     with pytest.raises(MessageError, match="allowed: 100"):
         dumps(bytes(200), 100)
@@ -135,9 +163,9 @@ def test_size_has_a_limit():
 
 def test_an_array_that_claims_more_than_it_has_is_refused():
     for shape in ([1 << 40], [1 << 20, 1 << 20], [-1], [True], "ab", [3]):
-        body = msgpack.packb(["float64", shape, bytes(16)])
+        body = encode(["float64", shape, bytes(16)])
         with pytest.raises(MessageError):
-            loads(msgpack.packb(msgpack.ExtType(1, body)))
+            loads(encode(Ext(1, body)))
 
 
 def test_nobody_can_change_what_another_holds():

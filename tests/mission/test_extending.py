@@ -13,8 +13,7 @@ from crazychoir_fw.cli import app
 from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.flight.agents import formation_of, graph_of
 from crazychoir_fw.mission import load_mission, parse_mission
-from crazychoir_fw.mission.changes import apply, read_change
-from crazychoir_fw.mission.extending import files_of, merged
+from crazychoir_fw.mission.documents import apply, files_of, merged, read_change
 
 BASE = """
 name: base
@@ -79,9 +78,9 @@ def test_files_are_found_beside_the_mission_that_names_them_and_a_nearer_one_win
     text = BASE.replace("  - hover", "  - trajectory: {file: bird.csv}\n  - hover")
     write(folder, "base.yaml", text.replace("{height: 1.0, duration", "{duration") + LAYERS)
     below = write(folder, "below/mine.yaml", "extends: ../base.yaml\n")
-    assert load_mission(below).flight[1].button.rows[1] == (1.0, 1.0, 0.0, 1.0)
+    assert load_mission(below).flight[1].maneuver.rows[1] == (1.0, 1.0, 0.0, 1.0)
     write(folder, "below/bird.csv", "0,0,0,1\n7,1,0,1\n")
-    assert load_mission(below).flight[1].button.duration == 7.0
+    assert load_mission(below).flight[1].maneuver.duration == 7.0
 
 
 LAYERS = """

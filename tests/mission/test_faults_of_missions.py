@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from crazychoir_fw.common.errors import MissionError
-from crazychoir_fw.flight.runner import fly
+from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.mission import parse_mission
 from crazychoir_fw.simulation import Kick, MotorFault
 

@@ -3,7 +3,7 @@
 import pytest
 
 from crazychoir_fw.common.errors import MissionError
-from crazychoir_fw.flight.runner import fly
+from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.mission.loader import load_mission, parse_mission
 from crazychoir_fw.mission.plan import plan_flight
 

@@ -7,9 +7,9 @@ import sys
 import pytest
 
 from crazychoir_fw.common.errors import MissionError
-from crazychoir_fw.crtp.link_model import PerfectLink, RadioConfig, SimulatedRadios
-from crazychoir_fw.flight.links import make_link
-from crazychoir_fw.flight.runner import fly
+from crazychoir_fw.crtp.link_model import RadioConfig, SimulatedRadios
+from crazychoir_fw.flight.backends import simulated_radios
+from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.mission import parse_mission
 from crazychoir_fw.simulation.replay import replay
 
@@ -49,13 +49,13 @@ def test_impossible_radios_are_refused_in_one_sentence(hop, radios, sentence):
 
 
 def test_links_are_made_as_the_file_says(hop):
-    assert isinstance(make_link(parse_mission(hop)), PerfectLink)
+    assert simulated_radios(parse_mission(hop)) is None
     hop["radios"] = [{"drones": ["cf[12]"], "name": "left", "channel": 100, "data_rate": "250K", "loss": 0.1}]
     mission = parse_mission(hop)
     assert mission.radios == [
         RadioConfig(drones=("cf[12]",), name="left", channel=100, data_rate="250K", loss=0.1),
     ]
-    link = make_link(mission)
+    link = simulated_radios(mission)
     assert isinstance(link, SimulatedRadios)
     figures = link.statistics()
     assert figures["radios"]["left"]["drones"] == ["cf1", "cf2"]
@@ -64,7 +64,7 @@ def test_links_are_made_as_the_file_says(hop):
 
 def test_radios_made_in_python_stand_beside_those_of_a_file(hop):
     hop["radios"] = [RadioConfig(drones=["cf1"]), {"drones": ["cf2"]}]
-    assert len(make_link(parse_mission(hop)).dongles) == 2
+    assert len(simulated_radios(parse_mission(hop)).dongles) == 2
 
 
 def flown(hop, loss, **values):

@@ -8,7 +8,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 from crazychoir_fw.common.errors import CrazychoirError, MissionError
-from crazychoir_fw.flight.runner import build_world
+from crazychoir_fw.flight.backends import build_world
 from crazychoir_fw.mission import Mission, load_mission, parse_mission
 
 NAN = float("nan")

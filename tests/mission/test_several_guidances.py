@@ -5,7 +5,7 @@ import pytest
 
 from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.flight import agents
-from crazychoir_fw.flight.layered_flight import fly_layers, make_experiment
+from crazychoir_fw.flight.engine import fly, make_experiment
 from crazychoir_fw.guidance import BearingFormation, CFGuidance, GoToGuidance, Graph
 from crazychoir_fw.mission.loader import parse_mission
 
@@ -50,7 +50,7 @@ def test_each_drone_has_the_guidance_of_its_entry():
 
 
 def test_several_kinds_of_guidance_fly_together():
-    result = fly_layers(mission(FORMATION, GOALS))
+    result = fly(mission(FORMATION, GOALS))
     assert result.summary["success"], result.summary["failures"]
     assert {event["kind"] for event in result.summary["events"]} == {"takeoff", "start", "land", "landed"}
     np.testing.assert_allclose(result.judge.final_positions[3, :2], [2.0, 1.0], atol=0.1)

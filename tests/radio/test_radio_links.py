@@ -114,6 +114,20 @@ def test_what_flies_is_landed_stopped_or_left(air, eventually, monkeypatch, on_c
     assert (on_close == "leave") == (said == [])
 
 
+def test_what_flies_by_thrust_without_a_position_sinks_level_before_its_motors_stop(air, eventually):
+    with plain(air, RadioHandlerFPQR, on_close="land", level_s=0.3, ready_timeout_s=0, arms=False) as swarm:
+        swarm[0].takeoff()
+        swarm.command(0, 0.3, 0, 0, 0)
+        eventually(lambda: air["fake://0"].flown[-1][0] == 3)
+        air["fake://0"].bits |= 1 << 4
+        air["fake://0"].packets.clear()
+    said = air["fake://0"].flown
+    ports = [(port, channel, data[:2]) for port, channel, data in said if (port, channel) != (7, 1)]
+    level, stop = (7, 0, "0b"), (7, 0, "00")
+    assert ports.count(level) >= 2
+    assert max(k for k, packet in enumerate(ports) if packet == level) < ports.index(stop)
+
+
 def test_a_drone_that_is_not_there(air):
     swarm = plain(air, count=3)
     air["fake://1"].is_reachable = False

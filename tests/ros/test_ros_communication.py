@@ -5,7 +5,7 @@ import json
 import pytest
 from ros_flights import PATIENCE, Flight
 
-from crazychoir_fw.flight.layered_flight import fly_layers
+from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.mission import load_mission
 
 MISSION = """
@@ -36,14 +36,14 @@ WARM_UP_ROUNDS = 10
 
 
 def test_neighbors_by_distance_and_losses_are_those_of_one_process(tmp_path):
-    flight = Flight(tmp_path, MISSION, "--processes", "one")
+    flight = Flight(tmp_path, MISSION, "--processes", "per-drone")
     try:
         flight.begin()
         assert flight.process.wait(PATIENCE) == 0, flight.log.read_text()[-3000:]
     finally:
         flight.close()
     talk = json.loads((flight.out / "summary.json").read_text())["communication"]
-    alone = fly_layers(load_mission(flight.file), visuals=False).summary["communication"]
+    alone = fly(load_mission(flight.file), visuals=False).summary["communication"]
     assert list(talk) == list(alone) == ["total", "agent_0", "agent_1", "agent_2"]
     for name, counts in talk.items():
         expected = alone[name]

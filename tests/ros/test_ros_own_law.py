@@ -1,82 +1,40 @@
-"""A law from a file beside the mission: it takes off, flies and lands alike in one process and as nodes."""
+"""The law of examples/new_law as nodes: it flies, is judged and drawn, and its options are parameters."""
 
 import json
+import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
 from ros_flights import PATIENCE, Flight
 
-from crazychoir_fw.flight.layered_flight import fly_layers
-from crazychoir_fw.mission import load_mission
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.mission.registry import law_named
+from crazychoir_fw.ros.guidance import law_node
 
-LAW = '''
-import numpy as np
-from crazychoir_fw.guidance import CFDistributedFeedback
-
-
-class Rendezvous(CFDistributedFeedback):
-    """That of docs/guidance.md."""
-
-    def evaluate_input(self, neigh_data):
-        own = self.current_pose
-        pull = sum((pose.position - own.position for pose in neigh_data.values()), np.zeros(3))
-        return 0.5 * pull - 1.5 * own.velocity
-'''
-
-MISSION = """
-name: meet
-backend: {backend}
-log_rate: 50
-seed: 1
-drones:
-  - {{id: agent_0, position: [0.0, 0.0]}}
-  - {{id: agent_1, position: [2.0, 0.0]}}
-  - {{id: agent_2, position: [1.0, 2.0]}}
-layers:
-  rate: 50
-  communication: {{graph: complete}}
-  guidance: {{class: "rendezvous.py:Rendezvous", height: 0.8}}
-  planning: {{class: Spline}}
-  control: {{gains: mujoco}}
-flight:
-  - takeoff: {{duration: 3}}
-  - start: {{duration: 1.5}}
-  - land: {{duration: 3}}
-"""
-
-
-def write(folder, backend):
-    (folder / "rendezvous.py").write_text(LAW)
-    return MISSION.format(backend=backend)
-
-
-def check(z, nearest):
-    """Look at heights (m), shape (T, N), and at how near two came (m)."""
-    assert z.max(axis=0) == pytest.approx(0.8, abs=0.2)
-    assert z[-1] == pytest.approx(0.015, abs=0.05)
-    assert 0.3 < nearest < 1.2  # from 2 m
-
-
-@pytest.mark.parametrize("backend", ["integrator", "sim"])
-def test_in_one_process(tmp_path, backend):
-    path = tmp_path / "mission.yaml"
-    path.write_text(write(tmp_path, backend))
-    result = fly_layers(load_mission(path), visuals=False)
-    assert result.success, result.failures
-    places = np.stack([result.log.signals[f"sim.{axis}"] for axis in "xyz"], axis=-1)
-    gaps = np.linalg.norm(places[:, [0, 0, 1]] - places[:, [1, 2, 2]], axis=-1)
-    check(places[..., 2], gaps.min())
+EXAMPLE = Path(__file__).parents[2] / "examples" / "new_law"
 
 
 def test_as_nodes(tmp_path):
-    flight = Flight(tmp_path, write(tmp_path, "sim"), "--processes", "per-drone")
+    shutil.copy(EXAMPLE / "rendezvous.py", tmp_path)
+    flight = Flight(tmp_path, (EXAMPLE / "mission.yaml").read_text(), "--processes", "per-drone")
     try:
         flight.begin()
         assert flight.process.wait(PATIENCE) == 0, flight.log.read_text()[-3000:]
     finally:
         flight.close()
     summary = json.loads((flight.out / "summary.json").read_text())
-    assert summary["success"]
-    with np.load(flight.out / "log.npz") as log:
-        heights = log["signal/sim.z"]
-    check(heights, min(drone["least_distance_m"] for drone in summary["drones"]))
+    assert summary["success"], summary["failures"]
+    verdict = summary["criteria"][0]
+    assert verdict["criterion"] == "meeting_m"
+    assert verdict["value"] == pytest.approx(0.6 / np.sqrt(3), abs=0.03)
+    assert (flight.out / "flight.png").stat().st_size > 10_000
+
+
+def test_its_node_has_its_options_as_parameters(bench):
+    law = law_named("guidance", f"{EXAMPLE / 'rendezvous.py'}:Rendezvous", "class")
+    node = bench.make(law_node(law), pull=2.0, agent_id=0, parameters={"N": 2, "in_neigh": [1], "gap": 0.3})
+    assert (node.guidance.pull, node.guidance.gap, node.guidance.brake) == (2.0, 0.3, 2.5)
+    assert node.describe_parameter("gap").description == "distance that neighbors keep (m)"
+    with pytest.raises(RangeError, match="gap is -1.0, allowed: above 0 m"):
+        bench.make(law_node(law), agent_id=1, parameters={"N": 2, "gap": -1.0})

@@ -12,12 +12,12 @@ from nav_msgs.msg import Odometry
 from ros_flights import PATIENCE, Flight, all_gone, is_running
 from std_msgs.msg import Empty, String
 
-from crazychoir_fw.flight.layered_flight import fly_layers
+from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.guidance import Graph
 from crazychoir_fw.guidance.bearing import bearing_errors_deg, free_followers
 from crazychoir_fw.mission import load_mission
+from crazychoir_fw.ros.conversions import odometry_to_pose
 from crazychoir_fw.ros.names import qos
-from crazychoir_fw.ros.wire import odometry_pose
 
 MISSION = """
 name: near_the_goal
@@ -142,7 +142,7 @@ def test_there_is_a_process_per_drone_and_layer_and_none_is_left(flown):
 
 def test_it_is_the_flight_of_one_process(flown):
     flight, _, _, _, summary = flown
-    alone = fly_layers(load_mission(flight.file), visuals=False).summary
+    alone = fly(load_mission(flight.file), visuals=False).summary
     assert summary["success"]
     assert not [event for event in summary["events"] if event["kind"] in ("lost", "failure")]
     for ours, theirs in zip(summary["drones"], alone["drones"], strict=True):
@@ -163,14 +163,14 @@ class Swarm:
         self.last_answer = 0.0  # of the watched one
         listen = flight.node.create_subscription
         for i in range(len(FORMATION)):
-            listen(Odometry, f"/agent_{i}/odom", self._place_taker(i), qos(10), raw=True)
+            listen(Odometry, f"/agent_{i}/odom", self._place_taker(i), qos(10))
             listen(String, f"/agent_{i}/lost_neighbors", self._word_taker(i), qos(10))
         listen(Empty, f"/agent_{watched}/answered", self._take_answer, qos(10))
         listen(Empty, "/experiment_trigger", self._take_trigger, qos(10))
 
     def _place_taker(self, i):
-        def take(data):
-            self.places[i] = odometry_pose(data).position
+        def take(message):
+            self.places[i] = odometry_to_pose(message).position
 
         return take
 

@@ -14,10 +14,10 @@ from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance.schemes import PositionTaskTable
 from crazychoir_fw.guidance.schemes.delivery import DeliveryRequest
 from crazychoir_fw.guidance.schemes.tasks import Offer, PositionTask
-from crazychoir_fw.ros import tasks
+from crazychoir_fw.ros import TaskGuidance, tasks
 from crazychoir_fw.ros.conversions import pose_to_odometry, to_stamp
 from crazychoir_fw.ros.names import LATEST
-from crazychoir_fw.ros.tasks import TableDesk, TaskGuidance, TaskTable, offer_to_text, text_to_offer
+from crazychoir_fw.ros.tasks import TableDesk, TaskTable, offer_to_text, text_to_offer
 
 
 class Customer:

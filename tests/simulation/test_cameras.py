@@ -253,7 +253,7 @@ def test_targets_are_where_drones_are_told_to_be(room):
     from crazychoir_fw.simulation.targets import Targets
 
     world = World([DroneConfig("cf1", (0.0, 0.0)), DroneConfig("cf2", (0.5, 0.0))], scene=room)
-    targets = Targets(world)
+    targets = Targets(world.drones)
     assert np.isnan(targets.positions()).all()
     world.wait_until_ready()
     world["cf2"].high_level_commander.takeoff(absolute_height_m=0.5, duration_s=1.0)

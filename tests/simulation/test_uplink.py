@@ -2,7 +2,7 @@
 
 import pytest
 
-from crazychoir_fw.simulation import DroneConfig, World
+from crazychoir_fw.simulation import DroneConfig, FlightRecorder, World, replay
 
 
 @pytest.fixture
@@ -52,3 +52,18 @@ def test_a_closed_gate_swallows_requests_and_the_client_does_not_know(drone):
     drone.param["pid_rate.roll_kp"] = 200
     assert drone.receive_packet(8, 0, bytes([6])) is None
     assert (drone.memory == before).all()
+
+
+def test_what_c_cannot_take_is_not_in_the_journal():
+    world = World([DroneConfig("cf1")])
+    recorder = FlightRecorder(world)
+    drone = world.drones[0]
+    recorder.run(0.05)
+    with pytest.raises((OverflowError, TypeError)):
+        drone.arm(2**70)
+    with pytest.raises((OverflowError, TypeError, ValueError)):
+        drone.send_extpos("x", 1, 2)
+    recorder.run(0.05)
+    log = recorder.finish({})
+    assert len(log.journal) == 0
+    assert replay(log).deviation is None

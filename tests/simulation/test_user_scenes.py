@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.flight.runner import fly
+from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.mission import load_mission
 from crazychoir_fw.simulation import DroneConfig, World
 

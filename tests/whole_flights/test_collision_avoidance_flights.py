@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from crazychoir_fw.flight.runner import fly
+from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.mission import load_mission
 from crazychoir_fw.simulation import DroneConfig, World
 

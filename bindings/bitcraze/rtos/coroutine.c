@@ -126,6 +126,8 @@ static void *of_simulation CF_LIBRARY_KEEP = NULL;  // stack pointers of who wai
 static void *of_task       CF_LIBRARY_KEEP = NULL;
 static bool is_guarded     CF_LIBRARY_KEEP = false;
 
+static cf_coroutine_main_t main_of_task CF_LIBRARY_KEEP = NULL;
+
 static const uint64_t CANARY = 0x5AFE57AC0FF1C1A1u;
 
 static uint64_t *canary(int number) {
@@ -242,17 +244,19 @@ UNCHECKED void cf_coroutine_keep(int number, uint64_t *slice, size_t words) {
 
 void cf_coroutine_begin(int number) {
   has_entered(NULL);
-  cf_coroutine_main(number);
+  main_of_task(number);
 }
 
-size_t cf_coroutine_resume(int number, const uint64_t *slice, size_t words) {
+size_t cf_coroutine_resume(int number, const uint64_t *slice, size_t words,
+                           cf_coroutine_main_t main) {
   if (!is_guarded) {
     guard();
   }
   for (int i = 0; i < CANARY_WORDS; i++) {
     canary(number)[i] = CANARY;
   }
-  void *fake = NULL;
+  main_of_task = main;
+  void *fake   = NULL;
   will_enter(number, &fake);
   if (words > 0) {
     put_slice(number, slice, words);

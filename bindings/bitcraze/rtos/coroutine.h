@@ -29,9 +29,13 @@
 #define CF_STACK_BYTES 65536
 #define CF_SLICE_BYTES 4096  // that a waiting task may use of its stack
 
+// What a fresh stack runs; must not return.
+typedef void (*cf_coroutine_main_t)(int number);
+
 // Runs stack `number` until it waits. Goes on with a slice of this many words, or, with none,
-// begins with cf_coroutine_main(number). Returns the bytes that are in use now.
-size_t cf_coroutine_resume(int number, const uint64_t *slice, size_t words);
+// begins with main(number). Returns the bytes that are in use now.
+size_t cf_coroutine_resume(int number, const uint64_t *slice, size_t words,
+                           cf_coroutine_main_t main);
 
 // Copies the upper `words` of a stack that waits.
 void cf_coroutine_keep(int number, uint64_t *slice, size_t words);
@@ -45,9 +49,6 @@ void cf_coroutine_wait(void);
 // Clears what functions that returned left below the caller. Frames have gaps, in which leftovers
 // would come into the slice: harmless, but not the same bits in equal flights.
 void cf_coroutine_clean(void);
-
-// What a fresh stack runs; must not return.
-void cf_coroutine_main(int number);
 
 // Number of the stack that the caller runs on, or -1 on the simulation's. A look at the stack
 // pointer: there is nothing to put right after a jump out of a task.

@@ -1,7 +1,7 @@
 #include <string.h>
 
 #include "bitcraze/rtos/kernel.h"
-#include "bitcraze/rtos/waits.h"
+#include "bitcraze/rtos/scheduler.h"
 
 #define POOL_GROUPS 8
 

@@ -1,6 +1,6 @@
 #include <string.h>
 
-#include "bitcraze/rtos/waits.h"
+#include "bitcraze/rtos/scheduler.h"
 
 #define POOL_QUEUES 16
 #define POOL_BYTES 1024

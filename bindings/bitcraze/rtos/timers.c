@@ -1,6 +1,6 @@
 #include <string.h>
 
-#include "bitcraze/rtos/waits.h"
+#include "bitcraze/rtos/scheduler.h"
 
 #define POOL_TIMERS 8
 

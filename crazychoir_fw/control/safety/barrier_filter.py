@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -31,6 +32,8 @@ class BarrierFilter(ABC):
         least_barrier: Least value of their barriers in the last call, shape (...); infinite where nobody is near.
     """
 
+    filters: ClassVar[str]
+    """What it filters: acceleration, within a position law, or velocity, behind a controller."""
     distance: float
     keep_right: float
 

@@ -33,6 +33,7 @@ class DoubleIntegratorCBF(BarrierFilter):
     nearer, may do all that does not bring it nearer.
     """
 
+    filters = "acceleration"
     _needs_velocity = True
 
     def __init__(

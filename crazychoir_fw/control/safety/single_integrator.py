@@ -25,6 +25,7 @@ class SingleIntegratorCBF(BarrierFilter):
     meanwhile.
     """
 
+    filters = "velocity"
     _needs_velocity = False
 
     def __init__(

@@ -168,15 +168,3 @@ class Access:
     def fly_uploaded(self, index: int) -> None:
         """Fly the uploaded trajectory from now on."""
         raise StateError(f"{self.names[index]}: a drone of this backend has no trajectory memory")
-
-    def remember(self) -> Any:
-        """Return what the backend is at this instant, beside Python objects that `memory_roots` lead to."""
-        return None
-
-    def recall(self, state: Any) -> None:
-        """Make the backend what it was."""
-
-    def memory_roots(self) -> tuple[list[Any], list[Any]]:
-        """Return the Python objects of the backend that change in flight, and those that are not to be looked into."""
-        recorder = getattr(self.backend, "_recorder", None)
-        return [self.backend], [] if recorder is None else [recorder]

@@ -12,7 +12,6 @@ from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight.access.access import Access, DroneState, Variable
 from crazychoir_fw.flight.sim_backend import truth
 from crazychoir_fw.onboard.variables import parameter_table
-from crazychoir_fw.recording.journal import Journal
 from crazychoir_fw.simulation.supervisor_resets import is_resetting
 from crazychoir_fw.simulation.targets import Targets
 
@@ -34,7 +33,7 @@ class SimAccess(Access):
         self._world = backend.world
         self._drones = backend.world.drones
         self._truth = truth(backend.world)
-        self._targets = Targets(backend.world)
+        self._targets = Targets(backend.world.drones)
 
     def true_pose(self) -> Pose:
         """See `Access`."""
@@ -123,16 +122,3 @@ class SimAccess(Access):
     def fly_uploaded(self, index: int) -> None:
         """See `Access`."""
         self._drones[index].high_level_commander.start_trajectory(_TRAJECTORY)
-
-    def remember(self) -> Any:
-        """See `Access`. The journal begins anew: an hour of it would be copied into every moment otherwise."""
-        self._world.journal = Journal(self._world.journal.recipe)
-        return self._world.snapshot()
-
-    def recall(self, state: Any) -> None:
-        """See `Access`."""
-        self._world.restore(state)
-
-    def memory_roots(self) -> tuple[list[Any], list[Any]]:
-        """See `Access`: what reads poses may be a simulated motion capture with a memory of its own."""
-        return [self.backend.read_poses], [self.backend, self._world]

@@ -10,21 +10,24 @@ guidance, so that a flight depends on the machine in no way.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from crazychoir_fw.common.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.guidance import optimization
-from crazychoir_fw.guidance.cf_guidance import CFGuidance, Phase
+from crazychoir_fw.guidance.cf_guidance import Phase
 from crazychoir_fw.guidance.communicator import TopicCommunicator
+from crazychoir_fw.guidance.law import POSES, NodeFace, option
 from crazychoir_fw.guidance.optimization import Agent, SurveillanceProblem
 from crazychoir_fw.guidance.outputs import Outputs
-from crazychoir_fw.guidance.schemes.ranges import above_zero
+from crazychoir_fw.guidance.presence import LATE_ROUNDS
+from crazychoir_fw.guidance.round_guidance import RoundGuidance
 from crazychoir_fw.guidance.schemes.sightings import Sightings
+from crazychoir_fw.guidance.schemes.surveillance import SurveillanceMetrics
 
 Array = NDArray[np.float64]
 
@@ -35,10 +38,9 @@ REFERENCES = ("trajectory", "position")
 """Where references go: to the trajectory handler as short go-tos, or straight to the controller."""
 
 _EARLY = 1e-9  # [s]; times of rounds are sums of periods
-_LATE_ROUNDS = 3  # who is farther behind than this counts rounds by itself and is not waited for
 
 
-class AggregativeGuidance(CFGuidance):
+class AggregativeGuidance(RoundGuidance):
     """Takes off, iterates from START on and flies to what the iteration says, and lands.
 
     A neighbor that is not heard by the deadline of a round is left out; with `ResilientAggregativeTracking` the
@@ -49,132 +51,111 @@ class AggregativeGuidance(CFGuidance):
     """
 
     kind = "position"
+    metrics = SurveillanceMetrics
     intruder_moves = False
-    """Whether the intruder is a drone also where none is named."""
+    """Whether the intruder is a drone also where none is named: that whose number is larger by the team's size."""
+    node = NodeFace(
+        "aggregative_guidance",
+        ("optimizer", "height", "freq_reference", *POSES, "input_topic", "msg_type", "seed"),
+        {"references": REFERENCES[1]},
+        {"msg_topic": "input_topic", "msg_type": "", "seed": ""},
+    )
 
-    def __init__(
-        self,
-        agent_id: int,
-        communicator: TopicCommunicator,
-        *,
-        optimizer: str | type = OPTIMIZERS[0],
-        stepsize: float = 1e-3,
-        iterations_per_second: float = 100.0,
-        max_iterations: int | None = None,
-        freq_reference: float = 10.0,
-        references: str = REFERENCES[0],
-        reference_time: float = 0.3,
-        target: ArrayLike | None = None,
-        intruder: ArrayLike | None = None,
-        intruder_id: int | None = None,
-        team: Sequence[int] | None = None,
-        gamma_intruder: float = 1.0,
-        gamma_target: float = 1.0,
-        gamma_shape: float = 1.0,
-        weights: Mapping[int, float] | Sequence[float] | None = None,
-        init_pos: ArrayLike | None = None,
-        height: float = 1.0,
-        takeoff_time: float = 3.0,
-        update_frequency: float = 100.0,
-        deadline: float = 0.05,
-        silence: float = 0.5,
-        drop_unseen: bool = False,
-        enable_log: bool = False,
-    ) -> None:
-        """Prepare.
+    takeoff_time: float = option(3.0, "duration of take-off and landing", "s", above=0)
+    optimizer: Any = option(
+        OPTIMIZERS[0], "algorithm, or a class with the arguments of AggregativeTracking", choices=OPTIMIZERS
+    )
+    stepsize: float = option(1e-3, "step alpha; the original's examples have 1e-3 and 5e-3", above=0)
+    iterations_per_second: float = option(100.0, "pace of the iterations, at most update_frequency", "1/s", above=0)
+    max_iterations: int | None = option(
+        None, "iterations after which it ends (20,000 in the original); None goes on until the landing", low=1, kind=int
+    )
+    freq_reference: float = option(10.0, "references per second, at most update_frequency", "Hz", above=0)
+    references: str = option(
+        REFERENCES[0], "where references go: to the trajectory handler, or to the controller", choices=REFERENCES
+    )
+    reference_time: float = option(
+        0.3, "duration of a go-to to the trajectory handler: longer is smoother, and later", "s", above=0, high=60
+    )
+    target: Any = option(None, "what is guarded; only x and y count; None: nothing", "m, world", kind=list[float])
+    intruder: Any = option(None, "where this drone's intruder stands; only x and y count", "m, world", kind=list[float])
+    intruder_id: int | None = option(
+        None,
+        "number of the drone that is the intruder; None: none, or the next free one where intruders move",
+        kind=int,
+    )
+    team: Sequence[int] | None = option(None, "numbers of all defenders; None: all that the communicator knows of")
+    gamma_intruder: float = option(1.0, "weight of being near the intruder")
+    gamma_target: float = option(1.0, "weight of the defenders' center being near the target")
+    gamma_shape: float = option(1.0, "weight of being near the defenders' center")
+    weights: Any = option(
+        None,
+        "doubly stochastic weights: the row of this agent, or by neighbor; None: 1/(1 + neighbors) for each, which is "
+        "right where all have as many",
+        kind=list[float],
+    )
+    silence: float = option(
+        0.5, "silence after which a watched intruder is lost, and in asynchronous mode a neighbor", "s", above=0
+    )
+    drop_unseen: bool = option(
+        False, "whether a lost intruder drops out of the cost: its defender goes to the target; not for two at once"
+    )
+    enable_log: bool = option(False, "whether the decision of every iteration is kept in results")
 
-        Args:
-            agent_id: Number of this drone, that of the communicator.
-            communicator: How it talks to other defenders, undirected.
-            optimizer: One of `OPTIMIZERS`, or a class with the arguments of `AggregativeTracking`.
-            stepsize: The step alpha; the original's examples have 1e-3 and 5e-3.
-            iterations_per_second: Pace of the iterations (1/s), at most `update_frequency`.
-            max_iterations: The iteration ends after so many (20,000 in the original); None goes on until the landing.
-            freq_reference: References per second (Hz).
-            references: One of `REFERENCES`.
-            reference_time: Of a go-to to the trajectory handler (s): longer is smoother, and later.
-            target: What is guarded (m, world); only x and y count. None: nothing.
-            intruder: Where this drone's intruder is, likewise, if it stands still.
-            intruder_id: Number of the drone that is the intruder; None: none, or that with the number `agent_id` plus
-                the number of defenders where intruders move.
-            team: Numbers of all defenders; None: all that the communicator knows of.
-            gamma_intruder: Weight of being near the intruder.
-            gamma_target: Weight of the defenders' center being near the target.
-            gamma_shape: Weight of being near the defenders' center.
-            weights: Doubly stochastic weights: the row of this agent, or by neighbor; None: 1/(1 + neighbors) for each,
-                which is right where all have as many.
-            init_pos: Start (m, world), shape (2,) or (3,).
-            height: At which it flies (m).
-            takeoff_time: Of take-off and landing (s).
-            update_frequency: Rounds per second (Hz).
-            deadline: How long a round may take (s).
-            silence: After which a watched intruder is lost (s), and a neighbor in asynchronous mode.
-            drop_unseen: A lost intruder drops out of the cost, and its defender goes to the target: not for two of
-                them at once. Otherwise it counts where it was seen last.
-            enable_log: Remember the decision of every iteration in `results`.
+    def __init__(self, agent_id: int, communicator: TopicCommunicator, **options: Any) -> None:
+        """Prepare; arguments are those of `RoundGuidance`, the communicator is undirected.
 
         Raises:
             RangeError: If a number is outside its range, or there is nothing to guard.
             UnknownNameError: If there is no such optimizer or way of references.
         """
-        super().__init__(
-            agent_id, init_pos=init_pos, height=height, takeoff_time=takeoff_time, update_frequency=update_frequency
-        )
-        who = f"agent {agent_id}"
-        if communicator.rank != agent_id:
-            raise RangeError(f"{who}: the communicator is that of agent {communicator.rank}")
-        if set(communicator.in_neighbors) != set(communicator.out_neighbors):
-            raise RangeError(f"{who}: hears others than hear it, allowed: an undirected graph")
-        above_zero(who, stepsize=stepsize, deadline=deadline, silence=silence)
-        above_zero(who, 60.0, reference_time=reference_time)
-        above_zero(who, update_frequency, iterations_per_second=iterations_per_second, freq_reference=freq_reference)
-        if max_iterations is not None and max_iterations < 1:
-            raise RangeError(f"{who}: max_iterations is {max_iterations}, allowed: 1 or more")
-        if references not in REFERENCES:
-            raise UnknownNameError(f"{who}: references is '{references}', allowed: {', '.join(REFERENCES)}")
-        self.communicator = communicator
-        self.stepsize = stepsize
-        self.max_iterations = max_iterations
-        self.references = references
-        self.reference_time = reference_time
-        self.deadline = deadline
-        self.silence = silence
-        self.drop_unseen = drop_unseen
-        self.enable_log = enable_log
-        self.target = None if target is None else self._checked("target", target, (2, 3))[:2]
-        self.intruder = None if intruder is None else self._checked("intruder", intruder, (2, 3))[:2]
-        self._gammas = {"gamma_intruder": gamma_intruder, "gamma_target": gamma_target, "gamma_shape": gamma_shape}
+        super().__init__(agent_id, communicator, **options)
+        self._check_numbers()
+        self.target = None if self.target is None else self._checked("target", self.target, (2, 3))[:2]
+        self.intruder = None if self.intruder is None else self._checked("intruder", self.intruder, (2, 3))[:2]
+        gammas = ("gamma_intruder", "gamma_target", "gamma_shape")
+        self._gammas = {name: getattr(self, name) for name in gammas}
         SurveillanceProblem((0.0, 0.0), **self._gammas)  # refuses weights now, and not in flight
-        self._make = _optimizer(optimizer, agent_id)
-        if optimizer in OPTIMIZERS[:2] and not communicator.synchronous_mode:
-            raise RangeError(f"{who}: optimizer is {optimizer}, allowed in asynchronous mode: {OPTIMIZERS[2]}")
+        self._make = _optimizer(self.optimizer)
         neighbors = communicator.in_neighbors
-        self._weights = dict.fromkeys(neighbors, 1.0 / (1 + len(neighbors))) if weights is None else weights
-        self._agent = Agent(communicator=communicator, in_weights=self._weights, out_weights=self._weights)
-        if intruder_id is None and self.intruder_moves:
-            intruder_id = agent_id + (communicator.size if team is None else len(team))
-        if intruder_id is not None and (intruder_id < 0 or intruder_id == agent_id or intruder is not None):
-            raise RangeError(f"{who}: intruder_id is {intruder_id}, allowed: another drone, and no intruder")
-        self.watched: tuple[int, ...] = () if intruder_id is None else (intruder_id,)
+        if self.weights is None:
+            self.weights = dict.fromkeys(neighbors, 1.0 / (1 + len(neighbors)))
+        self._agent = Agent(communicator=communicator, in_weights=self.weights, out_weights=self.weights)
+        self.watched: tuple[int, ...] = self._who_is_watched()
         """Numbers of drones whose poses it is told by `see`."""
-        if target is None and intruder is None and not self.watched:
-            raise RangeError(f"{who}: there is neither intruder nor target, allowed: at least one")
-
-        self.round_open = False
         self.results: list[Array] = []
         """Decisions (m) of all iterations since START, with `enable_log`."""
         self.algorithm: Any = None
         """The optimization while it runs."""
-        self._iteration_period, self._reference_period = 1.0 / iterations_per_second, 1.0 / freq_reference
-        self._round_begin = 0.0
+        self._iteration_period, self._reference_period = 1.0 / self.iterations_per_second, 1.0 / self.freq_reference
         self._next_iteration = self._next_reference = 0.0
         self._airborne_at = -math.inf  # [s], when the climb is over
         self._flies = False
-        self._lost: set[int] = set()
-        self._heard: dict[int, int] = {}
-        self._last_heard: dict[int, float] = {}
-        self._sightings = Sightings(silence)
-        self._now = 0.0
+        self._sightings = Sightings(self.silence)
+
+    def _check_numbers(self) -> None:
+        """Refuse options that do not fit together."""
+        who, communicator = f"agent {self.agent_id}", self.communicator
+        if set(communicator.in_neighbors) != set(communicator.out_neighbors):
+            raise RangeError(f"{who}: hears others than hear it, allowed: an undirected graph")
+        for name in ("iterations_per_second", "freq_reference"):
+            if getattr(self, name) > self.update_frequency:
+                raise RangeError(
+                    f"{who}: {name} is {getattr(self, name)}, allowed: above 0, at most {self.update_frequency:g}"
+                )
+        if self.optimizer in OPTIMIZERS[:2] and not communicator.synchronous_mode:
+            raise RangeError(f"{who}: optimizer is {self.optimizer}, allowed in asynchronous mode: {OPTIMIZERS[2]}")
+
+    def _who_is_watched(self) -> tuple[int, ...]:
+        """Return the number of the drone that is the intruder, if it is one."""
+        who, number = f"agent {self.agent_id}", self.intruder_id
+        if number is None and self.intruder_moves:
+            number = self.agent_id + (self.communicator.size if self.team is None else len(self.team))
+        if number is not None and (number < 0 or number == self.agent_id or self.intruder is not None):
+            raise RangeError(f"{who}: intruder_id is {number}, allowed: another drone, and no intruder")
+        if self.target is None and self.intruder is None and number is None:
+            raise RangeError(f"{who}: there is neither intruder nor target, allowed: at least one")
+        return () if number is None else (number,)
 
     # ---------------------------------------------------------------- to be overridden
 
@@ -186,9 +167,9 @@ class AggregativeGuidance(CFGuidance):
         """Return where the intruder of this drone is at present (m), shape (2,), or None."""
         if not self.watched:
             return self.intruder
-        if self.drop_unseen and self._sightings.is_lost(self.watched[0], self._now):
+        if self.drop_unseen and self._sightings.is_lost(self.watched[0], self.now):
             return None
-        return self._sightings.before(self.watched[0], self._now)
+        return self._sightings.before(self.watched[0], self.now)
 
     def get_target(self) -> Array | None:
         """Return where the target is at present (m), shape (2,), or None."""
@@ -238,9 +219,9 @@ class AggregativeGuidance(CFGuidance):
     def lost(self) -> frozenset[int]:
         """Neighbors that are not heard, and intruders that are not seen; after the flight, who was not heard in it."""
         if self._phase is not Phase.FLIGHT:
-            return frozenset(self._lost)
-        unseen = {one for one in self.watched if self._sightings.is_lost(one, self._now)}
-        return frozenset(self._lost | unseen)
+            return frozenset(self.presence.lost)
+        unseen = {one for one in self.watched if self._sightings.is_lost(one, self.now)}
+        return frozenset(self.presence.lost | unseen)
 
     def see(self, number: int, pose: Pose) -> None:
         """Take the pose of a drone that is watched.
@@ -251,14 +232,13 @@ class AggregativeGuidance(CFGuidance):
         if pose.position is None:
             return
         position = self._checked(f"the position of agent {number}", pose.position)
-        self._sightings.see(number, pose.time, position[:2].copy(), self._now)
+        self._sightings.see(number, pose.time, position[:2].copy(), self.now)
 
     # ---------------------------------------------------------------- a round
 
-    def begin_round(self, now: float) -> bool:
-        """Send, if an iteration is due; False if none is, or a round is open."""
-        self._now = now
-        if self.round_open or self._phase is not Phase.FLIGHT or now < self._next_iteration - _EARLY:
+    def open_round(self, now: float) -> bool:
+        """Send, if an iteration is due; see `RoundGuidance`."""
+        if self._phase is not Phase.FLIGHT or now < self._next_iteration - _EARLY:
             return False
         if self.max_iterations is not None and self.algorithm and self.algorithm.rounds >= self.max_iterations:
             return False
@@ -270,15 +250,10 @@ class AggregativeGuidance(CFGuidance):
         if self.algorithm is None:
             self.algorithm = self._make(self._agent, self.get_initial_condition(), stepsize=self.stepsize, now=now)
             self.algorithm_began(now)
-        if self._agent.is_asynchronous:
-            self._look_around(now)
-        else:
-            self.communicator.catch_up()
-            self._welcome()
+        self._look_around(now)
         while self._next_iteration <= now + _EARLY:
             self._next_iteration += self._iteration_period
         self.algorithm.begin_round(now)
-        self._round_begin, self.round_open = now, True
         return True
 
     def _problem(self) -> SurveillanceProblem | None:
@@ -293,37 +268,30 @@ class AggregativeGuidance(CFGuidance):
 
     def algorithm_began(self, now: float) -> None:
         """Called when the iteration begins anew."""
-        communicator = self.communicator
-        self._lost -= set(communicator.in_neighbors)
-        self._heard = {one: communicator.heard(one) for one in communicator.in_neighbors}
-        self._last_heard = dict.fromkeys(communicator.in_neighbors, now)
-        self._agent.set_neighbors(communicator.in_neighbors, communicator.out_neighbors)
+        self.presence.reset()
+        self._set_neighbors()
 
-    def is_complete(self, now: float) -> bool:
-        """Return whether `finish_round` need not wait: all are there, the deadline is over, or no round is open."""
-        return not self.round_open or self._agent.has_round() or now - self._round_begin >= self.deadline - _EARLY
+    def has_round(self, now: float) -> bool:
+        """See `RoundGuidance`."""
+        return self._agent.has_round()
 
-    def finish_round(self, now: float) -> Outputs:
-        """Use what came, and return what to ask for; the round ends, complete or not."""
-        self._now = now
-        if self.round_open:
-            self.round_open = False
-            missing: list[int] = []
-            if not self._agent.is_asynchronous:
-                missing = [one for one in self._agent.in_neighbors if not self.communicator.has_round([one])]
-            self.algorithm.finish_round()
-            if missing:
-                self._leave(missing)
-            if self.enable_log:
-                self.results.append(self.algorithm.get_result())
-        return self.outputs(now, self._reference(now))
+    @property
+    def longest_round(self) -> float:
+        """See `RoundGuidance`."""
+        return self.deadline - _EARLY
 
-    def step(self, now: float) -> Outputs:
-        """Begin or finish a round, as far as that is possible now; never waits."""
-        self.begin_round(now)
-        if self.round_open and self.is_complete(now):
-            return self.finish_round(now)
-        self._now = now
+    def close_round(self, now: float) -> None:
+        """Use what came, and go on without neighbors that are missing."""
+        neighbors = self._agent.in_neighbors
+        missing = [one for one in neighbors if not self.communicator.has_round([one])]
+        self.algorithm.finish_round()
+        if not self._agent.is_asynchronous and missing:
+            self._change(lost=self.presence.count(missing, neighbors))
+        if self.enable_log:
+            self.results.append(self.algorithm.get_result())
+
+    def decide(self, now: float) -> Outputs:
+        """Return what to ask for, after an iteration or without one."""
         return self.outputs(now, self._reference(now))
 
     def _reference(self, now: float) -> Reference | None:
@@ -340,54 +308,26 @@ class AggregativeGuidance(CFGuidance):
 
     # ---------------------------------------------------------------- who is there
 
-    def _leave(self, neighbors: Sequence[int]) -> None:
-        """Go on without neighbors."""
-        self._lost.update(neighbors)
-        if hasattr(self.algorithm, "leave"):
-            self.algorithm.leave(neighbors)
-        for one in neighbors:
-            self._heard[one] = self.communicator.heard(one)
-        self._set_neighbors()
+    def _look_around(self, now: float) -> None:
+        """Find out who is heard again, and in asynchronous mode who is silent."""
+        if self._agent.is_asynchronous:
+            self._change(*self.presence.look(now, self.communicator.in_neighbors, self.silence))
+        else:
+            self.communicator.catch_up()
+            self._change(back=self.presence.welcome(LATE_ROUNDS))
 
-    def _return(self, neighbors: Sequence[int]) -> None:
-        self._lost.difference_update(neighbors)
-        if hasattr(self.algorithm, "rejoin"):
-            self.algorithm.rejoin(neighbors)
-        self._set_neighbors()
+    def _change(self, lost: Sequence[int] = (), back: Sequence[int] = ()) -> None:
+        """Go on without neighbors, and with others again."""
+        for method, neighbors in (("leave", lost), ("rejoin", back)):
+            if neighbors and hasattr(self.algorithm, method):
+                getattr(self.algorithm, method)(neighbors)
+        if lost or back:
+            self._set_neighbors()
 
     def _set_neighbors(self) -> None:
         communicator = self.communicator
-        heard = [one for one in communicator.in_neighbors if one not in self._lost]
+        heard = [one for one in communicator.in_neighbors if one not in self.presence.lost]
         self._agent.set_neighbors(heard, communicator.out_neighbors)
-
-    def _welcome(self) -> None:
-        """Count on neighbors again that are heard again, in the present rounds."""
-        communicator = self.communicator
-        back = [
-            one
-            for one in communicator.in_neighbors
-            if one in self._lost
-            and communicator.heard(one) != self._heard[one]
-            and communicator.newest_label(one) >= communicator.current_label - _LATE_ROUNDS
-        ]
-        if back:
-            self._return(back)
-
-    def _look_around(self, now: float) -> None:
-        """Find out in asynchronous mode who is silent and who is heard again."""
-        left, back = [], []
-        for one in self.communicator.in_neighbors:
-            heard = self.communicator.heard(one)
-            if heard != self._heard[one]:
-                self._heard[one], self._last_heard[one] = heard, now
-                if one in self._lost:
-                    back.append(one)
-            elif one not in self._lost and now - self._last_heard[one] > self.silence:
-                left.append(one)
-        if left:
-            self._leave(left)
-        if back:
-            self._return(back)
 
 
 class AggregativeGuidanceCrazyflie(AggregativeGuidance):
@@ -404,27 +344,10 @@ def _same(one: Array | None, other: Array | None) -> bool:
     return one is other if one is None or other is None else bool((one == other).all())
 
 
-def _optimizer(optimizer: str | type, agent_id: int) -> Callable[..., Any]:
-    """Return what makes an optimization of agent, initial condition, stepsize and time.
-
-    Raises:
-        UnknownNameError: If it is a name that nobody has.
-    """
-    if isinstance(optimizer, str):
-        if optimizer not in OPTIMIZERS:
-            raise UnknownNameError(f"agent {agent_id}: optimizer is '{optimizer}', allowed: {', '.join(OPTIMIZERS)}")
-        optimizer = getattr(optimization, optimizer)
-    kind: Any = optimizer
+def _optimizer(optimizer: str | type) -> Callable[..., Any]:
+    """Return what makes an optimization of agent, initial condition, stepsize and time."""
+    kind: Any = getattr(optimization, optimizer) if isinstance(optimizer, str) else optimizer
     if isinstance(kind, type) and issubclass(kind, optimization.ResilientAggregativeTracking):
         # ms, so that who begins anew begins with a larger number
         return lambda agent, start, stepsize, now: kind(agent, start, stepsize=stepsize, session=int(1000.0 * now))
     return lambda agent, start, stepsize, now: kind(agent, start, stepsize=stepsize)
-
-
-__all__ = [
-    "OPTIMIZERS",
-    "REFERENCES",
-    "AggregativeGuidance",
-    "AggregativeGuidanceCrazyflie",
-    "AggregativeGuidanceCrazyflieMovingIntruder",
-]

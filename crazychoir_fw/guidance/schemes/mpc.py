@@ -12,7 +12,7 @@ to do what it last planned, and is left out of the coupling once it counts as lo
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,13 +22,49 @@ from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Reference
 from crazychoir_fw.guidance.cf_guidance import Phase
 from crazychoir_fw.guidance.communicator import TopicCommunicator
+from crazychoir_fw.guidance.formation_metrics import ShapeMetrics
+from crazychoir_fw.guidance.law import LawContext, Needs, option
+from crazychoir_fw.guidance.metrics import Flown, criterion
 from crazychoir_fw.guidance.schemes.mpc_problem import MPCProblem, Plan
-from crazychoir_fw.guidance.schemes.ranges import above_zero
 from crazychoir_fw.guidance.velocity_feedback import VelocityFeedback
 
 Array = NDArray[np.float64]
 
 _TURN = 0.6  # of a period, after which nobody waits for those before it
+
+
+class TogetherMetrics(ShapeMetrics):
+    """Drones shall come to the goal, without ever being too far from neighbors; both along some axes."""
+
+    curve_label, curve_limit = "distance from its place (m)", "position_error_m"
+
+    def __init__(self, context: LawContext) -> None:
+        """Take goal and axes."""
+        super().__init__(context)
+        self.axes = tuple("xyz".index(axis) for axis in context.option("axes", "x") if axis in "xyz")
+        self.goals = np.full((context.graph.size, 3), np.nan)
+        self.goals[:, self.axes] = context.option("goal", 0.0)
+
+    @property
+    def leads(self) -> frozenset[int]:
+        """See `Metrics`."""
+        return frozenset()
+
+    def errors(self, flown: Flown) -> Array:
+        """Return how far each drone is from the goal along the axes (m), shape (T, N)."""
+        return np.where(flown.up, np.linalg.norm((flown.at - self.goals)[:, :, self.axes], axis=2), np.nan)
+
+    def places(self, at: Array, wanted: Array) -> Array:
+        """Return the goal, along other axes where drones are."""
+        return np.where(np.isnan(self.goals), at, self.goals)
+
+    @criterion("the largest excess of a difference between neighbors", "m")
+    def coupling_error_m(self, flown: Flown) -> float:
+        """Return by how much neighbors were ever farther apart than allowed in flight (m)."""
+        i, j = np.array(self.pairs, int).reshape(-1, 2).T
+        apart = np.abs((flown.at[:, i] - flown.at[:, j])[:, :, self.axes]).max(axis=2)
+        errors = (apart - float(self.context.option("coupling", 2.0)))[self.fly_together(flown)]
+        return max(0.0, float(np.max(errors))) if errors.size else math.nan
 
 
 class MPCGuidance(VelocityFeedback):
@@ -39,81 +75,39 @@ class MPCGuidance(VelocityFeedback):
     is kept for what it does not hold.
     """
 
-    def __init__(
-        self,
-        agent_id: int,
-        communicator: TopicCommunicator,
-        *,
-        goal: ArrayLike = 0.0,
-        axes: Sequence[str] | str = "x",
-        sampling_period: float = 1.0,
-        horizon: int = 10,
-        state_cost: float = 1.0,
-        input_cost: ArrayLike = 1.0,
-        largest_state: float = 10.0,
-        largest_input: ArrayLike = 0.5,
-        coupling: float = 2.0,
-        margin: float = 0.1,
-        update_frequency: float = 100.0,
-        **options: Any,
-    ) -> None:
-        """Prepare.
+    needs = Needs(graph=True)
+    metrics = TogetherMetrics
+    node = replace(VelocityFeedback.node, positional=("sampling_period", *VelocityFeedback.node.positional))
 
-        Args:
-            agent_id: Number of this drone, that of the communicator.
-            communicator: Carries plans to and from neighbors: those whom it is coupled to.
-            goal: Where to fly along the axes (m), one number for all axes or one for each.
-            axes: Some of x, y, z: along the others drones stay where they were.
-            sampling_period: Length of a period (s).
-            horizon: Periods that are looked ahead.
-            state_cost: Per squared distance from the goal.
-            input_cost: Per squared speed; one number for all drones, or one for each.
-            largest_state: Largest coordinate (m).
-            largest_input: Largest speed along each axis (m/s); one number for all drones, or one for each.
-            coupling: Largest difference of coordinates between neighbors (m).
-            margin: By which plans stay below it (m).
-            update_frequency: Rounds per second (Hz).
-            options: Further arguments of `VelocityFeedback`.
+    goal: Any = option(0.0, "where to fly along the axes, one number for all axes or one for each", "m", kind=object)
+    axes: Any = option("x", "some of x, y, z: along the others drones stay where they were")
+    sampling_period: float = option(1.0, "length of a period", "s", above=0)
+    horizon: int = option(10, "periods that are looked ahead", low=1)
+    state_cost: float = option(1.0, "cost per squared distance from the goal", above=0)
+    input_cost: Any = option(1.0, "cost per squared speed; one number for all drones, or one for each", kind=object)
+    largest_state: float = option(10.0, "largest coordinate", "m", above=0)
+    largest_input: Any = option(
+        0.5, "largest speed along each axis; one number for all drones, or one for each", "m/s", kind=object
+    )
+    coupling: float = option(2.0, "largest difference of coordinates between neighbors", "m", above=0)
+    margin: float = option(0.1, "by which plans stay below it", "m", low=0)
 
-        Raises:
-            RangeError: If a value is outside its range.
-        """
-        who = f"agent {agent_id}"
+    def __init__(self, agent_id: int, communicator: TopicCommunicator, **options: Any) -> None:
+        """Prepare; arguments and errors are those of `RoundGuidance`."""
+        super().__init__(agent_id, communicator, **options)
+        who, axes = f"agent {agent_id}", self.axes
         self.axes = ["xyz".find(axis) for axis in axes]
         if not self.axes or -1 in self.axes or len(set(self.axes)) != len(self.axes):
             raise RangeError(f"{who}: axes are {axes!r}, allowed: some of x, y, z, each once")
-        m = len(self.axes)
-        cost, speed = (
-            _own(who, name, value, communicator)
-            for name, value in (("input_cost", input_cost), ("largest_input", largest_input))
-        )
-        above_zero(
-            who, sampling_period=sampling_period, state_cost=state_cost, largest_state=largest_state, coupling=coupling
-        )
-        if not 0.0 <= margin < coupling:
-            raise RangeError(f"{who}: margin is {margin}, allowed: at least 0, below the coupling, {coupling} m")
-        goal = np.asarray(goal, np.float64)
+        if self.margin >= self.coupling:
+            raise RangeError(f"{who}: margin is {self.margin}, allowed: below the coupling, {self.coupling} m")
+        m, goal = len(self.axes), np.asarray(self.goal, np.float64)
         if goal.size not in (1, m) or not np.isfinite(goal).all():
             raise RangeError(f"{who}: goal is {goal}, allowed: one finite number, or {m}")
-        options["max_speed"] = max(options.get("max_speed", 0.0), 1.001 * math.sqrt(m) * speed)
-        super().__init__(agent_id, communicator, update_frequency=update_frequency, **options)
         self.goal = np.broadcast_to(goal.reshape(-1), m)
-        self.sampling_period = float(sampling_period)
-        self.coupling, self.margin = float(coupling), float(margin)
-        both = np.vstack([np.eye(m), -np.eye(m)])
-        within = np.concatenate([largest_state - self.goal, largest_state + self.goal])
-        self.problem = MPCProblem(
-            np.eye(m),
-            sampling_period * np.eye(m),
-            state_cost * np.eye(m),
-            cost * np.eye(m),
-            horizon,
-            E=both,
-            f=within,
-            G=both,
-            h=np.full(2 * m, speed),
-        )
-        self._both = both
+        speed = _own(who, "largest_input", self.largest_input, communicator)
+        self.moving.max_speed = max(options.get("max_speed", 0.0), 1.001 * math.sqrt(m) * speed)
+        self.problem = self._made_problem(m, speed, _own(who, "input_cost", self.input_cost, communicator))
         self.plan: Plan | None = None
         """What it does in this period and later; states are relative to the goal."""
         self._next: Plan | None = None
@@ -123,21 +117,34 @@ class MPCGuidance(VelocityFeedback):
         self.violations = 0
         """How many plans could not keep the coupling."""
 
+    def _made_problem(self, m: int, speed: float, cost: float) -> MPCProblem:
+        both = np.vstack([np.eye(m), -np.eye(m)])
+        self._both = both
+        return MPCProblem(
+            np.eye(m),
+            self.sampling_period * np.eye(m),
+            self.state_cost * np.eye(m),
+            cost * np.eye(m),
+            self.horizon,
+            E=both,
+            f=np.concatenate([self.largest_state - self.goal, self.largest_state + self.goal]),
+            G=both,
+            h=np.full(2 * m, speed),
+        )
+
     # ---------------------------------------------------------------- what neighbors tell each other
 
     def message(self) -> object:
         """Return what neighbors are told: the newest plan and the period that it begins with."""
         return self._told or {"period": -1, "states": np.zeros((0, len(self.axes)))}
 
-    def receive_round(self, now: float) -> dict[int, Any] | None:
-        """End the round and remember the plans that came; None if no round is open."""
-        if not self.round_open:
-            return None
+    def receive_round(self, now: float) -> dict[int, Any]:
+        """End the round and remember the plans that came."""
         data = self.end_round(now)
         for neighbor in self._neighbors:
             told = data[neighbor] if neighbor in data else self.communicator.latest(neighbor)
             plan = self._read(told)
-            if neighbor in self._lost:
+            if neighbor in self.presence.lost:
                 self._others.pop(neighbor, None)
             elif plan is not None:
                 self._others[neighbor] = plan
@@ -211,7 +218,7 @@ class MPCGuidance(VelocityFeedback):
     def _is_its_turn(self) -> bool:
         """Return whether those before it have planned the next period, and all have told where they begin."""
         for neighbor in self._neighbors:
-            if neighbor in self._lost:
+            if neighbor in self.presence.lost:
                 continue
             first = self._others.get(neighbor, (-1, None))[0]
             if first < (self._count + 1 if neighbor < self.agent_id else self._count):

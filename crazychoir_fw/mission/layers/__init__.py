@@ -4,13 +4,12 @@ Which classes there are, and what they take, is known to the layers alone; here 
 """
 
 from crazychoir_fw.mission.layers.control import ControlLayer, PlanningLayer
-from crazychoir_fw.mission.layers.guidance import GUIDANCE, GuidanceLayer
+from crazychoir_fw.mission.layers.guidance import GuidanceLayer
 from crazychoir_fw.mission.layers.layers import Layers
 from crazychoir_fw.mission.layers.safety import SafetyLayer
 from crazychoir_fw.mission.layers.tables import DeliveryLayer, TasksLayer
 
 __all__ = [
-    "GUIDANCE",
     "ControlLayer",
     "DeliveryLayer",
     "GuidanceLayer",

@@ -7,24 +7,20 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from crazychoir_fw.common.constraints import choice, number
+from crazychoir_fw.control import CrazyflieController, FPQRSender, FRPYSender, VelSender
+from crazychoir_fw.mission.factory import class_of
 from crazychoir_fw.mission.layers.values import Options, Rate, class_word, law_gains
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number
 
-PLANNING = ("Spline", "SplinePosition", "Polynomial7th", "MinimumSnap")
-CONTROL = ("HierarchicalController", "VelocityController")
-POSITION = ("FlatnessPositionCtrl",)
-ACCELERATION = ("FlatnessAccelerationCtrl",)
-ATTITUDE = ("GeometryAttitudeCtrl",)
-VELOCITY = ("VelocityCtrlStrategy",)
-SENDERS = {"FPQRSender": "fpqr", "FRPYSender": "frpy", "VelSender": "vel"}
+SENDERS = {sender.__name__: sender.kind for sender in (FPQRSender, FRPYSender, VelSender)}
 """What each sender sends."""
 
 
 class PlanningLayer(Section):
     """What makes references out of points."""
 
-    kind: Annotated[str, class_word(*PLANNING)] = Field(alias="class")
+    kind: Annotated[str, class_word("planning")] = Field(alias="class")
     """`Spline`, `SplinePosition`, `Polynomial7th`, `MinimumSnap`, or a class of yours."""
 
     options: Options = Field(default_factory=dict)
@@ -34,19 +30,19 @@ class PlanningLayer(Section):
 class ControlLayer(Section):
     """What turns references into commands."""
 
-    kind: Annotated[str, class_word(*CONTROL)] = Field("HierarchicalController", alias="class")
+    kind: Annotated[str, class_word("control")] = Field("HierarchicalController", alias="class")
     """`HierarchicalController` or `VelocityController`."""
 
-    position: Annotated[str, class_word(*POSITION)] = "FlatnessPositionCtrl"
+    position: Annotated[str, class_word("position")] = "FlatnessPositionCtrl"
     """Law of drones that follow a trajectory."""
 
-    acceleration: Annotated[str, class_word(*ACCELERATION)] = "FlatnessAccelerationCtrl"
+    acceleration: Annotated[str, class_word("acceleration")] = "FlatnessAccelerationCtrl"
     """Law of drones whose guidance asks for accelerations."""
 
-    attitude: Annotated[str, class_word(*ATTITUDE)] = "GeometryAttitudeCtrl"
+    attitude: Annotated[str, class_word("attitude")] = "GeometryAttitudeCtrl"
     """Law from attitude to body rates."""
 
-    velocity: Annotated[str, class_word(*VELOCITY)] = "VelocityCtrlStrategy"
+    velocity: Annotated[str, class_word("velocity")] = "VelocityCtrlStrategy"
     """Law of a `VelocityController`."""
 
     sender: Annotated[str, choice(*SENDERS)] | None = None
@@ -66,4 +62,8 @@ class ControlLayer(Section):
         """What is sent: fpqr, frpy or vel."""
         if self.sender is not None:
             return SENDERS[self.sender]
-        return "vel" if self.kind == "VelocityController" else "fpqr"
+        return self.law().commands[0]
+
+    def law(self, key: str = "layers.control.class") -> type[CrazyflieController]:
+        """Return the class of the controller, named in the file at a key."""
+        return class_of(self, "control", key, self.kind, CrazyflieController)

@@ -7,33 +7,14 @@ from typing import Annotated
 
 from pydantic import Discriminator, Field, Tag
 
+from crazychoir_fw.common.constraints import choice, number, point
+from crazychoir_fw.guidance import CFGuidance
 from crazychoir_fw.mission.communication import Communication
+from crazychoir_fw.mission.factory import class_of
 from crazychoir_fw.mission.fleet import LAYOUTS, places_in
 from crazychoir_fw.mission.layers.control import ControlLayer, PlanningLayer
 from crazychoir_fw.mission.layers.values import Gains, Name, Options, class_word
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number, point
-
-GUIDANCE = (
-    "BearingFormation",
-    "SimpleGuidance",
-    "GoToGuidance",
-    "TaskGuidance",
-    "DeliveryGuidance",
-    "TargetListGuidance",
-    "SimpleDIControl",
-    "FormationControl",
-    "FormationControlGuidance",
-    "Containment",
-    "ContainmentGuidance",
-    "TimeVaryingContainment",
-    "TimeVaryingContainmentGuidance",
-    "MPCGuidance",
-    "AggregativeGuidance",
-    "AggregativeGuidanceCrazyflie",
-    "AggregativeGuidanceCrazyflieMovingIntruder",
-)
-"""Classes of `crazychoir_fw.guidance` and `crazychoir_fw.guidance.schemes`."""
 
 
 class Places(Section):
@@ -59,8 +40,8 @@ Place = Annotated[tuple[float, ...], point("x", "y", "[z]")]
 class GuidanceLayer(Section):
     """What decides where the drones go."""
 
-    kind: Annotated[str, class_word(*GUIDANCE)] = Field(alias="class")
-    """One of `GUIDANCE`, or a class of yours."""
+    kind: Annotated[str, class_word("guidance")] = Field(alias="class")
+    """A name of the registry, or a class of yours."""
 
     drones: Annotated[list[Name], Field(min_length=1)] | None = None
     """Whom it decides for, where there are several kinds of guidance."""
@@ -85,7 +66,7 @@ class GuidanceLayer(Section):
     """Height of the take-off (m)."""
 
     goals: Mapping[str, list[Annotated[tuple[float, ...], point("duration", "x", "y", "z")]]] | None = None
-    """Of `GoToGuidance`: rows [duration (s), x, y, z (m)] by drone."""
+    """Of laws that take goals: rows [duration (s), x, y, z (m)] by drone."""
 
     options: Options = Field(default_factory=dict)
     """Further keyword arguments of the class."""
@@ -101,6 +82,10 @@ class GuidanceLayer(Section):
 
     control: ControlLayer | None = None
     """What controls its drones, instead of what controls all."""
+
+    def law(self, key: str = "layers.guidance.class") -> type[CFGuidance]:
+        """Return the class of the law, named in the file at a key."""
+        return class_of(self, "guidance", key, self.kind, CFGuidance)
 
 
 def _shape_of_guidance(value: object) -> str:

@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
 
-from crazychoir_fw.mission.layers.values import Rate
+from pydantic import Field
+
+from crazychoir_fw.common.constraints import choice, number
+from crazychoir_fw.control.safety import BarrierFilter
+from crazychoir_fw.mission.factory import class_of
+from crazychoir_fw.mission.layers.values import Options, Rate, class_word
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number
-
-FILTERS = ("SingleIntegratorCBF", "DoubleIntegratorCBF")
 
 
 class SafetyLayer(Section):
     """What keeps drones apart, whatever guidance and planning want; see docs/optimization.md."""
 
-    filter: Annotated[str, choice(*FILTERS)]
+    filter: Annotated[str, class_word("safety")]
     """`DoubleIntegratorCBF` filters accelerations within a `HierarchicalController`, `SingleIntegratorCBF` velocities
-    behind a `VelocityController`."""
+    behind a `VelocityController`; or a class of yours."""
 
     distance: Annotated[float, number(0.01, 10.0, "m")] = 0.4
     """Least distance of two drones, horizontally (m)."""
@@ -46,6 +48,9 @@ class SafetyLayer(Section):
     """Which part of what the filter takes away goes to the right: drones that block each other turn about each other.
     0 is the filter alone, behind which they may wait for ever."""
 
+    options: Options = Field(default_factory=dict)
+    """Further keyword arguments of the class."""
+
     rate: Rate | None = None
     """Of velocities: how often the latest one is filtered (Hz), a divisor of the rate of the layers; None is that."""
 
@@ -57,3 +62,20 @@ class SafetyLayer(Section):
 
     sees: Annotated[str, choice("odometry", "truth")] = "odometry"
     """Whether drones see others where these believe to be, or where they are."""
+
+    @property
+    def of_filter(self) -> dict[str, Any]:
+        """Arguments that the mission gives the filter, beside distances, by name."""
+        names = (
+            "gamma",
+            "kappa",
+            "max_acceleration",
+            "max_braking_acceleration",
+            "max_velocity",
+            "max_braking_velocity",
+        )
+        return {name: getattr(self, name) for name in names if getattr(self, name) is not None} | dict(self.options)
+
+    def law(self) -> type[BarrierFilter]:
+        """Return the class of the filter."""
+        return class_of(self, "safety", "layers.safety.filter", self.filter, BarrierFilter)

@@ -8,25 +8,28 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, ValidationInfo
 
-from crazychoir_fw.mission.values import did_you_mean, existing_file, refusal, word
+from crazychoir_fw.common.constraints import word
+from crazychoir_fw.mission.registry import installed_names, our_names
+from crazychoir_fw.mission.values import did_you_mean, existing_file, refusal
 
 RATES = (10, 20, 25, 50, 100)
 """Rounds per second (Hz): whole steps of every backend."""
 
 
-def class_word(*known: str) -> BeforeValidator:
-    """A class by a word that is known, or one of the user's: package.module:Class or file.py:Class."""
-    must = f"one of {', '.join(known)}, package.module:Class or file.py:Class"
+def class_word(kind: str) -> BeforeValidator:
+    """A law by a name of the registry, or one of the user's: package.module:Class or file.py:Class."""
 
     def check(value: object, info: ValidationInfo) -> str:
-        if isinstance(value, str) and value in known:
+        if isinstance(value, str) and (value in our_names(kind) or value in installed_names(kind)):
             return value
+        known = [*our_names(kind), *installed_names(kind)]
+        must = f"one of {', '.join(known)}, package.module:Class or file.py:Class"
         if not isinstance(value, str) or not re.fullmatch(r"(.*\.py|[\w.]+):[^\W\d]\w*", value):
             raise refusal(must + did_you_mean(value, known))
         file, _, class_name = value.rpartition(":")
         if not file.endswith(".py"):
             return value
-        return f"{existing_file(file, info, must)}:{class_name}"
+        return f"{existing_file(file, info, must).resolve()}:{class_name}"
 
     return BeforeValidator(check)
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.common.attitude import rotation_of_quaternion, rpy_of_rotation
+from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.planning.curves import Polynomial, State
@@ -25,7 +26,7 @@ NEAR = 0.3
 _LARGEST_STEP_BACK = 0.5  # [s], of a clock that is being set; more is another flight
 
 
-class TrajectoryHandler(ABC):
+class TrajectoryHandler(Stateful, ABC):
     """Turns points into a curve and says where on it a drone should be; a subclass says which curve.
 
     A message of one point is a go-to, of many a path through all of them, at the times from now and the world positions

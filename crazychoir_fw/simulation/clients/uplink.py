@@ -13,7 +13,7 @@ from typing import Any
 from crazychoir_fw._core import ffi, lib
 
 Listener = Callable[[str, tuple[Any, ...]], None]
-"""Called with verb and arguments of every request that reaches the drone, just before it takes effect."""
+"""Called with verb and arguments of every request that the drone takes, in their order."""
 
 FaultFilter = Callable[[str, tuple[Any, ...]], bool]
 """Asked before a request leaves the client: False swallows it. Who sends it later calls `Uplink.send`."""
@@ -27,7 +27,7 @@ _C_REQUESTS = re.compile(
     r"|cf_(takeoff|land|stop|go_to|spiral|takeoff_with_velocity|land_with_velocity)"
     r"|cf_(write|define|start)_trajectory|cf_write_memory"
 )
-"""C functions that clients ask for; a file may name others, which are not for everybody."""
+"""C functions that clients ask for; a file may name others, which clients may not call."""
 
 _POINTED_AT = {"cf_send_external_pose": 4, "cf_inject_gust": 3, "cf_spiral": 1, "cf_inject_imu": 1}
 """So many numbers or structs C reads behind the pointer that these requests hand over."""
@@ -74,17 +74,22 @@ class Uplink:
         return self.send(verb, *arguments)
 
     def send(self, verb: str, *arguments: Any) -> Any:
-        """Let a request go its way after the gate. Returns what it returns; ``CF_OK`` on a simulated radio."""
+        """Let a request go its way after the fault filter. Returns what it returns; ``CF_OK`` on a simulated radio."""
         if self.transport is not None:
             self.transport(verb, arguments)
             return lib.CF_OK
         return self.dispatch(verb, *arguments)
 
     def dispatch(self, verb: str, *arguments: Any) -> Any:
-        """Carry out a request on the drone, past the radio."""
+        """Carry out a request on the drone, past the radio.
+
+        Raises:
+            TypeError: If C cannot take an argument; no listener hears of the request then.
+            OverflowError: The same, for a number that is too large.
+        """
+        handler = self._handlers.get(verb)
+        # what C refuses has not happened: a journal that held it could not be replayed
+        result = getattr(lib, verb)(self._cf, *arguments) if handler is None else None
         for listener in self.listeners:
             listener(verb, arguments)
-        handler = self._handlers.get(verb)
-        if handler is not None:
-            return handler(*arguments)
-        return getattr(lib, verb)(self._cf, *arguments)
+        return result if handler is None else handler(*arguments)

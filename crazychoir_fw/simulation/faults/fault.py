@@ -5,15 +5,13 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
+from crazychoir_fw._core import lib
+from crazychoir_fw.common.constraints import constrained, names, number, refusal_of
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
-from crazychoir_fw.simulation.faults.rules import Names, Number, ruled
-
-if TYPE_CHECKING:
-    from crazychoir_fw.simulation.drone import Drone
-    from crazychoir_fw.simulation.world import World
+from crazychoir_fw.simulation.drone import Drone
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,21 +30,20 @@ class Fault(ABC):
     is_instant: ClassVar[bool] = False
     """Whether it happens at once and has no end."""
 
-    at: float = ruled(Number(0.0, 1e6, "s"), 0.0)
+    at: float = constrained(number(0.0, 1e6, "s"), 0.0)
     """When it begins: simulated time (s) in a script, seconds since the first phase in a mission file."""
 
-    duration: float | None = ruled(Number(0.001, 1e6, "s"), None)
-    """How long it lasts (s); without it, for ever."""
+    duration: float | None = constrained(number(0.001, 1e6, "s"), None)
+    """How long it lasts (s); without it, to the end."""
 
-    drones: Sequence[str] | None = ruled(Names(), None)
+    drones: Sequence[str] | None = constrained(names(), None)
     """Ids of the drones that it befalls; without it, all."""
 
     def __post_init__(self) -> None:
         for member in fields(self):
             value = getattr(self, member.name)
-            rule = member.metadata["rule"]
-            if not (value is None and member.default is None) and not rule.allows(value):
-                raise RangeError(f"{self.kind}: {member.name} is {value!r}, allowed: {rule}")
+            if allowed := refusal_of(member, value):
+                raise RangeError(f"{self.kind}: {member.name} is {value!r}, allowed: {allowed}")
         if self.is_instant and self.duration is not None:
             raise RangeError(f"{self.kind}: duration is {self.duration!r}, but it happens at once and has no end")
 
@@ -76,12 +73,18 @@ class Fault(ABC):
         drones = None if self.drones is None else list(self.drones)
         return {"kind": self.kind, "at": self.at, "duration": self.duration, "drones": drones, **self.details()}
 
-    def check(self, world: World, drone: Drone) -> None:  # noqa: B027 - most kinds suit every drone
+    def check(self, drone: Drone) -> None:  # noqa: B027 - most kinds suit every drone
         """Raise a `CrazychoirError` when this drone cannot have the fault."""
 
     @abstractmethod
-    def begin(self, world: World, drone: Drone, seed: int) -> None:
+    def begin(self, drone: Drone, seed: int) -> None:
         """Let it happen to one drone; `seed` is that of this fault in this world."""
 
-    def end(self, world: World, drone: Drone) -> None:  # noqa: B027 - some end by themselves
+    def end(self, drone: Drone) -> None:  # noqa: B027 - some end by themselves
         """Make the drone well again."""
+
+
+def longest_delay(drone: Drone) -> float:
+    """Return how late (s) poses of motion capture can be: the simulation remembers a number of them."""
+    mocap = drone.struct.config.vehicle.mocap
+    return lib.CF_MOCAP_CAPACITY / max(mocap.rate, 1) - 0.001 * (mocap.latency_ms + 1)

@@ -1,48 +1,11 @@
-"""A kick: an impulse at a point of the drone."""
+"""The physics of a kick: an impulse at a point of a free body."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Sequence
 
 import mujoco
 import numpy as np
-
-from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.simulation.faults.fault import Fault
-from crazychoir_fw.simulation.faults.rules import Vector, Word, ruled
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from crazychoir_fw.simulation.drone import Drone
-    from crazychoir_fw.simulation.world import World
-
-
-@dataclass(frozen=True, kw_only=True)
-class Kick(Fault):
-    """Somebody knocks against the drone: its velocity and its spin change at once."""
-
-    kind: ClassVar[str] = "kick"
-    is_instant: ClassVar[bool] = True
-
-    impulse: tuple[float, float, float] = ruled(Vector(1.0, "N s"), (0.0, 0.0, 0.0))
-    """Force times time (N s): 0.03 moves a Crazyflie of 30 g by 1 m/s."""
-
-    point: tuple[float, float, float] = ruled(Vector(1.0, "m"), (0.0, 0.0, 0.0))
-    """Where it hits (m, body frame); off the center of mass it also turns the drone."""
-
-    frame: str = ruled(Word(("world", "body")), "world")
-    """Frame of the impulse: ``world`` or ``body``."""
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        if not any(self.impulse):
-            raise RangeError("kick: impulse is missing, allowed: one that is not zero")
-
-    def begin(self, world: World, drone: Drone, seed: int) -> None:
-        """Hit."""
-        drone.uplink.dispatch("kick", list(map(float, self.impulse)), list(map(float, self.point)), self.frame)
 
 
 def kick(

@@ -12,19 +12,16 @@ import struct
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
-from crazychoir_fw._core import lib
+from crazychoir_fw.common.constraints import constrained, number, switch
 from crazychoir_fw.common.errors import CrazychoirError, RangeError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.onboard.core import check
-from crazychoir_fw.simulation.faults.fault import Fault
-from crazychoir_fw.simulation.faults.rules import Number, Switch, ruled
-
-if TYPE_CHECKING:
-    from crazychoir_fw.simulation.clients.uplink import FaultFilter
-    from crazychoir_fw.simulation.drone import Drone
-    from crazychoir_fw.simulation.world import World
+from crazychoir_fw.simulation.clients.uplink import FaultFilter
+from crazychoir_fw.simulation.drone import Drone
+from crazychoir_fw.simulation.faults.fault import Fault, longest_delay
+from crazychoir_fw.simulation.world_base import WorldBase
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,13 +34,13 @@ class RadioFault(Fault):
 
     kind: ClassVar[str] = "radio"
 
-    loss: float = ruled(Number(0.0, 1.0), 0.0)
+    loss: float = constrained(number(0.0, 1.0), 0.0)
     """Share of the requests that never arrive, after all tries of the link; 1 is silence."""
 
-    latency: float = ruled(Number(0.0, 10.0, "s"), 0.0)
+    latency: float = constrained(number(0.0, 10.0, "s"), 0.0)
     """Added to the time that a request takes (s)."""
 
-    poses: bool = ruled(Switch(), True)
+    poses: bool = constrained(switch(), True)
     """Whether poses of the motion capture suffer as well."""
 
     def __post_init__(self) -> None:
@@ -51,27 +48,26 @@ class RadioFault(Fault):
         if not self.loss and not self.latency:
             raise RangeError("radio: nothing is wrong with it; allowed: loss or latency above 0")
 
-    def check(self, world: World, drone: Drone) -> None:
+    def check(self, drone: Drone) -> None:
         """Refuse a latency that is longer than the simulation remembers poses.
 
         Raises:
             RangeError: If poses are to be that late.
         """
         if self._spoils_poses(drone) and self.latency:
-            mocap = drone.struct.config.vehicle.mocap
-            longest = lib.CF_MOCAP_CAPACITY / max(mocap.rate, 1) - 0.001 * (mocap.latency_ms + 1)
+            longest = longest_delay(drone)
             if self.latency > longest + 1e-9:
                 raise RangeError(
                     f"{drone.id}: latency is {self.latency} s, allowed at this rate of poses: {longest:.3f} s or less, "
                     f"or poses: false"
                 )
 
-    def begin(self, world: World, drone: Drone, seed: int) -> None:
+    def begin(self, drone: Drone, seed: int) -> None:
         """Spoil the poses; requests are judged one by one (`Radio`)."""
         if self._spoils_poses(drone):
             self._spoil_poses(drone, self.loss, self.latency)
 
-    def end(self, world: World, drone: Drone) -> None:
+    def end(self, drone: Drone) -> None:
         """Let poses pass again."""
         if self._spoils_poses(drone):
             self._spoil_poses(drone, 0.0, 0.0)
@@ -101,9 +97,9 @@ class _Request:
 
 
 class Radio:
-    """The link to one drone while faults are planned for it: a gate of its uplink."""
+    """The link to one drone while faults are planned for it: the fault filter of its uplink."""
 
-    def __init__(self, world: World, drone: Drone, number: int) -> None:
+    def __init__(self, world: WorldBase, drone: Drone, number: int) -> None:
         self._world = world
         self._drone = drone
         self._number = number

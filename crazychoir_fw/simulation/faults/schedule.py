@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from crazychoir_fw.common.errors import RangeError, UnknownNameError
+from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.faults.fault import Fault
 from crazychoir_fw.simulation.faults.kick import kick
 from crazychoir_fw.simulation.faults.radio import Radio, RadioFault
-
-if TYPE_CHECKING:
-    from crazychoir_fw.simulation.drone import Drone
-    from crazychoir_fw.simulation.world import World
+from crazychoir_fw.simulation.world_base import WorldBase
 
 
 class FaultSchedule:
@@ -24,7 +21,7 @@ class FaultSchedule:
     on the agenda, so that a world that goes back in time meets them again.
     """
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: WorldBase) -> None:
         self._world = world
         self._radios: dict[str, Radio] = {}
         self.planned: list[Fault] = []
@@ -58,7 +55,7 @@ class FaultSchedule:
         """
         drones = self._befallen(fault)
         for drone in drones:
-            fault.check(self._world, drone)
+            fault.check(drone)
         return drones
 
     def go_on_from(self, other: FaultSchedule) -> None:
@@ -100,12 +97,12 @@ class FaultSchedule:
         state = "happens" if fault.is_instant else "begins"
         for drone in drones:
             self._world.note("fault", drone.id, fault=fault.kind, state=state, **fault.details())
-            fault.begin(self._world, drone, seed)
+            fault.begin(drone, seed)
 
     def _end(self, fault: Fault, drones: list[Drone]) -> None:
         for drone in drones:
             self._world.note("fault", drone.id, fault=fault.kind, state="ends")
-            fault.end(self._world, drone)
+            fault.end(drone)
 
     def _time_has_changed(self, tick: int) -> None:
         for radio in self._radios.values():

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-if TYPE_CHECKING:
-    from crazychoir_fw.simulation.drone import Drone
-    from crazychoir_fw.simulation.world import World
+from crazychoir_fw.simulation.drone import Drone
+from crazychoir_fw.simulation.world_base import WorldBase
 
 _STANDARD_GRAVITY = 9.81  # m/s^2, one g of the onboard software
 _FULL_RATIO = 65535.0
@@ -25,7 +24,7 @@ class Devices:
 
     drone: Drone
     """The drone that is flown: parameters, logs and cflib's commanders are there."""
-    world: World
+    world: WorldBase
     """The world that it flies in."""
 
     # ---------------------------------------------------------------- time
@@ -121,10 +120,7 @@ class Devices:
             RenderingError: If there is no OpenGL on this machine.
             ValueError: If there is no such camera.
         """
-        own = getattr(self.drone, "camera", None)
-        if own is not None:
-            return own(name, width, height)
-        return self.world.render(width, height, camera=name)
+        return self.drone.camera(name, width, height)
 
     # ---------------------------------------------------------------- motors and battery
 

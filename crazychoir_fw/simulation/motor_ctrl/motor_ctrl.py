@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.onboard.core import check
+from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.motor_ctrl.devices import Devices
-
-if TYPE_CHECKING:
-    from crazychoir_fw.simulation.drone import Drone
-    from crazychoir_fw.simulation.world import World
+from crazychoir_fw.simulation.world_base import WorldBase
 
 SafeZone = tuple[Sequence[float], Sequence[float]]
 
@@ -33,8 +31,8 @@ class MotorCtrl(Devices):
             def step(self):
                 self.command(self.weight - 0.3 * self.velocity[2], *(-4.0 * self.roll_pitch_yaw))
 
-    The subclasses beside this file bring a `command` each. Whoever wants another setpoint of the firmware's commander
-    writes it with `send`. A subclass that raises stops its own drone: motors off, `Drone.failure` says why.
+    The subclasses in `commands.py` bring a `command` each. Another setpoint of the firmware's commander is written
+    with `send`. A subclass that raises stops its own drone: motors off, `Drone.failure` says why.
 
     The last setpoint and the latch of `stop` live in the drone, so that a restored snapshot flies on with the same
     bits. What a subclass remembers itself is its own affair: `init` is called again when the world is reset,
@@ -45,7 +43,7 @@ class MotorCtrl(Devices):
     """Steps per simulated second; a divisor of 1000. `init` may set another one, ``self.rate_hz = 50``."""
 
     keep_alive_s: float | None = None
-    """How long the last command is repeated to the onboard software (s): None for ever, 0 not at all. When it ends the
+    """How long the last command is repeated to the onboard software (s): None without end, 0 not at all. Then the
     firmware's watchdog takes over: level after 0.5 s without a setpoint, locked after 2 s."""
 
     safe_zone: SafeZone | None = None
@@ -55,10 +53,10 @@ class MotorCtrl(Devices):
     """Whether a drone that must be armed is armed as soon as it can be."""
 
     controllers: ClassVar[tuple[str, ...] | None] = None
-    others: ClassVar[str] = ""
-    """What the other controllers lack, for whoever chose one of them."""
-
     """Controllers of the built-in provider that follow these setpoints; None when it does not matter."""
+
+    others: ClassVar[str] = ""
+    """What the other controllers lack, for the message that refuses them."""
 
     # ---------------------------------------------------------------- to be overridden
 
@@ -128,14 +126,14 @@ class MotorCtrl(Devices):
     def resume(self) -> None:
         """Take commands again. What was commanded before the stop is forgotten."""
         if self.is_stopped:
-            # without its stamp it is nobody's: not repeated, and no latch
+            # without its stamp it is not ours: not repeated, and no latch
             self._request(_NULL)
             # the planner, at rest, keeps the watchdog quiet until the next command
             self.drone.uplink.request("cf_notify_setpoint_stop")
 
     # ---------------------------------------------------------------- life, for the world
 
-    def attach(self, world: World, drone: Drone, properties: Mapping[str, str]) -> None:
+    def attach(self, world: WorldBase, drone: Drone, properties: Mapping[str, str]) -> None:
         """Bind to a drone; the world calls this.
 
         Raises:

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING
+from difflib import get_close_matches
+from types import ModuleType
 
-from crazychoir_fw.common.errors import CrazychoirError, StateError
+from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError, UnknownNameError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
+from crazychoir_fw.common.user_code import describe, load_module
+from crazychoir_fw.simulation import motor_ctrl
+from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl import MotorCtrl
-from crazychoir_fw.simulation.motor_ctrl.naming import checked_class, describe, find_class
+from crazychoir_fw.simulation.motor_ctrl_words import STOCK
+from crazychoir_fw.simulation.world_base import WorldBase
 
-if TYPE_CHECKING:
-    from crazychoir_fw.simulation.drone import Drone
-    from crazychoir_fw.simulation.world import World
+FORMS = "package.module:Class, path/to/file.py:Class or one of " + ", ".join(STOCK)
 
 
 class Pilots:
-    """Everybody who flies a drone of one world from Python. A world without them pays nothing."""
+    """The motor controls of one world. A world without them pays nothing."""
 
-    def __init__(self, world: World) -> None:
+    def __init__(self, world: WorldBase) -> None:
         """Find the classes that the drones name, bind one object of each, and put them on the agenda.
 
         Raises:
@@ -91,3 +94,46 @@ def _class_of(drone: Drone, known: dict[str, type[MotorCtrl]]) -> type[MotorCtrl
     if wanted not in known:
         known[wanted] = find_class(wanted, drone.id)
     return known[wanted]
+
+
+def find_class(name: str, who: str) -> type[MotorCtrl]:
+    """Return the class that a name means. A module or a file that it names is executed.
+
+    Args:
+        name: ``MotorCtrlFPQR`` and its like, ``package.module:Class``, or ``path/to/file.py:Class``.
+        who: The drone, for messages.
+
+    Raises:
+        UnknownNameError: If there is no such module, file or class.
+        RangeError: If the class is no `MotorCtrl`.
+        CrazychoirError: If the module raises while it is imported; the message has the exception and the line.
+    """
+    module_name, colon, wanted = name.rpartition(":")
+    if not colon:
+        if name not in STOCK:
+            near = get_close_matches(name, STOCK, n=1)
+            hint = f" (did you mean {near[0]}?)" if near else ""
+            raise UnknownNameError(f"{who}: motor_ctrl is '{name}'{hint}, allowed: {FORMS}")
+        return getattr(motor_ctrl, name)
+    what = f"{who}: motor_ctrl '{name}'"
+    module = load_module(module_name, what)
+    found = getattr(module, wanted, None)
+    if found is None:
+        own = [value.__name__ for value in vars(module).values() if _is_own(value, module)]
+        raise UnknownNameError(f"{what}: there is no such class, only {', '.join(own) or 'no motor control at all'}")
+    return checked_class(found, what)
+
+
+def _is_own(value: object, module: ModuleType) -> bool:
+    return isinstance(value, type) and issubclass(value, MotorCtrl) and value.__module__ == module.__name__
+
+
+def checked_class(found: object, what: str) -> type[MotorCtrl]:
+    """Return a class that is a `MotorCtrl`.
+
+    Raises:
+        RangeError: If it is none.
+    """
+    if not (isinstance(found, type) and issubclass(found, MotorCtrl)):
+        raise RangeError(f"{what}: {found!r} is no motor control, allowed: a subclass of MotorCtrl")
+    return found

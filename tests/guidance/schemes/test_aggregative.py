@@ -8,13 +8,14 @@ from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight import Experiment, IntegratorBackend
 from crazychoir_fw.flight.agent import Agent
 from crazychoir_fw.guidance import Graph, InProcessTransport, TimeVaryingCommunicator
+from crazychoir_fw.guidance.law import LawContext
 from crazychoir_fw.guidance.optimization import AggregativeTracking, SurveillanceProblem
 from crazychoir_fw.guidance.schemes import (
     AggregativeGuidance,
     AggregativeGuidanceCrazyflie,
     AggregativeGuidanceCrazyflieMovingIntruder,
 )
-from crazychoir_fw.mission.surveillance import Surveillance
+from crazychoir_fw.guidance.schemes.surveillance import SurveillanceMetrics
 from crazychoir_fw.planning import SplinePosition
 
 INTRUDERS = np.array([(-1.0, 1.0), (-1.0, -1.0), (1.0, 0.0)])
@@ -85,14 +86,19 @@ def test_the_optimum_with_other_weights_is_that_of_the_problems():
     for agent in agents:
         agent.start(0.0)
     fly(agents, 900)
-    wanted = Surveillance((0, 1, 2), tuple(INTRUDERS), np.zeros(2), 1.0, tuple(gammas.values()))
-    np.testing.assert_allclose(decisions(agents), wanted.places(np.zeros((3, 3))), atol=1e-4)
+    np.testing.assert_allclose(decisions(agents), optimum(np.zeros(2), **gammas), atol=1e-4)
+
+
+def optimum(target, **gammas):
+    """Return where three defenders should be (m), shape (3, 2)."""
+    options = {i: {"intruder": INTRUDERS[i], "target": target, **gammas} for i in range(3)}
+    context = LawContext(AggregativeGuidance, ("a", "b", "c"), (0, 1, 2), GRAPH, options=options)
+    return SurveillanceMetrics(context).optimum(np.zeros((3, 3)))
 
 
 def test_places_are_where_gradients_vanish():
-    gammas = (0.7, 1.4, 0.5)
-    places = Surveillance((0, 1, 2), tuple(INTRUDERS), np.array([0.2, 0.1]), 1.0, gammas).places(np.zeros((3, 3)))
-    names = dict(zip(("gamma_intruder", "gamma_target", "gamma_shape"), gammas, strict=True))
+    names = {"gamma_intruder": 0.7, "gamma_target": 1.4, "gamma_shape": 0.5}
+    places = optimum((0.2, 0.1), **names)
     problems = [SurveillanceProblem(intruder, (0.2, 0.1), **names) for intruder in INTRUDERS]
     both = [one.gradients(x, places.mean(axis=0)) for one, x in zip(problems, places, strict=True)]
     total = np.array([own for own, _ in both]) + np.mean([mean for _, mean in both], axis=0)
@@ -225,7 +231,7 @@ class Dying(AggregativeGuidance):
     """Raises in the middle of the flight."""
 
     def get_target(self):
-        if self.agent_id == 2 and self._now > 2.0:
+        if self.agent_id == 2 and self.now > 2.0:
             raise ValueError("out of targets")
         return super().get_target()
 

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.simulation import DroneConfig, MotorCtrlFPQR, MotorCtrlXYZ, World
-from crazychoir_fw.simulation.motor_ctrl.naming import class_name, find_class, parse_properties, properties_text
+from crazychoir_fw.simulation.motor_ctrl.pilots import find_class
+from crazychoir_fw.simulation.motor_ctrl_words import class_name, parse_properties, properties_text
 
 MODEL = """
 <mujoco>

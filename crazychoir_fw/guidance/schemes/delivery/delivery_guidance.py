@@ -2,103 +2,40 @@
 
 from __future__ import annotations
 
-import math
+from typing import Any
 
-from numpy.typing import ArrayLike
-
-from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.guidance.cf_guidance import Phase
 from crazychoir_fw.guidance.communicator import TopicCommunicator
+from crazychoir_fw.guidance.law import Needs, option
 from crazychoir_fw.guidance.optimization import LinearProblem
 from crazychoir_fw.guidance.schemes.delivery.delivery_request import DeliveryRequest
 from crazychoir_fw.guidance.schemes.delivery.partition import Partition, partition_problem
 from crazychoir_fw.guidance.schemes.delivery.routes import Route, Stop, best_routes
 from crazychoir_fw.guidance.schemes.tasks.dispatch_guidance import DispatchGuidance, LabeledSimplex
 from crazychoir_fw.guidance.schemes.tasks.dispatch_table import Offer
-from crazychoir_fw.guidance.schemes.tasks.position_task_executor import PositionTaskExecutor
+from crazychoir_fw.guidance.schemes.tasks.task_metrics import DeliveryMetrics
 
 
 class DeliveryGuidance(DispatchGuidance):
     """Shares out the requests of a `DeliveryTable` at the least sum of ways, and flies its route stop by stop."""
 
-    def __init__(
-        self,
-        agent_id: int,
-        communicator: TopicCommunicator,
-        slots: int,
-        *,
-        init_pos: ArrayLike | None = None,
-        height: float = 0.5,
-        height_step: float = 0.15,
-        takeoff_time: float = 5.0,
-        update_frequency: float = 100.0,
-        deadline: float = 0.05,
-        max_iterations: int = 20,
-        tolerance: float = 0.05,
-        speed: float = 0.5,
-        duration: float | None = None,
-        big_M: float = 500.0,
-        capacity: float = 2.0,
-        most: int = 3,
-        return_home: bool = False,
-        dwell: float = 1.0,
-    ) -> None:
-        """Prepare.
+    needs = Needs(graph=True, table="delivery")
+    metrics = DeliveryMetrics
 
-        Args:
-            agent_id: As of `DispatchGuidance`, like the following ones.
-            communicator: Carries bases to and from neighbors.
-            slots: How many requests the table has in all.
-            init_pos: Start (m, world), shape (2,) or (3,).
-            height: At which drone 0 flies (m).
-            height_step: So much higher flies each further drone (m).
-            takeoff_time: Of take-off and landing (s).
-            update_frequency: Steps per second (Hz).
-            deadline: How long a round may take (s).
-            max_iterations: Rounds of an optimization, at least twice the longest way between two drones in the graph.
-            tolerance: Level distance from a stop at which it is reached (m).
-            speed: Mean speed of flights (m/s).
-            duration: Duration of every flight (s), instead of the speed.
-            big_M: What a request costs that nobody serves: more than any way is long (m).
-            capacity: Sum of the loads that the drone can carry at a time.
-            most: Largest number of requests to pick up on one route.
-            return_home: Whether routes end where the drone started.
-            dwell: How long it hovers at a stop (s).
+    slots: int = option(1, "how many requests the table has in all", low=1)
+    capacity: float = option(2.0, "sum of the loads that the drone can carry at a time", low=0, is_finite=False)
+    most: int = option(3, "largest number of requests to pick up on one route", low=1)
+    return_home: bool = option(False, "whether routes end where the drone started")
+    dwell: float = option(1.0, "how long it hovers at a stop", "s", low=0)
 
-        Raises:
-            RangeError: If a number is outside its range.
-        """
-        super().__init__(
-            agent_id,
-            communicator,
-            init_pos=init_pos,
-            height=height,
-            height_step=height_step,
-            takeoff_time=takeoff_time,
-            update_frequency=update_frequency,
-            deadline=deadline,
-            max_iterations=max_iterations,
-            big_M=big_M,
-        )
-        if slots < 1:
-            raise RangeError(f"agent {agent_id}: slots is {slots}, allowed: 1 or more")
-        if not capacity >= 0.0:
-            raise RangeError(f"agent {agent_id}: capacity is {capacity}, allowed: 0 or more")
-        if most < 1:
-            raise RangeError(f"agent {agent_id}: most is {most}, allowed: 1 or more")
-        if not (math.isfinite(dwell) and dwell >= 0.0):
-            raise RangeError(f"agent {agent_id}: dwell is {dwell}, allowed: 0 s or more")
-        self.slots = slots
-        self.capacity = capacity
-        self.most = most
-        self.return_home = return_home
-        self.dwell = dwell
-        self.executor = PositionTaskExecutor(self.height, tolerance=tolerance, speed=speed, duration=duration)
+    def __init__(self, agent_id: int, communicator: TopicCommunicator, slots: int, **options: Any) -> None:
+        """Prepare; arguments and errors are those of `RoundGuidance`, and the number of requests of the table."""
+        super().__init__(agent_id, communicator, slots=slots, **options)
         self.stops: list[Stop] = []
         """What is left of its route."""
         self._said: set[tuple[int, bool]] = set()  # stops that the table knows to be done
         self._routes: dict[frozenset[int], Route] = {}
-        self._partition = Partition(communicator.size, slots)
+        self._partition = Partition(communicator.size, self.slots)
         self._there_since: float | None = None
 
     # ---------------------------------------------------------------- what is shared out
@@ -125,7 +62,7 @@ class DeliveryGuidance(DispatchGuidance):
             home=home,
         )
 
-    def decide(self, simplex: LabeledSimplex, now: float) -> bool:
+    def conclude(self, simplex: LabeledSimplex, now: float) -> bool:
         """Take its route, or go on until all have one."""
         if not self._partition.take(simplex):
             return False

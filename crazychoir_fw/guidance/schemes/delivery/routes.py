@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from crazychoir_fw.guidance.schemes.delivery.delivery_request import DeliveryRequest
@@ -72,20 +72,27 @@ def best_routes(
                 whole = cost + (0.0 if home is None else math.dist(here, home))
                 if taken not in best or whole < best[taken].cost - _SLACK:
                     best[taken] = Route(whole, stops)
-            load = sum(by_number[number].load for number in loaded)
-            for number in sorted(loaded):
-                stop = Stop(number, True, by_number[number].delivery)
-                _better(following, (loaded - {number}, taken, stop), cost + math.dist(here, stop.position), stops)
-            if len(taken) < most:
-                for number in free:
-                    request = by_number[number]
-                    if number in taken or load + request.load > capacity + _SLACK:
-                        continue
-                    stop = Stop(number, False, request.pickup)
-                    reached = (loaded | {number}, taken | {number}, stop)
-                    _better(following, reached, cost + math.dist(here, stop.position), stops)
+            room = capacity + _SLACK - sum(by_number[number].load for number in loaded)
+            new = free if len(taken) < most else []
+            for reached in _onward(loaded, taken, new, room, by_number):
+                _better(following, reached, cost + math.dist(here, reached[2].position), stops)
         layer = following
     return best
+
+
+def _onward(
+    loaded: frozenset[int],
+    taken: frozenset[int],
+    new: Sequence[int],
+    room: float,
+    requests: Mapping[int, DeliveryRequest],
+) -> Iterator[tuple[frozenset[int], frozenset[int], Stop]]:
+    """Yield the states that one more stop leads to: deliveries, then pickups of new requests that there is room for."""
+    for number in sorted(loaded):
+        yield loaded - {number}, taken, Stop(number, True, requests[number].delivery)
+    for number in new:
+        if number not in taken and requests[number].load <= room:
+            yield loaded | {number}, taken | {number}, Stop(number, False, requests[number].pickup)
 
 
 def _better(layer: dict, state: tuple, cost: float, stops: tuple[Stop, ...]) -> None:

@@ -8,16 +8,16 @@ from collections.abc import Callable, Mapping
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.guidance.cf_guidance import CFGuidance, Phase
+from crazychoir_fw.guidance.cf_guidance import Phase
 from crazychoir_fw.guidance.communicator import TopicCommunicator
+from crazychoir_fw.guidance.law import POSES, NodeFace, option
 from crazychoir_fw.guidance.optimization import Agent, DistributedSimplex, LinearProblem
 from crazychoir_fw.guidance.optimization.algorithm import Array
 from crazychoir_fw.guidance.outputs import Outputs
-from crazychoir_fw.guidance.schemes.ranges import above_zero
+from crazychoir_fw.guidance.round_guidance import RoundGuidance
 from crazychoir_fw.guidance.schemes.tasks.dispatch_table import LABELS_SKIPPED, Offer
+from crazychoir_fw.guidance.schemes.tasks.position_task_executor import PositionTaskExecutor
 
 ROUNDS_PER_LIST = 10_000
 """Labels of rounds begin at the label of the list times this, so that rounds of different lists never meet."""
@@ -72,7 +72,7 @@ class LabeledSimplex(DistributedSimplex):
         return basis if is_one else None
 
 
-class DispatchGuidance(CFGuidance):
+class DispatchGuidance(RoundGuidance):
     """Takes off, does what it gets of a table's work from START on, hovers while it has none, lands.
 
     At each new list: ask for the own part, end an optimization that still runs, begin a new one, and after
@@ -84,62 +84,29 @@ class DispatchGuidance(CFGuidance):
 
     is_paced_by_rounds = False
     """Steps go on while a round waits for a neighbor, who may have to make a step before it begins."""
+    node = NodeFace(positional=POSES)
 
-    def __init__(
-        self,
-        agent_id: int,
-        communicator: TopicCommunicator,
-        *,
-        init_pos: ArrayLike | None = None,
-        height: float = 0.5,
-        height_step: float = 0.15,
-        takeoff_time: float = 5.0,
-        update_frequency: float = 100.0,
-        deadline: float = 0.05,
-        max_iterations: int = 20,
-        big_M: float = 500.0,
-    ) -> None:
-        """Prepare.
+    height: float = option(0.5, "height at which drone 0 flies", "m", above=0)
+    height_step: float = option(0.15, "so much higher flies each further drone", "m", low=0)
+    max_iterations: int = option(
+        20,
+        "rounds of an optimization, at least the longest way between two drones in the graph",
+        low=1,
+        high=ROUNDS_PER_LIST // 100 - 1,
+    )
+    tolerance: float = option(0.05, "level distance at which a place is reached", "m", above=0)
+    speed: float = option(0.5, "mean speed of flights", "m/s", above=0)
+    duration: float | None = option(None, "duration of every flight, instead of the speed", "s", above=0, kind=float)
+    big_M: float = option(500.0, "cost of leaving something undone, more than doing all of it", "m")  # noqa: N815
 
-        Args:
-            agent_id: Number of this drone, that of the communicator.
-            communicator: Carries bases to and from neighbors.
-            init_pos: Start (m, world), shape (2,) or (3,).
-            height: At which drone 0 flies (m).
-            height_step: So much higher flies each further drone (m).
-            takeoff_time: Of take-off and landing (s).
-            update_frequency: Steps per second (Hz).
-            deadline: How long a round may take (s).
-            max_iterations: Rounds of an optimization.
-            big_M: What leaving something undone costs, more than doing all of it.
-
-        Raises:
-            RangeError: If a number is outside its range.
-        """
-        if not (math.isfinite(height_step) and height_step >= 0.0):
-            raise RangeError(f"agent {agent_id}: height_step is {height_step}, allowed: 0 m or more")
-        super().__init__(
-            agent_id,
-            init_pos=init_pos,
-            height=height + height_step * agent_id,
-            takeoff_time=takeoff_time,
-            update_frequency=update_frequency,
+    def __init__(self, agent_id: int, communicator: TopicCommunicator, **options: Any) -> None:
+        """Prepare; arguments and errors are those of `RoundGuidance`."""
+        super().__init__(agent_id, communicator, **options)
+        self.height += self.height_step * agent_id
+        self.executor = PositionTaskExecutor(
+            self.height, tolerance=self.tolerance, speed=self.speed, duration=self.duration
         )
-        above_zero(f"agent {agent_id}", deadline=deadline)
-        if not 1 <= max_iterations < ROUNDS_PER_LIST // 100:
-            raise RangeError(
-                f"agent {agent_id}: max_iterations is {max_iterations}, allowed: [1, {ROUNDS_PER_LIST // 100 - 1}]"
-            )
-        if communicator.rank != agent_id:
-            raise RangeError(f"agent {agent_id}: the communicator is that of agent {communicator.rank}")
-        self.communicator = communicator
-        self.deadline = deadline
-        self.max_iterations = max_iterations
-        self.big_M = big_M
-        self.round_open = False
-        self.round_begin = 0.0
-        self.lost: frozenset[int] = frozenset()
-        """Neighbors that were silent in the last optimization."""
+        self._told_lost: frozenset[int] = frozenset()
         self.unable: str | None = None
         """Why it takes no more work, a sentence."""
         self._desk: Desk | None = None
@@ -147,8 +114,11 @@ class DispatchGuidance(CFGuidance):
         self._asked_at: float | None = None  # since when it waits for that list
         self._offer: Offer | None = None  # one that came and is not begun
         self._simplex: LabeledSimplex | None = None
-        self._missed: dict[int, int] = {}
-        self._heard = dict.fromkeys(communicator.in_neighbors, 0)
+
+    @property
+    def lost(self) -> frozenset[int]:
+        """Neighbors that were silent in the last optimization."""
+        return self._told_lost
 
     # ---------------------------------------------------------------- a table
 
@@ -193,7 +163,7 @@ class DispatchGuidance(CFGuidance):
         """Return this agent's part of the optimization; an offer without items is that of one who takes no part."""
 
     @abstractmethod
-    def decide(self, simplex: LabeledSimplex, now: float) -> bool:
+    def conclude(self, simplex: LabeledSimplex, now: float) -> bool:
         """Take the result of an optimization; False if another one has to follow, made by `next_problem`."""
 
     def next_problem(self) -> LinearProblem:
@@ -213,10 +183,8 @@ class DispatchGuidance(CFGuidance):
 
     # ---------------------------------------------------------------- a round
 
-    def begin_round(self, now: float) -> bool:
-        """Send to the neighbors, if an optimization is to be done; False if not, or a round is open."""
-        if self.round_open:
-            return False
+    def open_round(self, now: float) -> bool:
+        """Send to the neighbors, if an optimization is to be done; see `RoundGuidance`."""
         self._ask(now)
         if self._offer is not None and self.current_pose is not None:
             offer, self._offer = self._offer, None
@@ -224,8 +192,6 @@ class DispatchGuidance(CFGuidance):
         if self._simplex is None:
             return False
         self._simplex.begin_round(now)
-        self.round_begin = now
-        self.round_open = True
         return True
 
     def _ask(self, now: float) -> None:
@@ -241,7 +207,7 @@ class DispatchGuidance(CFGuidance):
     def _optimize(self, problem: LinearProblem, label: int, first: bool) -> None:
         agent = Agent(communicator=self.communicator)
         if first:
-            self._missed = dict.fromkeys(agent.in_neighbors, 0)
+            self.presence.reset()
             # whoever began before is ahead by some rounds
             series = label * ROUNDS_PER_LIST
             self.communicator.current_label = max(self.communicator.current_label, series)
@@ -254,61 +220,48 @@ class DispatchGuidance(CFGuidance):
         self._simplex = LabeledSimplex(agent, label * 100 + self._stage, self.big_M)
 
     def _wait_for_the_living(self, agent: Agent) -> None:
-        heard = [one for one in self.communicator.in_neighbors if self._missed[one] < _SILENT_ROUNDS]
+        heard = [one for one in self.communicator.in_neighbors if one not in self.presence.lost]
         agent.set_neighbors(heard, self.communicator.out_neighbors)
 
-    def is_complete(self, now: float) -> bool:
-        """Return whether `finish_round` need not wait: all are there, the deadline is over, or no round is open."""
-        if not self.round_open or self._simplex is None:
-            return True
-        # lists do not reach all at the same time
-        is_first = self._simplex.rounds == 0 and self._stage == 0
-        longest = max(self.deadline, _GATHERING_S) if is_first else self.deadline
-        return self._simplex.is_complete() or now - self.round_begin >= longest
+    def has_round(self, now: float) -> bool:
+        """See `RoundGuidance`."""
+        return self._simplex is None or self._simplex.is_complete()
 
-    def finish_round(self, now: float) -> Outputs:
-        """Receive, and return what to ask for; the round ends, complete or not."""
+    @property
+    def longest_round(self) -> float:
+        """Time after which a round ends (s): lists do not reach all at the same time, so the first one gathers."""
+        is_first = self._simplex is not None and self._simplex.rounds == 0 and self._stage == 0
+        return max(self.deadline, _GATHERING_S) if is_first else self.deadline
+
+    def close_round(self, now: float) -> None:
+        """Receive, and conclude the optimization with its last round."""
         simplex = self._simplex
-        if self.round_open and simplex is not None:
-            self.round_open = False
-            self._count_missing(simplex.agent)
-            simplex.finish_round()
-            if self.communicator.current_label >= (self._list + 1) * ROUNDS_PER_LIST:
-                self._halt()  # neighbors have a newer list, of which this agent will hear as well
-            elif simplex.rounds >= self.max_iterations:
-                self._conclude(simplex, now)
-        return self._acted(now)
+        if simplex is None:
+            return
+        self._count_missing(simplex.agent)
+        simplex.finish_round()
+        if self.communicator.current_label >= (self._list + 1) * ROUNDS_PER_LIST:
+            self._halt()  # neighbors have a newer list, of which this agent will hear as well
+        elif simplex.rounds >= self.max_iterations:
+            self._conclude(simplex, now)
 
     def _count_missing(self, agent: Agent) -> None:
         if agent.is_asynchronous:
             return
-        before = dict(self._missed)
-        for one in self.communicator.in_neighbors:
-            if self._missed[one] >= _SILENT_ROUNDS:
-                if self.communicator.heard(one) != self._heard[one]:
-                    self._missed[one] = 0
-            elif self.communicator.has_round([one]):
-                self._missed[one] = 0
-            else:
-                self._missed[one] += 1
-            self._heard[one] = self.communicator.heard(one)
-        if before != self._missed:
+        neighbors = self.communicator.in_neighbors
+        missing = [one for one in neighbors if not self.communicator.has_round([one])]
+        lost = self.presence.count(missing, neighbors, _SILENT_ROUNDS)
+        if self.presence.welcome() or lost:
             self._wait_for_the_living(agent)
 
     def _conclude(self, simplex: LabeledSimplex, now: float) -> None:
-        self.lost = frozenset(one for one, missed in self._missed.items() if missed >= _SILENT_ROUNDS)
+        self._told_lost = frozenset(self.presence.lost)
         self._simplex = None
-        if not self.decide(simplex, now):
+        if not self.conclude(simplex, now):
             self._optimize(self.next_problem(), self._list, first=False)
 
-    def step(self, now: float) -> Outputs:
-        """Begin or finish a round, as far as that is possible now; never waits."""
-        self.begin_round(now)
-        if self.round_open and self.is_complete(now):
-            return self.finish_round(now)
-        return self._acted(now)
-
-    def _acted(self, now: float) -> Outputs:
+    def decide(self, now: float) -> Outputs:
+        """Work, and return what to ask for."""
         if self._phase is Phase.FLIGHT and self.unable is None and self.current_pose is not None:
             self.work(now)
         return self.outputs(now, None)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
-from numpy.typing import ArrayLike
 
 from crazychoir_fw.guidance.cf_guidance import Phase
 from crazychoir_fw.guidance.communicator import TopicCommunicator
+from crazychoir_fw.guidance.law import Needs
 from crazychoir_fw.guidance.optimization import LinearProblem, assigned_task, assignment_problem
 from crazychoir_fw.guidance.schemes.tasks.dispatch_guidance import DispatchGuidance, LabeledSimplex
 from crazychoir_fw.guidance.schemes.tasks.dispatch_table import Offer
 from crazychoir_fw.guidance.schemes.tasks.position_task import PositionTask
-from crazychoir_fw.guidance.schemes.tasks.position_task_executor import PositionTaskExecutor
+from crazychoir_fw.guidance.schemes.tasks.task_metrics import TaskMetrics
 
 
 class TaskGuidance(DispatchGuidance):
@@ -20,56 +22,12 @@ class TaskGuidance(DispatchGuidance):
     Who gets no task, since it can do none or there are not enough for all, hovers.
     """
 
-    def __init__(
-        self,
-        agent_id: int,
-        communicator: TopicCommunicator,
-        *,
-        init_pos: ArrayLike | None = None,
-        height: float = 0.5,
-        height_step: float = 0.15,
-        takeoff_time: float = 5.0,
-        update_frequency: float = 100.0,
-        deadline: float = 0.05,
-        max_iterations: int = 20,
-        tolerance: float = 0.05,
-        speed: float = 0.5,
-        duration: float | None = None,
-        big_M: float = 500.0,
-    ) -> None:
-        """Prepare.
+    needs = Needs(graph=True, table="tasks")
+    metrics = TaskMetrics
 
-        Args:
-            agent_id: As of `DispatchGuidance`, like the following ones.
-            communicator: Carries bases to and from neighbors.
-            init_pos: Start (m, world), shape (2,) or (3,).
-            height: At which drone 0 flies (m).
-            height_step: So much higher flies each further drone (m).
-            takeoff_time: Of take-off and landing (s).
-            update_frequency: Steps per second (Hz).
-            deadline: How long a round may take (s).
-            max_iterations: Rounds of an optimization, at least the longest way between two drones in the graph.
-            tolerance: Level distance from its point at which a task is done (m).
-            speed: Mean speed of flights (m/s).
-            duration: Duration of every flight (s), instead of the speed.
-            big_M: What a task costs that nobody does: more than half of what all flights together may cost (m).
-
-        Raises:
-            RangeError: If a number is outside its range.
-        """
-        super().__init__(
-            agent_id,
-            communicator,
-            init_pos=init_pos,
-            height=height,
-            height_step=height_step,
-            takeoff_time=takeoff_time,
-            update_frequency=update_frequency,
-            deadline=deadline,
-            max_iterations=max_iterations,
-            big_M=big_M,
-        )
-        self.executor = PositionTaskExecutor(self.height, tolerance=tolerance, speed=speed, duration=duration)
+    def __init__(self, agent_id: int, communicator: TopicCommunicator, **options: Any) -> None:
+        """Prepare; arguments and errors are those of `RoundGuidance`."""
+        super().__init__(agent_id, communicator, **options)
         self.task: PositionTask | None = None
         """What it does at present."""
         self._done: set[int] = set()
@@ -84,7 +42,7 @@ class TaskGuidance(DispatchGuidance):
         self._offered = {task.number: (task, cost) for task, cost in zip(tasks, costs, strict=True)}
         return assignment_problem(self.agent_id, self.communicator.size, [task.number for task in tasks], costs)
 
-    def decide(self, simplex: LabeledSimplex, now: float) -> bool:
+    def conclude(self, simplex: LabeledSimplex, now: float) -> bool:
         """Go to the task that it got, or stay."""
         number = assigned_task(simplex, self.communicator.size)
         # it may have arrived while the optimization ran

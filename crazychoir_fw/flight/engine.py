@@ -1,0 +1,153 @@
+"""Fly a mission to its end: drones get ready, fly its phases, and what came of it is judged."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from crazychoir_fw.flight.agents import make_agents, make_groups, names_of
+from crazychoir_fw.flight.backend import Backend
+from crazychoir_fw.flight.backends import make_backend
+from crazychoir_fw.flight.criteria import Window
+from crazychoir_fw.flight.experiment import Experiment
+from crazychoir_fw.flight.flight_result import Film, FlightResult
+from crazychoir_fw.flight.layers_judge import assess_layers
+from crazychoir_fw.flight.onboard_flight import OnboardFlight
+from crazychoir_fw.flight.plan_judge import assess_plan
+from crazychoir_fw.flight.services import make_services
+from crazychoir_fw.flight.summary import Assessment, summarize
+from crazychoir_fw.mission.schema import Mission
+
+if TYPE_CHECKING:
+    from crazychoir_fw.simulation import World
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How far a flight has come."""
+
+    sim_seconds: float
+    total_seconds: float
+    wall_seconds: float
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated seconds per second."""
+        return self.sim_seconds / self.wall_seconds if self.wall_seconds > 0 else 0.0
+
+
+Observer = Callable[["World | None", Progress], None]
+
+
+def fly(
+    mission: Mission,
+    threads: int | None = None,
+    visuals: bool = True,
+    frames_per_second: int = 0,
+    observe: Observer | None = None,
+    backend: Backend | None = None,
+    make: Callable[..., Any] | None = None,
+) -> FlightResult:
+    """Fly a mission to its end, or until it has failed.
+
+    Args:
+        mission: What to fly.
+        threads: Worker threads of a simulated world; None lets the world choose.
+        visuals: Whether simulated drones can be seen, in a film or a window; the flight is the same.
+        frames_per_second: Rate of the video; 0 makes none.
+        observe: Called with the world, if there is one, to show progress or to pace the flight: at every sample of the
+            log, or about 25 times per second of a flight of layers.
+        backend: Where the drones are, instead of what the mission says; it is closed at the end.
+        make: Makes the experiment of mission, backend and observer, instead of `make_experiment`.
+
+    Raises:
+        CrazychoirError: If backend or layers cannot be made as the mission says.
+    """
+    chosen = make_backend(mission, threads, visuals) if backend is None else backend
+    world, rounds = getattr(chosen, "world", None), 0
+    started = time.perf_counter()
+
+    def show(flight: Experiment | OnboardFlight) -> None:
+        nonlocal rounds
+        if rounds % flight.rounds_per_picture == 0:
+            wall = time.perf_counter() - started
+            observe(world, Progress(flight.time - flight.began, flight.total_s, wall))  # type: ignore[misc, operator]
+        rounds += 1
+
+    try:
+        flight = (make or make_experiment)(mission, chosen, None if observe is None else show)
+        started, begin = time.perf_counter(), flight.time
+        windows = flight.fly(mission.flight)
+        seconds, flown = time.perf_counter() - started, flight.time - begin
+        log = flight.log(_about(mission, chosen, windows))
+        if mission.layers is None:
+            assessment = assess_plan(mission, flight, log)
+        else:
+            assessment = assess_layers(mission, flight, log, windows)
+        summary = summarize(mission, flight, log, assessment, flown, seconds)
+        film = _film(mission, flight, assessment, frames_per_second)
+        return FlightResult(mission, world, log, film, summary, assessment.judge)
+    finally:
+        chosen.close()
+
+
+def make_experiment(
+    mission: Mission, backend: Backend | None = None, observe: Callable[[Any], None] | None = None
+) -> Any:
+    """Return the layers of a mission on a backend, for those who press the buttons from Python.
+
+    Without layers it is an `OnboardFlight`, with no buttons: the planners on board fly the phases of the mission.
+
+    Args:
+        mission: The mission; its `flight` is not flown.
+        backend: Where the drones are; None is what the mission says.
+        observe: Called after every round.
+
+    Raises:
+        CrazychoirError: If layers or backend cannot be made as the mission says.
+    """
+    chosen: Any = make_backend(mission) if backend is None else backend
+    if mission.layers is None:
+        return OnboardFlight(mission, chosen, observe)
+    agents = make_agents(mission, lambda: chosen.time, chosen.true_positions)
+    groups = make_groups(mission, list(chosen.masses), getattr(chosen, "true_poses", None))
+    services = make_services(mission, agents)
+    return Experiment(chosen, agents, groups, mission.layers.rate, mission.log_rate, observe, services)
+
+
+def _about(mission: Mission, backend: Backend, windows: Sequence[Window]) -> dict[str, Any]:
+    """Return what a log says about its flight."""
+    about: dict[str, Any] = {"mission": mission.name, "description": mission.description}
+    faults = getattr(backend, "faults", [])
+    if mission.layers is None or faults:
+        about["faults"] = faults
+    if mission.layers is not None:
+        about["backend"], about["seed"] = mission.backend, mission.seed
+        about["windows"] = [[window.name, window.begin, window.end] for window in windows]
+        about["platform"] = ", ".join(sorted({drone.platform for drone in mission.fleet}))
+    return about
+
+
+def _film(mission: Mission, flight: Any, assessment: Assessment, frames_per_second: int) -> Film:
+    """Return what a video is rendered from."""
+    backend, judge = flight.backend, assessment.judge
+    film = Film(frames_per_second)
+    if not hasattr(backend, "film"):
+        film.missing = f"nobody films the backend {mission.backend}"
+    elif flight.began is None:
+        film.missing = "the flight did not begin"
+    elif frames_per_second:
+        qpos, times = backend.film
+        is_new = np.diff(times, prepend=-np.inf) > 0.0
+        film.times, film.qpos = times[is_new], qpos[is_new]
+        film.speed = max(1.0, float(math.ceil(float(times[-1] - times[0]) / flight.longest_film_s)))
+        film.drones = names_of(mission) if hasattr(backend, "mirror") else None
+        metrics = [] if judge is None else judge.metrics
+        film.marks = [mark for one in metrics for mark in one.marks(None)]
+        film.links = [pair for one in metrics for pair in one.pairs]
+    return film

@@ -1,0 +1,169 @@
+"""A flight that the planners on board fly: the phases of a mission are commands at their ticks."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections import deque
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.ticks import TICKS_PER_SECOND
+from crazychoir_fw.flight.backends import READY_TIMEOUT, add_faults
+from crazychoir_fw.flight.criteria import Window
+from crazychoir_fw.flight.summary import collision_failures
+from crazychoir_fw.mission.plan import Command, plan_flight
+from crazychoir_fw.mission.schema import Mission
+
+if TYPE_CHECKING:
+    from crazychoir_fw.flight.experiment import Event
+    from crazychoir_fw.flight.sim_backend import SimBackend
+    from crazychoir_fw.recording.flight_log import FlightLog
+
+ROUND_TICKS = 10
+"""Ticks between two samples of the log."""
+
+SUPERVISOR_TICKS = 40
+"""Ticks between two looks at the supervisors: as often as they look at their drones."""
+
+
+class OnboardFlight:
+    """Simulated drones that fly a plan, up to its end or the first failure; the engine asks it as an `Experiment`."""
+
+    rounds_per_picture = 1
+    longest_film_s = math.inf
+
+    def __init__(
+        self, mission: Mission, backend: SimBackend, observe: Callable[[OnboardFlight], None] | None = None
+    ) -> None:
+        """Make the plan.
+
+        Args:
+            mission: What to fly.
+            backend: Where the drones are, not yet ready to fly.
+            observe: Called with every sample of the log.
+        """
+        self.backend = backend
+        self.plan = plan_flight(mission)
+        self.total_s = self.plan.ticks / TICKS_PER_SECOND
+        self.began: float | None = None
+        """When the drones were ready (s)."""
+        self.failures: list[str] = []
+        """Why the flight ended, one sentence each."""
+        self.own_failures: dict[str, str] = {}
+        """Of drones that fly themselves, by id: the others go on."""
+        self.expected: dict[str, str] = {}
+        """What happened to those that may fail, by id."""
+        self.events: list[Event] = []
+        self.shares = {"simulation": 0.0, "record": 0.0}
+        self._mission = mission
+        self._world = backend.world
+        self._observe = observe
+        self._events_seen = 0
+
+    @property
+    def time(self) -> float:
+        """Time of the backend (s)."""
+        return self.backend.time
+
+    def fly(self, phases: Sequence[Any]) -> list[Window]:
+        """Fly to the end of the plan, which these phases are."""
+        del phases
+        if self._get_ready():
+            self.began = self.time
+            self._follow_plan()
+        else:
+            # even a flight that never began has a log: how things stood
+            self.backend.record({})
+        return []
+
+    def _get_ready(self) -> bool:
+        """Wait for calibration, checks and arming, upload, and plan what goes wrong; return whether all can fly."""
+        try:
+            self._world.wait_until_ready(timeout_s=READY_TIMEOUT)
+            for drone in self._world.drones:
+                for upload in self.plan.uploads:
+                    commander = drone.high_level_commander
+                    commander.upload_trajectory(upload.number, upload.rows, offset=upload.offset)
+            self.backend.faults = add_faults(self._mission, self._world)
+        except CrazychoirError as error:
+            self.failures.append(str(error))
+        return not self.failures
+
+    def _follow_plan(self) -> None:
+        """Send the commands at their ticks until the end or the first failure; a sample comes before them."""
+        commands = deque(self.plan.commands)
+        flown = 0
+        for tick in range(0, self.plan.ticks + 1, ROUND_TICKS):
+            self._advance(tick - flown)
+            flown = tick
+            self._sample(tick)
+            while commands and commands[0].tick < tick + ROUND_TICKS:
+                if commands[0].tick > flown:
+                    if self.failures:
+                        return
+                    self._advance(commands[0].tick - flown)
+                    flown = commands[0].tick
+                self._send(commands.popleft())
+            if self.failures:
+                return
+        self._look_for_failures()
+
+    def _advance(self, ticks: int) -> None:
+        begin = time.perf_counter()
+        if ticks:
+            self.backend.advance(ticks / TICKS_PER_SECOND)
+        self.shares["simulation"] += time.perf_counter() - begin
+
+    def _sample(self, tick: int) -> None:
+        begin = time.perf_counter()
+        self.backend.record({})
+        self.shares["record"] += time.perf_counter() - begin
+        if tick % SUPERVISOR_TICKS == 0:
+            self._look_for_failures()
+        if self._observe is not None:
+            self._observe(self)
+
+    def _send(self, command: Command) -> None:
+        """Hand one command to its drone."""
+        drone = self._world.drones[command.drone]
+        if command.verb == "arm":
+            if drone.can_arm:
+                drone.arm()
+            return
+        if command.verb == "takeoff" and not drone.can_fly:
+            self._fail(drone.id, f"{drone.id}: is not ready to take off ({drone.supervisor_state})")
+            return
+        try:
+            getattr(drone.high_level_commander, command.verb)(**command.arguments)
+        except CrazychoirError as error:
+            self._fail(drone.id, str(error))
+
+    def _look_for_failures(self) -> None:
+        """Note every drone that collided, crashed, locked or stopped; it ends the flight unless it flies itself."""
+        for name, sentence in collision_failures(self._mission, self._world.events[self._events_seen :]):
+            self._fail(name, sentence)
+        self._events_seen = len(self._world.events)
+        for drone in self._world.drones:
+            sentence = drone.outage(self._world.time)
+            if sentence is None:
+                continue
+            if drone.motor_ctrl is not None and drone.id not in self._mission.may_fail:
+                self.own_failures.setdefault(drone.id, sentence)
+            else:
+                self._fail(drone.id, sentence)
+
+    def _fail(self, drone: str, sentence: str) -> None:
+        """Remember a failure; that of a drone that may fail is no end of the flight, and its first one is enough."""
+        if drone in self._mission.may_fail:
+            self.expected.setdefault(drone, sentence)
+        else:
+            self.failures.append(sentence)
+
+    def log(self, metadata: dict[str, Any]) -> FlightLog:
+        """Return what was recorded."""
+        return self.backend.log(metadata)
+
+    def communication(self) -> None:
+        """Planners on board do not talk to each other."""

@@ -1,0 +1,369 @@
+"""What a mission says as plain data: YAML, the files that it extends, values changed by `--set`, and who said what."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from crazychoir_fw.common.errors import MissionError
+from crazychoir_fw.mission.values import did_you_mean
+from crazychoir_fw.mission.wording import one_line, show
+
+EXTENDS = "extends"
+OPTION = "--set"
+LARGEST_FILE = 4_000_000  # bytes
+LONGEST_CHAIN = 16  # files
+
+Step = str | int
+"""A key of a mapping, or a number in a list."""
+
+
+class _Loader(yaml.SafeLoader):
+    """YAML without a mapping that names one key twice, where the last would win in silence."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Hashable, Any]:
+        seen = set()
+        for key_node, _ in node.value:
+            if isinstance(key_node, yaml.ScalarNode) and key_node.tag != "tag:yaml.org,2002:merge":
+                if key_node.value in seen:
+                    raise yaml.constructor.ConstructorError(
+                        None, None, f"the key {show(key_node.value)} stands here a second time", key_node.start_mark
+                    )
+                seen.add(key_node.value)
+        return super().construct_mapping(node, deep)
+
+
+def read_file(path: Path) -> Any:
+    """Return the content of a YAML file.
+
+    Raises:
+        MissionError: If there is none, or it is not YAML.
+    """
+    data = parse_text(_text(path), str(path))
+    if data is None:
+        raise MissionError(f"{path} is empty, but must be a mapping such as name:, drones: and flight:")
+    return data
+
+
+def parse_text(text: str, source: str) -> Any:
+    """Return what a YAML text says.
+
+    Args:
+        text: The text.
+        source: Where it comes from, for messages.
+
+    Raises:
+        MissionError: If it is not YAML.
+    """
+    try:
+        # a subclass of the safe loader: it builds plain data only
+        return yaml.load(text, Loader=_Loader)
+    except yaml.YAMLError as error:
+        raise MissionError(f"{source}{_complaint(error, text)}") from None
+    except RecursionError:
+        raise MissionError(f"{source} is nested too deeply for a mission file") from None
+    except (ValueError, OverflowError, TypeError, KeyError, IndexError, AttributeError) as error:
+        # PyYAML meets some malformed scalars (dates, overlong or sexagesimal numbers, odd tags) with bare exceptions
+        raise MissionError(f"{source} holds a value that YAML cannot read: {one_line(str(error))}") from None
+
+
+def _text(path: Path) -> str:
+    """Return the text of a file of reasonable size."""
+    try:
+        with path.open("rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise MissionError(f"{path} cannot be read: {error.strerror}") from None
+    except ValueError:
+        raise MissionError(f"{show(str(path))} is no file name") from None
+    if len(content) > LARGEST_FILE:
+        raise MissionError(f"{path} is larger than {LARGEST_FILE} bytes, which no mission needs")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError:
+        raise MissionError(f"{path} is not a text file, but must be YAML in UTF-8") from None
+
+
+def _complaint(error: yaml.YAMLError, text: str) -> str:
+    """Return where and why a text is not YAML."""
+    if isinstance(error, yaml.reader.ReaderError):
+        line = text.count("\n", 0, error.position) + 1
+        return f", line {line}: the character {error.character!r} cannot stand in YAML"
+    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+    reason = getattr(error, "problem", None) or getattr(error, "reason", None) or str(error)
+    where = f", line {mark.line + 1}, column {mark.column + 1}" if mark else ""
+    return f"{where}: {one_line(str(reason))}"
+
+
+# -------------------------------------------------------------------------------- files that extend each other
+
+
+@dataclass(frozen=True)
+class Document:
+    """What one file says."""
+
+    source: str
+    """Its name, for messages."""
+    folder: Path
+    """Where files that it names are seen from."""
+    data: Mapping[Hashable, Any]
+    """Its content, without `extends`."""
+
+
+def chain_of(data: Mapping[Hashable, Any], source: str, folder: Path) -> list[Document]:
+    """Return a mission and all that it extends, the strongest first.
+
+    Args:
+        data: What the mission itself says.
+        source: Where that comes from, for messages.
+        folder: Folder that its relative paths start from.
+
+    Raises:
+        MissionError: If a file cannot be read, is no mapping, or extends itself.
+    """
+    documents: list[Document] = []
+    seen = [_resolved(Path(source))]
+    while True:
+        own = {key: value for key, value in data.items() if key != EXTENDS}
+        documents.append(Document(source, folder, own))
+        base = data.get(EXTENDS)
+        if base is None:
+            return documents
+        if not isinstance(base, str) or not base.strip():
+            raise MissionError(f"{source}: extends is {show(base)}, but must be a mission file such as goto.yaml")
+        path = folder / base
+        if _resolved(path) in seen:
+            raise MissionError(f"{source}: extends is {show(base)}, but that file extends this one")
+        if len(seen) == LONGEST_CHAIN:
+            raise MissionError(f"{source}: extends is {show(base)}, but must end a chain of at most {LONGEST_CHAIN}")
+        data = _read_base(path, source, base)
+        seen.append(_resolved(path))
+        source, folder = str(path), path.parent
+
+
+def files_of(path: Path) -> list[Path]:
+    """Return a mission file and all that it extends, as far as they can be read."""
+    try:
+        data = read_file(path)
+        documents = chain_of(data, str(path), path.parent) if isinstance(data, Mapping) else []
+    except MissionError:
+        return [path]
+    return [path, *(Path(document.source) for document in documents[1:])]
+
+
+def _read_base(path: Path, source: str, base: str) -> Mapping[Hashable, Any]:
+    try:
+        is_file = path.is_file()
+    except (OSError, ValueError):  # a name that no file can have
+        is_file = False
+    if not is_file:
+        others = [file.name for file in path.parent.glob("*.yaml")] if path.parent.is_dir() else []
+        hint = did_you_mean(path.name, others)
+        raise MissionError(f"{source}: extends is {show(base)}, but must be an existing mission file{hint}")
+    data = read_file(path)
+    if not isinstance(data, Mapping):
+        raise MissionError(f"{path} is {show(data)}, but must be a mapping such as name:, drones: and flight:")
+    return data
+
+
+def _resolved(path: Path) -> str:
+    try:
+        return str(path.resolve())
+    except (OSError, ValueError, RuntimeError):
+        return str(path)
+
+
+# -------------------------------------------------------------------------------- together
+
+
+def together(documents: Sequence[Document]) -> dict[Hashable, Any]:
+    """Return what files say together, the strongest first: mappings are merged, everything else is replaced.
+
+    A name is not inherited: two missions of one name would write into one folder.
+    """
+    whole: dict[Hashable, Any] = {}
+    for document in reversed(documents):
+        whole.pop("name", None)
+        try:
+            whole = merged(whole, document.data)
+        except RecursionError:  # two files with mappings that contain themselves
+            raise MissionError(f"{document.source} is nested too deeply for a mission file") from None
+    return whole
+
+
+def merged(below: Any, above: Any) -> Any:
+    """Return a value that another one is laid over."""
+    if not (isinstance(below, Mapping) and isinstance(above, Mapping)):
+        return above
+    # only what both have is walked through, so that data that contains itself ends
+    both = dict(below)
+    for key, value in above.items():
+        both[key] = merged(below[key], value) if key in below else value
+    return both
+
+
+# -------------------------------------------------------------------------------- who said it
+
+
+def path_in(sentence: str) -> tuple[Step, ...]:
+    """Return the key path that a complaint begins with, such as ("flight", 1, "takeoff")."""
+    begin = re.match(r"[^\W\d]\w*(?:\.\w+|\[\d+\])*", sentence)
+    path = steps_of(begin[0]) if begin else ()
+    if unknown := re.match(r"(\S+|a mission) has no key '?([\w.-]+)'?", sentence):
+        path = (*(() if unknown[1] == "a mission" else path), unknown[2])
+    return path
+
+
+def steps_of(text: str) -> tuple[Step, ...]:
+    """Return a key path as steps: "drones[0].position" has the steps "drones", 0, "position"."""
+    return tuple(int(match[1]) if match[1] else match[0] for match in re.finditer(r"\[(\d{1,9})\]|[^.\[\]]+", text))
+
+
+def depth(data: Any, path: Sequence[Step]) -> int:
+    """Return how many steps of a path lead to something."""
+    for count, step in enumerate(path):
+        if isinstance(step, int):
+            if not isinstance(data, Sequence) or isinstance(data, str | bytes) or step >= len(data):
+                return count
+        elif not isinstance(data, Mapping) or step not in data:
+            return count
+        data = data[step]
+    return len(path)
+
+
+def origin(documents: Sequence[Document], path: Sequence[Step]) -> Document:
+    """Return in which file a key stands, or would stand: the one that knows most of its path."""
+    return max(documents, key=lambda document: depth(document.data, path))
+
+
+# -------------------------------------------------------------------------------- values that are changed
+
+
+@dataclass(frozen=True)
+class Change:
+    """One value at one place."""
+
+    text: str
+    """As it was given, for messages."""
+    steps: tuple[Step, ...]
+    value: Any
+
+    @property
+    def source(self) -> str:
+        """Where complaints about the value come from."""
+        return f"{OPTION} {show(self.text)[1:-1]}"
+
+
+def read_change(text: str) -> Change:
+    """Return the change that a text such as "drones.count=6" asks for; the value is YAML.
+
+    Keys follow each other with dots. In a list, a number or what its entry is called: drones[0], drones.0,
+    drones.agent_0; flight.start for the one phase `start`.
+
+    Raises:
+        MissionError: If the text is no such thing.
+    """
+    path, equals, value = text.partition("=")
+    if not equals or not path.strip():
+        raise MissionError(f"{OPTION} is {show(text)}, but must be a key and a value, such as layers.rate=50")
+    change = Change(text, (), None)
+    if path.count("[") != path.count("]") or not (steps := steps_of(path.strip())):
+        raise MissionError(f"{change.source}: {show(path)} is no key, such as layers.rate or drones[0].position")
+    if steps[0] == EXTENDS:
+        raise MissionError(f"{change.source}: what a mission extends stands in its file only")
+    if "parameters" in steps[:-1]:
+        # names of onboard parameters have dots of their own
+        cut = steps.index("parameters") + 1
+        steps = (*steps[:cut], ".".join(map(str, steps[cut:])))
+    return Change(text, steps, parse_text(value, change.source))
+
+
+def apply(data: Any, changes: Sequence[Change]) -> tuple[Any, list[Change]]:
+    """Return changed data, and the changes with their places as the data has them: numbers instead of names.
+
+    Raises:
+        MissionError: If there is no such place.
+    """
+    resolved = []
+    for change in changes:
+        taken: list[Step] = []
+        data = _changed(data, change.steps, change, taken)
+        resolved.append(Change(change.text, tuple(taken), change.value))
+    return data, resolved
+
+
+def change_at(changes: Sequence[Change], path: Sequence[Step], before: Any) -> Change | None:
+    """Return the change that made what stands at a path, if one did.
+
+    Args:
+        changes: As `apply` returns them.
+        path: Key path of a complaint.
+        before: The data without them.
+    """
+    for change in reversed(changes):
+        shared = min(len(path), len(change.steps))
+        is_below = len(change.steps) <= len(path)
+        if path and change.steps[:shared] == tuple(path[:shared]) and (is_below or depth(before, path) < len(path)):
+            return change
+    return None
+
+
+def _changed(node: Any, steps: tuple[Step, ...], change: Change, taken: list[Step]) -> Any:
+    """Return a node with the value at the end of the steps; what lies on the way is copied, for it may be shared."""
+    if not steps:
+        return merged(node, change.value)
+    step, rest = steps[0], steps[1:]
+    if isinstance(node, Sequence) and not isinstance(node, str | bytes):
+        number, item = _entry(node, step, change, taken)
+        taken.append(number)
+        # by the name of a phase one goes into it
+        inner = (step, *rest) if isinstance(item, Mapping) and step in item and "id" not in item else rest
+        items = list(node)
+        items[number] = _changed(item, inner, change, taken)
+        return items
+    if node is None:
+        node = {}
+    if not isinstance(node, Mapping) or isinstance(step, int):
+        what = f"no entry {step}" if isinstance(step, int) else f"no keys such as {step[:40]}"
+        raise MissionError(f"{change.source}: {_joined(taken) or 'a mission'} is {show(node)}, with {what}")
+    taken.append(step)
+    return {**node, step: _changed(node.get(step), rest, change, taken)}
+
+
+def _entry(items: Sequence[Any], step: Step, change: Change, taken: Sequence[Step]) -> tuple[int, Any]:
+    """Return number and content of the entry of a list that a step means."""
+    where = _joined(taken)
+    if isinstance(step, int) or step.isdecimal():
+        if int(step) >= len(items):
+            raise MissionError(f"{change.source}: {where} has no entry {step}, but {len(items)}, from 0 on")
+        return int(step), items[int(step)]
+    names = [_name(item) for item in items]
+    found = [number for number, name in enumerate(names) if name == step]
+    if len(found) > 1:
+        several = ", ".join(f"{where}[{number}]" for number in found[:3])
+        raise MissionError(f"{change.source}: {where} has {len(found)} entries '{step}', name one: {several}")
+    if not found:
+        hint = did_you_mean(step, [name for name in names if name is not None])
+        raise MissionError(f"{change.source}: {where} has no entry '{step[:40]}'{hint}")
+    item = items[found[0]]
+    return found[0], {item: {}} if isinstance(item, str) else item
+
+
+def _name(item: Any) -> str | None:
+    """Return what people call an entry: its id, or the word of a phase."""
+    if isinstance(item, str):
+        return item
+    if not isinstance(item, Mapping):
+        return None
+    word = item.get("id") if "id" in item else next(iter(item), None)
+    return word if isinstance(word, str) else None
+
+
+def _joined(path: Sequence[Step]) -> str:
+    text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in path)
+    return text.removeprefix(".")

@@ -1,0 +1,157 @@
+"""What stands behind every world: a model with its data, drones, one clock, events and a journal."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw._core import lib
+from crazychoir_fw.common.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.ticks import TICKS_PER_SECOND
+from crazychoir_fw.recording.journal import Journal
+from crazychoir_fw.simulation.clients import Param
+from crazychoir_fw.simulation.clients.swarm_uplink import SwarmUplink
+from crazychoir_fw.simulation.collisions import Collisions
+from crazychoir_fw.simulation.drone import Drone
+from crazychoir_fw.simulation.drone_config import DroneConfig
+from crazychoir_fw.simulation.event_scheduler import EventScheduler
+from crazychoir_fw.simulation.events import Event
+from crazychoir_fw.simulation.fingerprint import Fingerprint, fingerprint
+from crazychoir_fw.simulation.mirrored import MirroredConfig, mirrored_bodies
+
+
+class WorldBase:
+    """Drones that are stepped, as faults and motor controls see them; `World` builds it and adds the rest."""
+
+    def _set_up(
+        self,
+        configs: Sequence[DroneConfig],
+        scene: str,
+        seed: int,
+        visuals: bool,
+        is_replay: bool,
+        model: mujoco.MjModel,
+        data: mujoco.MjData,
+        known: Fingerprint | None = None,
+        mirrored: Sequence[MirroredConfig] = (),
+    ) -> None:
+        """Bind to a model and its data."""
+        self.configs = tuple(configs)
+        self.scene = scene
+        self.seed = seed
+        self.visuals = visuals
+        self.model = model
+        self.data = data
+        self._watched: dict[str, Param] = {}  # parameters with callbacks
+        self.drones = tuple(Drone(model, data, config, self._watched) for config in configs)
+        self._by_id = {drone.id: drone for drone in self.drones}
+        self.mirrored = mirrored_bodies(model, data, mirrored)
+        """Bodies that are moved from outside, by name."""
+        self.fingerprint = known or fingerprint(model, dict.fromkeys(drone.provider_number for drone in self.drones))
+        """What the world is; worlds with equal ones understand each other's snapshots."""
+        self.is_replay = is_replay
+        """Whether its requests come from a journal."""
+        self.journal = Journal()
+        """Every request so far, and how to build the world."""
+        for number, drone in enumerate(self.drones):
+            drone.uplink.listeners.append(partial(self._write_down, number))
+        self._swarm_uplink = SwarmUplink(self.drones)
+        self.agenda = EventScheduler()
+        """What happens at simulated times: faults, plugins, replays."""
+        self.events: list[Event] = []
+        """What has happened so far."""
+        self._collisions = Collisions(model, data)
+        self._steps_per_tick = max(1, round(0.001 / model.opt.timestep))
+        self._ticks_per_step = max(1, round(model.opt.timestep / 0.001))
+
+    def __repr__(self) -> str:
+        return f"<World {self.scene} with {len(self.drones)} drones at {self.time:.3f} s>"
+
+    def __getitem__(self, drone_id: str) -> Drone:
+        if drone_id not in self._by_id:
+            raise UnknownNameError(f"no drone named '{drone_id}', there are: {', '.join(self._by_id)}")
+        return self._by_id[drone_id]
+
+    @property
+    def time(self) -> float:
+        """Simulated time (s)."""
+        return float(self.data.time)
+
+    @property
+    def tick(self) -> int:
+        """Whole milliseconds since the start."""
+        return round(self.data.time * TICKS_PER_SECOND)
+
+    def note(self, kind: str, drone: str | None = None, *, at: float | None = None, **details: Any) -> None:
+        """Remember that something happened, at the present instant or `at` an earlier time (s).
+
+        `details` are what JSON can hold.
+        """
+        self.events.append(Event(round(self.time if at is None else at, 9), kind, drone, details))
+
+    def step(self, n_ticks: int = 1) -> None:
+        """Advance by whole milliseconds.
+
+        Raises:
+            RangeError: If that is no whole number of the scene's time steps.
+        """
+        if n_ticks < 0 or n_ticks % self._ticks_per_step:
+            raise RangeError(f"step({n_ticks}): allowed: 0 or more ticks, a multiple of {self._ticks_per_step}")
+        self.agenda.keep(self.tick)
+        end = self.tick + n_ticks
+        while self.tick < end:
+            # appointments between two steps of the scene are kept after the later one
+            ticks = self.agenda.next_stop(end) - self.tick
+            self._advance(-(-ticks // self._ticks_per_step) * self._ticks_per_step)
+            self.agenda.keep(self.tick)
+        for param in list(self._watched.values()):
+            param.report_changes()
+
+    def _advance(self, n_ticks: int) -> None:
+        """Let MuJoCo and all drones go on for whole milliseconds."""
+        model, data = self.model._address, self.data._address
+        lib.cf_plugin_overlap(model, data, True)
+        try:
+            mujoco.mj_step(self.model, self.data, nstep=n_ticks * self._steps_per_tick // self._ticks_per_step)
+        finally:
+            lib.cf_plugin_overlap(model, data, False)
+        self._collisions.note_new(self.note)
+
+    def run(self, seconds: float) -> None:
+        """Advance by seconds, rounded to whole milliseconds."""
+        if not (np.isfinite(seconds) and seconds >= 0):
+            raise RangeError(f"run({seconds}): allowed: 0 s or more")
+        self.step(round(seconds * TICKS_PER_SECOND))
+
+    def positions(self) -> NDArray[np.float64]:
+        """Return the true positions of all drones (m, world), shape (N, 3)."""
+        return np.array([drone.true_position for drone in self.drones])
+
+    def _write_down(self, drone: int, verb: str, arguments: tuple[Any, ...]) -> None:
+        self.journal.add(self.tick, drone, verb, arguments)
+
+    def send_setpoints(self, drones: Sequence[int], setpoints: bytes) -> None:
+        """Send a setpoint each to several drones, in one call: see `SwarmUplink`.
+
+        Args:
+            drones: Their numbers.
+            setpoints: A ``setpoint_t`` for each, one behind the other.
+
+        Raises:
+            RangeError: If a number in one is not finite.
+            StateError: If a drone has failed.
+        """
+        self._swarm_uplink.send_setpoints(drones, setpoints, self.journal, self.tick)
+
+    def stop_journal(self, why: str = "none was kept") -> None:
+        """Write no requests down, now and in the future, for a world that is flown for days; it cannot be replayed.
+
+        Args:
+            why: What replay says of a record of this world.
+        """
+        self.journal.stop(why)
