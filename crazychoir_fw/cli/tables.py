@@ -26,8 +26,10 @@ def flight_tables(summary: dict[str, Any]) -> list[Table]:
     return [*tables, _criteria_table(summary)] if summary["criteria"] else tables
 
 
+Columns = tuple[tuple[str, str, float | None, int], ...]
+
 # two short lines each, so that a table fits a terminal of 80 columns with its units: heading, key, factor, digits
-_ONBOARD_COLUMNS = (
+_ONBOARD_COLUMNS: Columns = (
     ("RMS error\n(cm)", "rms_error_m", 100.0, 1),
     ("max error\n(cm)", "max_error_m", 100.0, 1),
     ("end\n(cm)", "endpoint_error_m", 100.0, 1),
@@ -36,7 +38,7 @@ _ONBOARD_COLUMNS = (
     ("battery\n(V)", "battery_V", 1.0, 2),
     ("supervisor", "supervisor_state", None, 0),
 )
-_LAYERS_COLUMNS = (
+_LAYERS_COLUMNS: Columns = (
     ("role", "role", None, 0),
     ("end\n(cm)", "position_error_m", 100.0, 1),
     ("RMS error\n(cm)", "rms_error_m", 100.0, 1),

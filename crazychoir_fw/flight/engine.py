@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crazychoir_fw.flight.agents import make_agents, make_groups, names_of
+from crazychoir_fw.flight.agents import make_agents, make_groups
 from crazychoir_fw.flight.backend import Backend
 from crazychoir_fw.flight.backends import make_backend
 from crazychoir_fw.flight.experiment import Experiment
@@ -39,7 +39,7 @@ class Progress:
         return self.sim_seconds / self.wall_seconds if self.wall_seconds > 0 else 0.0
 
 
-Observer = Callable[["World | None", Progress], None]
+Observer = Callable[["World", Progress], None]
 
 
 def fly(
@@ -73,16 +73,16 @@ def fly(
         nonlocal rounds
         if rounds % flight.rounds_per_picture == 0:
             wall = time.perf_counter() - started
-            observe(world, Progress(chosen.time - flight.began, flight.total_s, wall))  # type: ignore[misc]
+            observe(world, Progress(chosen.time - flight.began, flight.total_s, wall))  # type: ignore[misc,arg-type]
         rounds += 1
 
     try:
         watch = None if observe is None else show
         flight: Any
-        if mission.layers is None:
-            flight = OnboardFlight(mission, chosen, watch)
-        else:
+        if isinstance(mission, LayeredMission):
             flight = LayersFlight(mission, (make or make_experiment)(mission, chosen, watch))
+        else:
+            flight = OnboardFlight(mission, chosen, watch)
         started, begin = time.perf_counter(), chosen.time
         flight.fly()
         seconds, flown = time.perf_counter() - started, chosen.time - begin
@@ -129,7 +129,7 @@ def _film(mission: Mission, flight: Any, assessment: Assessment, frames_per_seco
         is_new = np.diff(times, prepend=-np.inf) > 0.0
         film.times, film.qpos = times[is_new], qpos[is_new]
         film.speed = max(1.0, float(math.ceil(float(times[-1] - times[0]) / flight.longest_film_s)))
-        film.drones = names_of(mission) if hasattr(backend, "mirror") else None
+        film.drones = backend.names if hasattr(backend, "mirror") else None
         metrics = [] if judge is None else judge.metrics
         film.marks = [mark for one in metrics for mark in one.marks(None)]
         film.links = [pair for one in metrics for pair in one.pairs]

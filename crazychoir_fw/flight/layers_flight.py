@@ -92,7 +92,8 @@ class LayersFlight:
         mission, experiment = self._mission, self._experiment
         judge = Judge(log, self._windows, metrics_of(mission))
         verdicts = judge.verdicts(mission.criteria, names_of(mission), mission.may_fail)
-        failures, expected = [], []
+        failures: list[str] = []
+        expected: list[str] = []
         for agent in experiment.agents:
             if agent.failure is not None:
                 (expected if agent.name in mission.may_fail else failures).append(agent.failure)

@@ -134,13 +134,13 @@ class OnboardFlight:
             self._fail(name, sentence)
         self._events_seen = len(self._world.events)
         for drone in self._world.drones:
-            sentence = drone.outage(self._world.time)
-            if sentence is None:
+            outage = drone.outage(self._world.time)
+            if outage is None:
                 continue
             if drone.motor_ctrl is not None and drone.id not in self._mission.may_fail:
-                self._own_failures.setdefault(drone.id, sentence)
+                self._own_failures.setdefault(drone.id, outage)
             else:
-                self._fail(drone.id, sentence)
+                self._fail(drone.id, outage)
 
     def _fail(self, drone: str, sentence: str) -> None:
         """Remember a failure; that of a drone that may fail is no end of the flight, and its first one is enough."""
