@@ -88,6 +88,13 @@ class HierarchicalController(CrazyflieController):
         """Body rates (rad/s) that the attitude law wants, shape (..., 3)."""
         self._frozen: Reference | None = None
 
+    @classmethod
+    def with_filter(cls) -> type[CrazyflieController]:
+        """See `CrazyflieController`."""
+        from crazychoir_fw.control.safe_hierarchical import SafeHierarchicalController
+
+        return SafeHierarchicalController if cls is HierarchicalController else cls
+
     @property
     def periods(self) -> tuple[float, ...]:
         """See `CrazyflieController`: of the position law, where it has its own, and of attitude and sender."""

@@ -10,6 +10,7 @@ import numpy as np
 from crazychoir_fw import control, planning
 from crazychoir_fw.flight.control_group import ControlGroup
 from crazychoir_fw.flight.control_laws import LawMaker
+from crazychoir_fw.flight.mixed_reference_ctrl import MixedReferenceCtrl
 from crazychoir_fw.flight.safe_group import FilteredController, SafeControlGroup
 from crazychoir_fw.flight.safety_filters import make_collision_avoidance, make_sensing
 from crazychoir_fw.flight.sensing import Sensing
@@ -60,9 +61,7 @@ def make_controller(
     if "pos_strategy" in arguments_of(cls):
         parts["pos_strategy"] = laws.both_positions(i, accelerated) if len(accelerated) else laws.position(follows)
         parts["attitude_strategy"] = laws.attitude()
-    if laws.safe is not None and cls is control.HierarchicalController:
-        cls = control.SafeHierarchicalController
-    return build(cls, where, parts, {})
+    return build(cls if laws.safe is None else cls.with_filter(), where, parts, {})
 
 
 def _mass_of(mission: LayeredMission, i: int | Sequence[int], masses: Sequence[float] | None) -> Any:
@@ -120,9 +119,7 @@ def _groups(
             controller = FilteredController(controller, avoidance, rate)
         return SafeControlGroup(sensing, controller, members, layer.command, follows, accelerated)
 
-    laws = (layer.kind, layer.position, layer.acceleration)
-    stock = ("HierarchicalController", "FlatnessPositionCtrl", "FlatnessAccelerationCtrl")
-    if set(alike) == {"fullstate", "acceleration"} and laws == stock:
+    if set(alike) == {"fullstate", "acceleration"} and MixedReferenceCtrl.replaces(layer):
         everybody = sorted([*alike["fullstate"], *alike["acceleration"]])
         # made as that of drones that follow full states
         controller = make_controller(mission, everybody, masses, "fullstate", alike["acceleration"])

@@ -2,18 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.control import FlatnessPositionCtrl
+from crazychoir_fw.control import FlatnessAccelerationCtrl, FlatnessPositionCtrl, HierarchicalController
+
+if TYPE_CHECKING:
+    from crazychoir_fw.mission.layers import ControlLayer
 
 Array = NDArray[np.float64]
 
 
 class MixedReferenceCtrl(FlatnessPositionCtrl):
     """Tracks positions, but for the drones whose reference is an acceleration; what costs time is done once for all."""
+
+    @staticmethod
+    def replaces(layer: ControlLayer) -> bool:
+        """Return whether the laws of a control layer are those that it puts together."""
+        return (layer.kind, layer.position, layer.acceleration) == (
+            HierarchicalController.__name__,
+            FlatnessPositionCtrl.__name__,
+            FlatnessAccelerationCtrl.__name__,
+        )
 
     def __init__(self, is_accelerated: NDArray[np.bool_], **arguments: Any) -> None:
         """Choose who is who.

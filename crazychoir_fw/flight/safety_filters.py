@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from crazychoir_fw.control import safety
 from crazychoir_fw.flight.sensing import Sensing
+from crazychoir_fw.mission.factory import build
 
 if TYPE_CHECKING:
     from crazychoir_fw.mission.schema import LayeredMission
@@ -21,7 +22,8 @@ def make_safety_filter(mission: LayeredMission) -> Any:
     layer = mission.layers.safety
     if layer is None:
         return None
-    return layer.law()(distance=layer.distance + layer.margin, keep_right=layer.keep_right, **layer.of_filter)  # type: ignore[call-arg]
+    distances = {"distance": layer.distance + layer.margin, "keep_right": layer.keep_right}
+    return build(layer.law(), "layers.safety", distances, layer.of_filter)
 
 
 def make_collision_avoidance(mission: LayeredMission) -> Any:

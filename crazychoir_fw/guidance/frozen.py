@@ -14,14 +14,15 @@ from crazychoir_fw.common.errors import MessageError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance.serialization import DEEPEST, DTYPES, MAX_DIMENSIONS, dumps
 
-_SHARED = frozenset([type(None), bool, int, float, str, bytes])
-
 
 class SharedPose(Pose):
     """A pose that several agents hold: it refuses to be changed."""
 
     def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"{name} cannot be set: the pose of another agent is shared")
+
+
+_SHARED = frozenset([type(None), bool, int, float, str, bytes, SharedPose])
 
 
 def frozen_pose(pose: Pose) -> SharedPose:
@@ -49,14 +50,10 @@ def frozen(obj: object) -> Any:
 
 def _frozen(obj: object, depth: int) -> Any:
     kind = type(obj)
-    if kind in _SHARED or kind is SharedPose:
+    if kind in _SHARED:
         return obj
     if kind is np.ndarray and obj.dtype.name in DTYPES and obj.ndim <= MAX_DIMENSIONS:  # type: ignore[attr-defined]
-        if not obj.flags.writeable:  # type: ignore[attr-defined]
-            return obj
-        copy = obj.copy()  # type: ignore[attr-defined]
-        copy.flags.writeable = False
-        return copy
+        return _frozen_array(obj)  # type: ignore[arg-type]
     if depth == 0:
         raise MessageError(f"message is nested too deep, allowed: {DEEPEST} levels")
     if kind is list or kind is tuple:
@@ -71,6 +68,14 @@ def _frozen(obj: object, depth: int) -> Any:
         return obj.item()
     dumps(obj)  # the error says what is allowed
     raise MessageError(f"message holds a {kind.__name__}, which may not be sent")
+
+
+def _frozen_array(array: np.ndarray) -> np.ndarray:
+    if not array.flags.writeable:
+        return array
+    copy = array.copy()
+    copy.flags.writeable = False
+    return copy
 
 
 def handed_out(obj: Any) -> Any:

@@ -64,6 +64,8 @@ def _check_filter(safety: SafetyLayer, control: ControlLayer) -> None:
     for key in safety.of_filter:
         if key not in taken:
             owners = [name for name, one in our_laws("safety").items() if key in arguments_of(one)]
+            if not owners:
+                raise MissionError(f"layers.safety.options has no key '{key}', but only {', '.join(taken)}")
             raise MissionError(
                 f"layers.safety.{key} is for the filter {' or '.join(owners)}, but filter is {safety.filter}"
             )

@@ -25,9 +25,9 @@ def check_guidance(mission: LayeredMission) -> None:
     names = [drone.id for drone in mission.fleet]
     _check_cover(mission, names)
     _check_edges(mission, names)
+    _check_tables(mission)
     for number in range(len(mission.layers.guidances)):
         _check_entry(mission, number, names)
-    _check_tables(mission)
     _check_criteria(mission)
 
 
@@ -170,7 +170,10 @@ def _check_edges(mission: LayeredMission, names: list[str]) -> None:
 def _check_tables(mission: LayeredMission) -> None:
     """Refuse laws without the table that they work for, and tables that no law works for."""
     layers = mission.layers
-    needed = {guidance.law().needs.table: guidance.kind for guidance in layers.guidances}
+    needed = {
+        guidance.law(f"{_path(mission, number)}.class").needs.table: guidance.kind
+        for number, guidance in enumerate(layers.guidances)
+    }
     for key in ("tasks", "delivery"):
         table = getattr(layers, key)
         if key in needed and len(needed) > 1:

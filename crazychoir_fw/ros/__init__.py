@@ -68,4 +68,6 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_MODULE_OF})
+    from crazychoir_fw.mission.registry import our_names
+
+    return sorted({*globals(), *_MODULE_OF, *our_names("guidance")})

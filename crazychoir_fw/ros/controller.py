@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from rclpy.context import Context
@@ -13,12 +13,10 @@ from crazychoir_fw import control as plain
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.control import (
-    AttitudeCtrlStrategy,
-    PositionCtrlStrategy,
     ReferenceHandler,
     SenderStrategy,
-    VelocityCtrlStrategy,
 )
+from crazychoir_fw.guidance.law import arguments_of
 from crazychoir_fw.ros.conversions import message_to_reference, twist_to_message
 from crazychoir_fw.ros.names import CMD_VEL, LATEST, REFERENCES
 from crazychoir_fw.ros.node import LayerNode
@@ -177,84 +175,51 @@ def _is_at_rest(reference: Reference) -> bool:
     return reference.position is not None and all(part is None or np.abs(part).max() < _REST for part in moves)
 
 
-class HierarchicalController(CrazyflieController):
+class LawController(CrazyflieController):
+    """A node around a class of plain controllers, whose arguments follow those that say where poses come from."""
+
+    law: ClassVar[Any]
+    """Class of the plain controller."""
+
+    def __init__(
+        self,
+        pose_handler: str | None = "pubsub",
+        pose_topic: str | None = "odom",
+        pose_callback: Callable[[], Any] | None = None,
+        *parts: Any,
+        **options: Any,
+    ) -> None:
+        """Make the node.
+
+        Args:
+            pose_handler: Where poses come from.
+            pose_topic: Topic of the pose.
+            pose_callback: Called after each pose.
+            parts: Arguments of the plain controller, in its order.
+            options: Arguments of the plain controller, and of `CrazyflieController`.
+
+        Raises:
+            RangeError: If parts are missing or do not fit together.
+        """
+        taken = arguments_of(self.law)
+        self._parts = dict(zip(taken, parts, strict=False)) | {key: options.pop(key) for key in taken if key in options}
+        super().__init__(pose_handler, pose_topic, pose_callback, **options)
+
+    def make_controller(
+        self, command_sender: SenderStrategy | None, traj_handler: ReferenceHandler | None
+    ) -> plain.CrazyflieController:
+        """See `CrazyflieController`."""
+        del command_sender, traj_handler  # they are among the parts
+        return self.law(**self._parts)
+
+
+class HierarchicalController(LawController):
     """Position law, attitude law and sender, each at its rate."""
 
-    def __init__(
-        self,
-        pose_handler: str | None = "pubsub",
-        pose_topic: str | None = "odom",
-        pose_callback: Callable[[], Any] | None = None,
-        pos_strategy: PositionCtrlStrategy | None = None,
-        attitude_strategy: AttitudeCtrlStrategy | None = None,
-        command_sender: SenderStrategy | None = None,
-        traj_handler: ReferenceHandler | None = None,
-        *,
-        position_strategy: PositionCtrlStrategy | None = None,
-        **options: Any,
-    ) -> None:
-        """Make the node.
-
-        Args:
-            pose_handler: Where poses come from.
-            pose_topic: Topic of the pose.
-            pose_callback: Called after each pose.
-            pos_strategy: The position law; needed.
-            attitude_strategy: The attitude law.
-            command_sender: What the command consists of; needed.
-            traj_handler: Which references are followed.
-            position_strategy: Another name of `pos_strategy`.
-            options: Of `CrazyflieController`.
-
-        Raises:
-            RangeError: If parts are missing or do not fit together.
-        """
-        self._laws = {
-            "pos_strategy": pos_strategy,
-            "attitude_strategy": attitude_strategy,
-            "position_strategy": position_strategy,
-        }
-        super().__init__(pose_handler, pose_topic, pose_callback, command_sender, traj_handler, **options)
-
-    def make_controller(
-        self, command_sender: SenderStrategy | None, traj_handler: ReferenceHandler | None
-    ) -> plain.CrazyflieController:
-        """See `CrazyflieController`."""
-        return plain.HierarchicalController(command_sender=command_sender, traj_handler=traj_handler, **self._laws)
+    law = plain.HierarchicalController
 
 
-class VelocityController(CrazyflieController):
+class VelocityController(LawController):
     """A velocity law and a sender."""
 
-    def __init__(
-        self,
-        pose_handler: str | None = "pubsub",
-        pose_topic: str | None = "odom",
-        pose_callback: Callable[[], Any] | None = None,
-        velocity_strategy: VelocityCtrlStrategy | None = None,
-        command_sender: SenderStrategy | None = None,
-        traj_handler: ReferenceHandler | None = None,
-        **options: Any,
-    ) -> None:
-        """Make the node.
-
-        Args:
-            pose_handler: Where poses come from.
-            pose_topic: Topic of the pose.
-            pose_callback: Called after each pose.
-            velocity_strategy: The law; needed.
-            command_sender: What the command consists of; needed, a velocity.
-            traj_handler: Which references are followed.
-            options: Of `CrazyflieController`.
-
-        Raises:
-            RangeError: If parts are missing or do not fit together.
-        """
-        self._law = velocity_strategy
-        super().__init__(pose_handler, pose_topic, pose_callback, command_sender, traj_handler, **options)
-
-    def make_controller(
-        self, command_sender: SenderStrategy | None, traj_handler: ReferenceHandler | None
-    ) -> plain.CrazyflieController:
-        """See `CrazyflieController`."""
-        return plain.VelocityController(self._law, command_sender, traj_handler)
+    law = plain.VelocityController

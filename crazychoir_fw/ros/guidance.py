@@ -83,7 +83,7 @@ class LawNode(GuidanceNode):
     def _value(self, name: str, option: Option) -> Any:
         """Return what an argument or a parameter says; what no parameter can hold comes from arguments alone."""
         value = self._given.get(name, option.default)
-        if option.type is None or not _is_plain(value):
+        if option.type is None or not _is_plain(value) or self.has_parameter(name):
             return value
         default = list(value) if isinstance(value, tuple) else value
         what = f"{option.what} ({option.unit})" if option.unit else option.what

@@ -172,9 +172,7 @@ class SafeController(CrazyflieController):
 class SafeHierarchicalController(SafeController, HierarchicalController):
     """Position law that knows who is near, attitude law and sender, each at its rate."""
 
-    def make_controller(self, command_sender: Any, traj_handler: Any) -> PlainSafeHierarchicalController:
-        """See `CrazyflieController`."""
-        return PlainSafeHierarchicalController(command_sender=command_sender, traj_handler=traj_handler, **self._laws)
+    law = PlainSafeHierarchicalController
 
 
 class DesiredVelocityController(CrazyflieController):

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
 from crazychoir_fw.common.errors import MissionError
+from crazychoir_fw.flight.agents import make_controller, make_safety_filter
 from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.mission import load_mission, registry
 from crazychoir_fw.mission.loader import parse_mission
@@ -117,3 +118,44 @@ def test_metrics_that_raise_are_a_verdict(tmp_path):
     text = load_mission(tmp_path / "mission.yaml", backend="integrator", changes=["flight=[{start: {duration: 1}}]"])
     result = fly(text)
     assert any(failure.startswith("criteria.meeting_m: IndexError") for failure in result.failures)
+
+
+FILTER = """
+from crazychoir_fw.control import VelocityController
+from crazychoir_fw.control.safety import SingleIntegratorCBF
+
+
+class Shy(SingleIntegratorCBF):
+    def __init__(self, shyness=1.0, **options):
+        super().__init__(**options)
+        self.shyness = shyness
+
+
+class Calm(VelocityController):
+    pass
+"""
+
+
+def filtered(folder, **control):
+    (folder / "shy.py").write_text(FILTER)
+    text = data(**{"class": "GoToGuidance", "goals": {}, "options": {}})
+    text["criteria"] = {}
+    text["layers"]["control"] = control
+    text["layers"]["safety"] = {"filter": "shy.py:Shy", "max_velocity": 0.3, "options": {"shyness": 2.0}}
+    return text
+
+
+def test_filters_and_controllers_of_a_file_say_what_fits(tmp_path):
+    flown = parse_mission(filtered(tmp_path, **{"class": "shy.py:Calm"}), folder=tmp_path)
+    assert flown.layers.commands == ("vel",)
+    made = make_safety_filter(flown)
+    assert (made.shyness, made.max_velocity, made.distance) == (2.0, 0.3, 0.4)
+    assert type(make_controller(flown, 0)).__name__ == "Calm"
+    with pytest.raises(
+        MissionError, match="filters the commands of a VelocityController, but .* HierarchicalController"
+    ):
+        parse_mission(filtered(tmp_path), folder=tmp_path)
+    wrong = filtered(tmp_path, **{"class": "VelocityController"})
+    wrong["layers"]["safety"]["options"] = {"shynes": 1.0}
+    with pytest.raises(MissionError, match="layers.safety.options has no key 'shynes'"):
+        parse_mission(wrong, folder=tmp_path)

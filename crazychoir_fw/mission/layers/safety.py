@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any
+
+from pydantic import Field
 
 from crazychoir_fw.common.constraints import choice, number
 from crazychoir_fw.control.safety import BarrierFilter
 from crazychoir_fw.mission.factory import class_of
-from crazychoir_fw.mission.layers.values import Rate, class_word
+from crazychoir_fw.mission.layers.values import Options, Rate, class_word
 from crazychoir_fw.mission.section import Section
 
 
@@ -46,6 +48,9 @@ class SafetyLayer(Section):
     """Which part of what the filter takes away goes to the right: drones that block each other turn about each other.
     0 is the filter alone, behind which they may wait for ever."""
 
+    options: Options = Field(default_factory=dict)
+    """Further keyword arguments of the class."""
+
     rate: Rate | None = None
     """Of velocities: how often the latest one is filtered (Hz), a divisor of the rate of the layers; None is that."""
 
@@ -59,8 +64,8 @@ class SafetyLayer(Section):
     """Whether drones see others where these believe to be, or where they are."""
 
     @property
-    def of_filter(self) -> dict[str, float]:
-        """Numbers that the mission gives the filter, beside distances, by name."""
+    def of_filter(self) -> dict[str, Any]:
+        """Arguments that the mission gives the filter, beside distances, by name."""
         names = (
             "gamma",
             "kappa",
@@ -69,7 +74,7 @@ class SafetyLayer(Section):
             "max_velocity",
             "max_braking_velocity",
         )
-        return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        return {name: getattr(self, name) for name in names if getattr(self, name) is not None} | dict(self.options)
 
     def law(self) -> type[BarrierFilter]:
         """Return the class of the filter."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from crazychoir_fw.guidance.schemes.delivery.delivery_request import DeliveryRequest
@@ -73,19 +73,28 @@ def best_routes(
                 if taken not in best or whole < best[taken].cost - _SLACK:
                     best[taken] = Route(whole, stops)
             room = capacity + _SLACK - sum(by_number[number].load for number in loaded)
-            for number in sorted(loaded):
-                reached = (loaded - {number}, taken, Stop(number, True, by_number[number].delivery))
-                _better(following, reached, cost, here, stops)
-            fitting = [number for number in free if number not in taken and by_number[number].load <= room]
-            for number in fitting if len(taken) < most else ():
-                reached = (loaded | {number}, taken | {number}, Stop(number, False, by_number[number].pickup))
-                _better(following, reached, cost, here, stops)
+            new = free if len(taken) < most else []
+            for reached in _onward(loaded, taken, new, room, by_number):
+                _better(following, reached, cost + math.dist(here, reached[2].position), stops)
         layer = following
     return best
 
 
-def _better(layer: dict, state: tuple, cost: float, here: Point, stops: tuple[Stop, ...]) -> None:
-    """Keep the way to a state by its last stop, if it is the shortest so far."""
-    cost += math.dist(here, state[2].position)
+def _onward(
+    loaded: frozenset[int],
+    taken: frozenset[int],
+    new: Sequence[int],
+    room: float,
+    requests: Mapping[int, DeliveryRequest],
+) -> Iterator[tuple[frozenset[int], frozenset[int], Stop]]:
+    """Yield the states that one more stop leads to: deliveries, then pickups of new requests that there is room for."""
+    for number in sorted(loaded):
+        yield loaded - {number}, taken, Stop(number, True, requests[number].delivery)
+    for number in new:
+        if number not in taken and requests[number].load <= room:
+            yield loaded | {number}, taken | {number}, Stop(number, False, requests[number].pickup)
+
+
+def _better(layer: dict, state: tuple, cost: float, stops: tuple[Stop, ...]) -> None:
     if state not in layer or cost < layer[state][0]:
         layer[state] = (cost, (*stops, state[2]))
