@@ -39,13 +39,14 @@ def open_page(say: Callable[[str], None], patience_s: float = PATIENCE_S) -> Ite
 
     require_nicegui()
     from crazychoir_fw.gui.feed import FRAME_S
+    from crazychoir_fw.gui.live import WORDS_S
     from crazychoir_fw.gui.viewing import Viewing
 
-    viewing = server = thread = None
+    viewing = server = live = thread = None
     pace = FramePacer(FRAME_S)
 
     def show(world: World, progress: Progress) -> None:
-        nonlocal viewing, server, thread
+        nonlocal viewing, server, live, thread
         if viewing is None:
             viewing = Viewing(world, "crazychoir")
             viewing.show(progress.sim_seconds, time.perf_counter())
@@ -67,6 +68,9 @@ def open_page(say: Callable[[str], None], patience_s: float = PATIENCE_S) -> Ite
         yield show
     finally:
         if server is not None:
+            viewing.is_over = True
+            if live.count:
+                time.sleep(2 * WORDS_S)  # until browsers have heard of it
             server.should_exit = True
             thread.join(timeout=10.0)
 

@@ -47,12 +47,12 @@ def read_points(path: Path) -> list[tuple[float, ...]]:
         MissionError: If the file is no such file; the text names file, line and what is wrong.
     """
     text = _text_of(path)
-    rows = []
+    rows: list[tuple[float, ...]] = []
     for number_of_line, cells in enumerate(csv.reader(text.splitlines()), start=1):
         if not cells or cells[0].lstrip().startswith("#") or cells[0].strip().lower() in ("t", "time", "time_s"):
             continue
         try:
-            row = tuple(float(cell) for cell in cells if cell.strip())
+            row: tuple[float, ...] = tuple(float(cell) for cell in cells if cell.strip())
         except ValueError:
             row = ()
         if len(row) != 4 or not all(math.isfinite(value) and abs(value) <= 36000.0 for value in row):
