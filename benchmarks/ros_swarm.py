@@ -15,12 +15,13 @@ import os
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from crazychoir_fw.mission import load_mission
-from crazychoir_fw.ros.manager import RosOptions, check, fly_as_processes
+from crazychoir_fw.ros.manager import RosOptions, check, fly_as_processes, hosting
 
 
 def mission_of(count: int, backend: str, folder: Path):
@@ -54,23 +55,19 @@ def mission_of(count: int, backend: str, folder: Path):
 
 def measure(mission, options, seconds, result):
     """Fly, and write what was measured into a file. Runs in the process that has the drones."""
-    import rclpy
-    from rclpy.context import Context
-
     from crazychoir_fw.flight.backends import make_backend
-    from crazychoir_fw.ros.hosting import HostedExperiment
-    from crazychoir_fw.ros.process import make_executor
-    from crazychoir_fw.ros.simulation import PaceSettings
 
-    context = Context()
-    rclpy.init(args=[], context=context)
-    executor = make_executor(context)
-    pace = PaceSettings(options.speed, options.lockstep, 30.0, unattended=True)
-    experiment = HostedExperiment(mission, make_backend(mission), executor, pace, None, context)
+    backend = make_backend(mission)
     booting = time.perf_counter()
-    late = experiment.wait_for([part.name for part in options.parts], 300.0)
-    booted = time.perf_counter() - booting
-    experiment.warm_up()
+    with hosting(replace(options, deadline=30.0)) as make:
+        experiment = make(mission, backend)
+        figures = fly(mission, experiment, time.perf_counter() - booting, seconds)
+    result.write_text(json.dumps(figures))
+    return 0
+
+
+def fly(mission, experiment, booted, seconds):
+    """Return what was measured in formation."""
     experiment.takeoff()
     experiment.run(2.0)
     experiment.start()
@@ -84,8 +81,7 @@ def measure(mission, options, seconds, result):
     processor, others = time.process_time() - processor, processor_time_of_others() - others
     rounds = round(seconds * mission.layers.rate)
     latencies = np.array(node.latencies) * 1e3
-    figures = {
-        "late": late,
+    return {
         "boot_s": booted,
         "factor": seconds / wall,
         "odometry_hz": rounds / wall,
@@ -95,8 +91,6 @@ def measure(mission, options, seconds, result):
         "host_ms": 1e3 * processor / rounds,
         "layers_ms": 1e3 * others / rounds,
     }
-    result.write_text(json.dumps(figures))
-    return 0
 
 
 def processor_time_of_others() -> float:

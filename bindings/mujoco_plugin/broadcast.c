@@ -6,7 +6,7 @@
 
 #define IDS 255  // 1 to 255; 0 is an empty entry
 
-_Static_assert(PEER_LOCALIZATION_MAX_NEIGHBORS <= CF_PEER_GRID_MOST, "a table is filled at once");
+_Static_assert(PEER_LOCALIZATION_MAX_NEIGHBORS <= CF_PEER_GRID_MAX, "a table is filled at once");
 
 bool cf_broadcast_is_due(double before, double now) {
   return floor(now / CF_BROADCAST_PERIOD) > floor(before / CF_BROADCAST_PERIOD);

@@ -91,23 +91,11 @@ static bool touch(const step_t *step, int drone, int other, int geom) {
   return cf_contacts_note(&cf->contacts, thing, now, tick);
 }
 
-static void look_at(const step_t *step, const mjContact *contact) {
-  const swarm_t *swarm = step->swarm;
-  if (contact->geom[0] < 0 || contact->geom[1] < 0 || contact->exclude != 0) {
-    return;
-  }
-  int drones[2];
-  for (int k = 0; k < 2; k++) {
-    drones[k] = swarm->drone_of_body[step->model->geom_bodyid[contact->geom[k]]];
-  }
-  if (drones[0] == drones[1]) {
-    return;  // neither, or a drone and what hangs on it
-  }
-  // of two drones the one with the lower index tells
-  const int  own    = drones[0] < 0 || (drones[1] >= 0 && drones[1] < drones[0]) ? 1 : 0;
-  const int  first  = drones[own];
-  const int  second = drones[1 - own];
-  const bool begins = touch(step, first, second, contact->geom[1 - own]);
+// A contact that is side `own` of one drone; the other side is another drone, or none (-1).
+static void look_at_touch(const step_t *step, const mjContact *contact, int own, int first,
+                          int second) {
+  const swarm_t *swarm  = step->swarm;
+  const bool     begins = touch(step, first, second, contact->geom[1 - own]);
   if (second >= 0) {
     touch(step, second, first, 0);
   }
@@ -132,6 +120,22 @@ static void look_at(const step_t *step, const mjContact *contact) {
   if (!merge(collisions, &found) && begins && !is_start) {
     tell(collisions, &found);
   }
+}
+
+static void look_at(const step_t *step, const mjContact *contact) {
+  if (contact->geom[0] < 0 || contact->geom[1] < 0 || contact->exclude != 0) {
+    return;
+  }
+  int drones[2];
+  for (int k = 0; k < 2; k++) {
+    drones[k] = step->swarm->drone_of_body[step->model->geom_bodyid[contact->geom[k]]];
+  }
+  if (drones[0] == drones[1]) {
+    return;  // neither, or a drone and what hangs on it
+  }
+  // of two drones the one with the lower index tells
+  const int own = drones[0] < 0 || (drones[1] >= 0 && drones[1] < drones[0]) ? 1 : 0;
+  look_at_touch(step, contact, own, drones[own], drones[1 - own]);
 }
 
 void cf_collisions_look(swarm_t *swarm, const mjModel *model, mjData *data) {

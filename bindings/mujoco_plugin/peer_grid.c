@@ -15,7 +15,7 @@ typedef struct {
 
   int              count;
   cf_seen_drone_t *nearest;
-  float            squares[CF_PEER_GRID_MOST];  // [m^2], distances of `nearest`
+  float            squares[CF_PEER_GRID_MAX];  // [m^2], distances of `nearest`
 } search_t;
 
 bool cf_peer_grid_new(cf_peer_grid_t *grid, int capacity) {
@@ -199,7 +199,7 @@ int cf_peer_grid_nearest(const cf_peer_grid_t *grid, const float position[3], in
   search_t search = {.grid     = grid,
                      .position = position,
                      .self     = self,
-                     .most     = min_of(most, CF_PEER_GRID_MOST),
+                     .most     = min_of(most, CF_PEER_GRID_MAX),
                      .nearest  = nearest};
 
   const int32_t middle[2] = {column_of(position[0]), column_of(position[1])};

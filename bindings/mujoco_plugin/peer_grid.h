@@ -42,9 +42,9 @@ void cf_peer_grid_add(cf_peer_grid_t *grid, int index, const float position[3]);
 void cf_peer_grid_sort(cf_peer_grid_t *grid);
 
 // Writes the drones nearest to this position, without the drone `self`, nearest first and with the
-// lower index first among equals; at most `most` <= CF_PEER_GRID_MOST, all nearer than the reach.
+// lower index first among equals; at most `most` <= CF_PEER_GRID_MAX, all nearer than the reach.
 // Returns how many. What comes out depends on the positions only.
-#define CF_PEER_GRID_MOST 16
+#define CF_PEER_GRID_MAX 16
 int cf_peer_grid_nearest(const cf_peer_grid_t *grid, const float position[3], int self,
                          cf_seen_drone_t *nearest, int most);
 

@@ -180,6 +180,20 @@ static void straighten_time(const mjModel *model, mjData *data) {
   }
 }
 
+// What drones need of each other and of the scene, before any of them ticks.
+static void look_around(swarm_t *swarm, mjData *data, bool is_felt) {
+  sample(swarm, 0, swarm->count);
+  if (swarm->is_broadcast) {
+    cf_broadcast_look(swarm);
+  }
+  if (is_felt) {
+    cf_downwash_look(swarm);
+  }
+  if (swarm->looking.is_needed) {
+    cf_looking_begin(swarm, data);
+  }
+}
+
 void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
   finish(swarm);
   swarm->has_forces = false;
@@ -214,16 +228,7 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
     return;
   }
 
-  sample(swarm, 0, swarm->count);
-  if (swarm->is_broadcast) {
-    cf_broadcast_look(swarm);
-  }
-  if (is_felt) {
-    cf_downwash_look(swarm);
-  }
-  if (swarm->looking.is_needed) {
-    cf_looking_begin(swarm, data);
-  }
+  look_around(swarm, data, is_felt);
   if (!swarm->is_overlapping) {
     cf_parallel_for(swarm->count, grain_of(swarm), tick_part, swarm);
     return;

@@ -68,35 +68,49 @@ static inline lanes_t thrust_of(const cf_rotors_config_t *config, lanes_t rpm) {
   return if_above(thrust, every(0.0f), every(0.0f));
 }
 
-static bool is_valid(const cf_rotors_config_t *config) {
+static bool is_curve_valid(const cf_rotors_config_t *config) {
   const cf_thrust_curve_t *curve = &config->curve;
-  const bool               has_curve =
-      cf_is_within(curve->c0, -1.0f, 1.0f) && cf_is_within(curve->c1, -1.0f, 1.0f) &&
-      cf_is_within(curve->c2, -1.0f, 1.0f) && cf_is_within(curve->c3, -1.0f, 1.0f) &&
-      cf_is_within(config->thrust_per_rpm, -1.0f, 1.0f) &&
-      cf_is_positive(config->thrust_per_rpm2) && cf_is_not_negative(curve->thrust_to_torque);
-  const bool has_body = cf_is_positive(config->linear_voltage) &&
-                        cf_is_positive(config->hover_rpm) && cf_is_positive(config->radius) &&
-                        cf_is_not_negative(config->inertia) && cf_is_positive(config->arm_x) &&
-                        cf_is_positive(config->arm_y) && cf_is_within(config->height, -1.0f, 1.0f);
-  const bool has_law  = config->law >= CF_ROTOR_FIRST_ORDER && config->law <= CF_ROTOR_QUADRATIC &&
-                        cf_is_positive(config->time_constant_up) &&
-                        cf_is_positive(config->time_constant_down) &&
-                        cf_is_within(config->rate_up, 0.0f, 200.0f) &&
-                        cf_is_within(config->square_rate_up, 0.0f, 0.01f) &&
-                        cf_is_within(config->rate_down, 0.0f, 200.0f) &&
-                        cf_is_within(config->square_rate_down, 0.0f, 0.01f);
-  const bool has_heat = cf_is_within(config->heat_loss, 0.0f, 0.5f) &&
-                        cf_is_positive(config->heat_time) && cf_is_positive(config->heat_thrust);
-  bool       has_efficiency = cf_is_within(config->thrust_scale, 0.0f, 2.0f);
+  return cf_is_within(curve->c0, -1.0f, 1.0f) && cf_is_within(curve->c1, -1.0f, 1.0f) &&
+         cf_is_within(curve->c2, -1.0f, 1.0f) && cf_is_within(curve->c3, -1.0f, 1.0f) &&
+         cf_is_within(config->thrust_per_rpm, -1.0f, 1.0f) &&
+         cf_is_positive(config->thrust_per_rpm2) && cf_is_not_negative(curve->thrust_to_torque) &&
+         cf_is_positive(config->linear_voltage) &&
+         // the square root of the steady speed exists from the linear voltage on
+         thrust_curve(curve, every(config->linear_voltage))[0] >= 0.0f;
+}
+
+static bool is_body_valid(const cf_rotors_config_t *config) {
+  return cf_is_positive(config->hover_rpm) && cf_is_positive(config->radius) &&
+         cf_is_not_negative(config->inertia) && cf_is_positive(config->arm_x) &&
+         cf_is_positive(config->arm_y) && cf_is_within(config->height, -1.0f, 1.0f);
+}
+
+static bool is_law_valid(const cf_rotors_config_t *config) {
+  return config->law >= CF_ROTOR_FIRST_ORDER && config->law <= CF_ROTOR_QUADRATIC &&
+         cf_is_positive(config->time_constant_up) && cf_is_positive(config->time_constant_down) &&
+         cf_is_within(config->rate_up, 0.0f, 200.0f) &&
+         cf_is_within(config->square_rate_up, 0.0f, 0.01f) &&
+         cf_is_within(config->rate_down, 0.0f, 200.0f) &&
+         cf_is_within(config->square_rate_down, 0.0f, 0.01f);
+}
+
+static bool is_heat_valid(const cf_rotors_config_t *config) {
+  return cf_is_within(config->heat_loss, 0.0f, 0.5f) && cf_is_positive(config->heat_time) &&
+         cf_is_positive(config->heat_thrust);
+}
+
+static bool is_drive_valid(const cf_rotors_config_t *config) {
+  bool has_efficiency = cf_is_within(config->thrust_scale, 0.0f, 2.0f);
   for (int i = 0; i < CF_ROTOR_COUNT; i++) {
     has_efficiency = has_efficiency && cf_is_within(config->efficiency[i], 0.0f, 2.0f);
   }
-  const bool has_duty = config->duty_bits >= 1 && config->duty_bits <= 16 &&
-                        config->duty_lowest_level >= 0 && config->duty_lowest_level <= 65535;
-  // the square root of the steady speed exists from the linear voltage on
-  return has_curve && has_body && has_law && has_heat && has_efficiency && has_duty &&
-         thrust_curve(curve, every(config->linear_voltage))[0] >= 0.0f;
+  return has_efficiency && config->duty_bits >= 1 && config->duty_bits <= 16 &&
+         config->duty_lowest_level >= 0 && config->duty_lowest_level <= 65535;
+}
+
+static bool is_valid(const cf_rotors_config_t *config) {
+  return is_curve_valid(config) && is_body_valid(config) && is_law_valid(config) &&
+         is_heat_valid(config) && is_drive_valid(config);
 }
 
 cf_status_t cf_rotors_init(cf_rotors_t *rotors, const cf_rotors_config_t *config) {

@@ -8,13 +8,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from crazychoir_fw.common.errors import CrazychoirError, RangeError
+from crazychoir_fw.common.errors import CrazychoirError
 
 if TYPE_CHECKING:
     from crazychoir_fw.gui.session import Session
     from crazychoir_fw.mission.schema import LayeredMission
-
-_BOOT_S = 200.0  # [s], wall: the host itself gives up sooner
+    from crazychoir_fw.ros.manager import RosOptions
 
 
 @dataclass(frozen=True)
@@ -41,45 +40,42 @@ def show_over_ros(mission: LayeredMission, how: OverRos, show: Callable[[Session
         CrazychoirError: If rclpy is missing, or the mission cannot be flown so.
     """
     try:
-        from crazychoir_fw.ros.manager import RosOptions, check
+        from crazychoir_fw.ros.manager import RosOptions, check, fly_as_processes
     except ImportError as error:
         raise CrazychoirError(f"--ros: {error}") from None
-    if not how.speed > 0.0:
-        raise RangeError(f"--speed is {how.speed:g}, allowed with --ros: more than 0, since nobody can pause it")
-    speed = None if mission.backend in ("hardware", "mixed") else how.speed
-    options = RosOptions(how.processes, how.domain, speed, restart=how.restart, folder=Path("out") / mission.name)
+    # the session of the page paces simulated time; real time goes on by itself
+    options = RosOptions(how.processes, how.domain, restart=how.restart, folder=Path("out") / mission.name)
     mission = check(mission, options)
     if how.joins:
-        _show_joined(mission, how.domain, None, show)
+        from crazychoir_fw.gui.session import Session
+        from crazychoir_fw.ros.joined_flight import JOIN_S, join
+
+        session = Session(mission, make=lambda flown: join(flown, how.domain, JOIN_S, lambda: session.is_closing))
+        show(session)
         return 0
-    from crazychoir_fw.ros.open_flight import open_as_processes
-
     options.folder.mkdir(parents=True, exist_ok=True)  # type: ignore[union-attr]
-    return open_as_processes(mission, options, partial(_page, mission, show))
+    return fly_as_processes(mission, options, partial(_host, mission, how.speed, show))
 
 
-def _page(mission: LayeredMission, show: Callable[[Session], None], options: Any) -> int:
-    """Be the process of the page."""
+def _host(mission: LayeredMission, speed: float, show: Callable[[Session], None], options: RosOptions) -> int:
+    """Be the process that has the drones, and show the page of their flight."""
     from crazychoir_fw.cli.console import BAD_INPUT, complain_of
+    from crazychoir_fw.flight.backends import make_backend
+    from crazychoir_fw.gui.session import Session
+    from crazychoir_fw.ros.manager import hosting
+
+    def make(flown: LayeredMission) -> Any:
+        backend = make_backend(flown)
+        try:
+            return make_flight(flown, backend)
+        except BaseException:
+            backend.close()
+            raise
 
     try:
-        _show_joined(mission, options.domain, _BOOT_S, show)
+        with hosting(options) as make_flight:
+            show(Session(mission, speed, make))
     except CrazychoirError as error:
         complain_of(error)
         return BAD_INPUT
     return 0
-
-
-def _show_joined(
-    mission: LayeredMission, domain: int | None, patience: float | None, show: Callable[[Session], None]
-) -> None:
-    from crazychoir_fw.gui.session import Session
-    from crazychoir_fw.ros.page import JOIN_S, join
-
-    wait = JOIN_S if patience is None else patience
-
-    def make(flown: LayeredMission) -> Any:
-        return join(flown, domain, wait, lambda: session.is_closing)
-
-    session = Session(mission, make=make)
-    show(session)

@@ -48,7 +48,7 @@ def quaternion_xyzw(rpy: Array) -> Array:
 def rotation_of_quaternion(quat_xyzw: Array) -> Array:
     """Return the matrix from body to world, shape (..., 3, 3), of quaternions of any length, shape (..., 4).
 
-    A quaternion of zeros, which nobody has written yet, is level.
+    A quaternion of zeros, as before the first write, is level.
     """
     if quat_xyzw.ndim == 1:
         return _of_one(*quat_xyzw.tolist())

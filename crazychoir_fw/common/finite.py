@@ -65,3 +65,18 @@ def are_finite(*arrays: NDArray[np.float64]) -> bool:
     return math.isfinite(sum(float(np.vdot(array, array)) for array in arrays)) or all(
         bool(np.isfinite(array).all()) for array in arrays
     )
+
+
+def limited(value: float, limit: float) -> float:
+    """Return the value, cut to [-limit, limit]."""
+    return min(max(value, -limit), limit)
+
+
+def positive(name: str, value: float) -> None:
+    """Refuse what is not a finite number above 0.
+
+    Raises:
+        RangeError: If it is not.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not (math.isfinite(value) and value > 0.0):
+        raise RangeError(f"{name} is {value!r}, allowed: a number above 0")

@@ -5,13 +5,13 @@ begins with a request for the link source that is never repeated, and ends with 
 pings ten times a second (docs/reference/crtp-cflib.md#2 to #4). Two clients cannot share a drone, because both number
 their log blocks from 1. So a drone belongs to one address at a time:
 
-- A drone that belongs to nobody goes to the first that sends a packet.
+- A free drone goes to the first client that sends a packet.
 - It goes on to another one when its owner is gone: the operating system says that its socket is closed, or its last
   command was a set-point of zeros and then even its pings have ceased, or it has been silent for a second, as the radio
   of a real drone has it.
-- Meanwhile nobody takes it away. Packets of others are counted and ignored. But a request for the link source is kept,
+- Meanwhile it is not taken away. Packets of others are counted and ignored. But a request for the link source is kept,
   and answered when the owner is gone, because the client that sent it will not ask again. Several can wait, and none
-  loses its place to another one: what was sent long ago, by somebody who has gone, may be read late.
+  loses its place to another one: what was sent long ago, by a client that has gone, may be read late.
 - With `newest_wins` such a request takes the drone at once.
 """
 
@@ -51,7 +51,7 @@ class Ruling(enum.Enum):
     KEEP = "keep"
     """A newcomer waits for the drone."""
     REFUSE = "refuse"
-    """The drone belongs to somebody else."""
+    """The drone belongs to another client."""
     MALFORMED = "malformed"
     """It is no packet."""
 
@@ -114,7 +114,7 @@ class ClientSession:
         return self.address is not None and now - self.heard_at > self._silence_s
 
     def next_in_line(self, now: float) -> bytes | None:
-        """Hand the drone to whoever waits, if it is free. Returns the request to be answered."""
+        """Hand the drone to a client that waits, if it is free. Returns the request to be answered."""
         if not (self._waiting and self._is_free(now)):
             return None
         # of several the latest: it is the most likely to be still there
@@ -123,11 +123,11 @@ class ClientSession:
         return request
 
     def forget(self, address: Address) -> None:
-        """Know that somebody does not wait any more."""
+        """Know that a client does not wait any more."""
         self._waiting.pop(address, None)
 
     def leave(self) -> None:
-        """Let the drone belong to nobody."""
+        """Free the drone."""
         self.address = None
         self._said_goodbye = False
 

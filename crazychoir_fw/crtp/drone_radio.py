@@ -8,7 +8,6 @@ from collections import deque
 from crazychoir_fw.crtp.client_session import Address, ClientSession
 from crazychoir_fw.crtp.server_statistics import PacketCounts
 from crazychoir_fw.crtp.station import Station
-from crazychoir_fw.crtp.token_bucket import TokenBucket
 
 LOG_RATE, LOG_BURST = 5000.0, 100.0
 """Log data and console text: 16 blocks at 100 Hz are 1600 packets a second; a client takes 5000 evenly, and bursts of
@@ -20,9 +19,9 @@ STRANGER_RATE, STRANGER_BURST = 1000.0, 200.0
 NEWCOMER_RATE, NEWCOMER_BURST = 1000.0, 200.0
 """Requests of all others to begin a session."""
 PROBE_RATE, PROBE_BURST = 10.0, 2.0
-"""Null packets to the client, to see whether it is still there when somebody else wants its drone."""
+"""Null packets to the client, to see whether it is still there when another client wants its drone."""
 NOTE_RATE, NOTE_BURST = 1.0, 20.0
-"""Events about sessions: whoever connects without end shall not fill the memory."""
+"""Events about sessions: a client that connects without end shall not fill the memory."""
 
 
 class DroneRadio:
@@ -42,7 +41,7 @@ class DroneRadio:
         self.heard_by_drone_at = 0.0
         """When a packet of the client came through the link to the drone (s)."""
         self.has_refused = False
-        """Whether somebody else has been refused in this session."""
+        """Whether another client has been refused in this session."""
         self.has_output = False
         """Whether there is something to fetch from the line; set by any thread."""
         self.owes_relax = False
@@ -55,3 +54,29 @@ class DroneRadio:
         self.of_newcomers = TokenBucket(NEWCOMER_RATE, NEWCOMER_BURST)
         self.of_notes = TokenBucket(NOTE_RATE, NOTE_BURST)
         self.of_probes = TokenBucket(PROBE_RATE, PROBE_BURST)
+
+
+class TokenBucket:
+    """Lets bursts pass up to a size, and a steady stream up to a rate."""
+
+    def __init__(self, rate: float, burst: float) -> None:
+        """Begin full.
+
+        Args:
+            rate: Packets per second.
+            burst: Packets at once.
+        """
+        self._rate = rate
+        self._burst = burst
+        self._left = burst
+        self._filled_at = 0.0
+
+    def take(self, now: float) -> bool:
+        """Take one packet's worth at a time (s) that never goes back. Returns False when there is nothing left."""
+        if self._left < self._burst:
+            self._left = min(self._burst, self._left + (now - self._filled_at) * self._rate)
+        self._filled_at = now
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
+        return True

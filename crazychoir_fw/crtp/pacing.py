@@ -1,9 +1,10 @@
-"""When the next ticks of a world are due, for a simulation that keeps pace with the clock on the wall."""
+"""When the next ticks of a world are due, and the clock that a server goes by."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
@@ -107,3 +108,29 @@ class TickPacer:
             self._recent.append((now, tick))
             while now - self._recent[0][0] > _RECENT_S * 1.1:
                 self._recent.popleft()
+
+
+class Clock:
+    """Seconds since some start. Any thread may ask; one thread at a time tells it whom to follow."""
+
+    def __init__(self, read: Callable[[], float], rate: float = 1.0) -> None:
+        """Follow a source from zero on, see `follow`."""
+        self._latest = 0.0
+        self._source = (read, rate, read(), 0.0)
+
+    def follow(self, read: Callable[[], float], rate: float = 1.0) -> None:
+        """Go on from the present reading with another source.
+
+        Args:
+            read: Returns the time of the source (s); where it begins does not matter.
+            rate: Seconds of this clock per second of the source.
+        """
+        now = self()
+        self._source = (read, rate, read(), now)
+
+    def __call__(self) -> float:
+        """Return the time (s)."""
+        read, rate, zero, base = self._source
+        # a source that was put back, as a world is by a snapshot, makes this clock wait and not go back
+        self._latest = max(self._latest, base + (read() - zero) * rate)
+        return self._latest

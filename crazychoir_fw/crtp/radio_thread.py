@@ -14,9 +14,9 @@ from functools import partial
 from typing import Any
 
 from crazychoir_fw.crtp.client_session import Address, Ruling, is_link_source
-from crazychoir_fw.crtp.clock import Clock
 from crazychoir_fw.crtp.drone_radio import DroneRadio
 from crazychoir_fw.crtp.link_model import Direction, Link
+from crazychoir_fw.crtp.pacing import Clock
 from crazychoir_fw.crtp.packet import NULL
 from crazychoir_fw.crtp.read_scheduler import ReadScheduler
 from crazychoir_fw.crtp.sockets import LONGEST, is_for_one_address, open_private, read_refusals, receive, turn_to
@@ -78,7 +78,7 @@ class Radio:
         self._clock = clock
         self._link_clock = link_clock
         self.link_rate: float = 0.0
-        """Seconds of the link's clock per second on the wall; 0 while somebody else drives it, and takes turns."""
+        """Seconds of the link's clock per second on the wall; 0 while the simulation drives it, and takes turns."""
         self._silence_s = silence_s
         self.when_a_session_ended: Callable[[], None] = lambda: None
         self._lock = threading.Lock()
@@ -90,7 +90,7 @@ class Radio:
         self._wake_in.setblocking(False)
         self._wake_out.setblocking(False)
         self._selector.register(self._wake_out, selectors.EVENT_READ, None)
-        self._is_awake = False  # somebody has woken the thread, and it has not looked yet
+        self._is_awake = False  # the thread was woken, and has not looked yet
         self._is_closing = False
         self._with_output: deque[DroneRadio] = deque()  # some of them perhaps twice
         self._next_look = self._latest_turn = 0.0
@@ -178,7 +178,7 @@ class Radio:
         # who was not listened to, because the process was stopped or the machine is busy, has not been silent
         was_deaf = now - self._latest_turn > _DEAF_S and not self._was_deaf
         if was_deaf or self._was_deaf:
-            # owners first, before somebody else is given what seems to be nobody's
+            # owners first, before another client is given what seems to be free
             events.sort(key=lambda event: event[0].data is None or event[0].fileobj is event[0].data.socket)
         self._latest_turn, self._was_deaf = now, was_deaf
         for key, _ in events:
@@ -189,7 +189,7 @@ class Radio:
                 self._receive(key.data, key.fileobj, now)
                 if key.data.private_for != key.data.owner.address:
                     self._make_private(key.data, now)
-        # before looking who has output: whoever sends after this wakes again
+        # before looking who has output: what is sent after this wakes again
         self._is_awake = False
         if self._link is not None:
             self._fetch_arrivals(now)
@@ -227,7 +227,7 @@ class Radio:
             except OSError:
                 self._hear_of_gone(radio, now)
             else:
-                # of somebody else, what came before the socket was connected
+                # of another client, what came before the socket was connected
                 self._rule(radio, datagram, address, now)
             return
         for number in range(_MAX_DATAGRAMS):
@@ -240,7 +240,7 @@ class Radio:
                 continue
             if got is None:
                 if number == 0:
-                    # an error that nobody reads would wake the thread for ever
+                    # an error that is not read would wake the thread without end
                     self._hear_of_gone(radio, now)
                 return
             self._rule(radio, *got, now)
@@ -253,7 +253,7 @@ class Radio:
         if address == previous:
             budget = radio.of_client
         else:
-            # who cannot ask a second time shall get through while somebody else sends garbage
+            # a request that is not repeated shall get through while others send garbage
             budget = radio.of_newcomers if is_link_source(datagram) else radio.of_strangers
         if not budget.take(now):
             counts.rate_limited += 1
@@ -381,7 +381,7 @@ class Radio:
                     return
                 break
             except ConnectionError:
-                # of an earlier datagram, perhaps to somebody else; this one was not sent
+                # of an earlier datagram, perhaps to another client; this one was not sent
                 if not self._hear_of_gone(radio, now):
                     break
             except OSError:

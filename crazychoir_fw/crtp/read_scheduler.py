@@ -5,9 +5,9 @@ of all its parameters, 284 questions more. The clients of a swarm share one inte
 take twice the processor time of thirty that read one after the other, for handing the interpreter around; and those
 that have finished take it for their values from those that have not.
 
-So drones are read in turns, `AT_ONCE` at a time, and values only when nobody waits for a table. A question is answered
-after `PATIENCE_S` at the latest, whoever's turn it is, and a turn ends when its client asks no more. Only the values
-that are read right after the tables have turns; whoever asks for one later is answered at once.
+So drones are read in turns, `AT_ONCE` at a time, and values only when no client waits for a table. A question is
+answered after `PATIENCE_S` at the latest, in turn or not, and a turn ends when its client asks no more. Only the values
+that are read right after the tables have turns; a later question is answered at once.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class ReadScheduler(Generic[_D]):
     """Holds questions back until it is the turn of their drone. Only the radio calls it; times are of one clock (s)."""
 
     def __init__(self, values: int) -> None:
-        """Begin with nobody.
+        """Begin without questions.
 
         Args:
             values: So many questions for values follow the tables.
@@ -136,7 +136,7 @@ class ReadScheduler(Generic[_D]):
         return free
 
     def release_all(self) -> list[tuple[_D, bytes]]:
-        """Return all that waits, and begin anew."""
+        """Return all that waits, and begin again."""
         self._turns.clear()
         return [packet for drone in list(self._held) for packet in self._let_go(drone)]
 

@@ -13,10 +13,9 @@ from typing import TYPE_CHECKING
 from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.crtp.client_session import SILENCE_S, ClientSession
-from crazychoir_fw.crtp.clock import Clock
 from crazychoir_fw.crtp.drone_radio import DroneRadio
 from crazychoir_fw.crtp.link_model import Link, PerfectLink
-from crazychoir_fw.crtp.pacing import SLICE_S, TickPacer
+from crazychoir_fw.crtp.pacing import SLICE_S, Clock, TickPacer
 from crazychoir_fw.crtp.radio_thread import Radio, report
 from crazychoir_fw.crtp.server_statistics import Statistics
 from crazychoir_fw.crtp.service_context import ServiceContext
@@ -296,14 +295,14 @@ class Server:
         """Wait until something is to be carried out, or the time is over."""
         self._is_asleep = seconds > SLICE_S
         try:
-            # what came just before it fell asleep woke nobody
+            # what came just before it fell asleep did not wake it
             if not (self._is_asleep and any(radio.station.context.has_changes for radio in self._radios)):
                 self._errands.get(timeout=max(0.0, seconds))
         except queue.Empty:
             return
         finally:
             self._is_asleep = False
-        # before looking what it is: whoever comes later wakes again
+        # before looking what it is: what comes later wakes again
         self._has_errand = False
 
     # ---------------------------------------------------------------- lockstep
@@ -314,7 +313,7 @@ class Server:
         self._link_clock.follow(self._read_world_time)
         if self._radio is not None:
             self._radio.link_rate = 0.0
-            self._radio.wake()  # in lockstep nobody waits for a turn
+            self._radio.wake()  # in lockstep no question waits for a turn
         self._leave_lockstep = self.world.agenda.every(1, self._keep_lockstep)
 
     def _keep_lockstep(self) -> None:

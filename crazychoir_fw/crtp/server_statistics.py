@@ -19,7 +19,7 @@ class PacketCounts:
     sent: int = 0
     """Other packets sent: log data, console text, late replies."""
     dropped: int = 0
-    """Log data and console text that were not sent: a burst, a stall, or nobody there."""
+    """Log data and console text that were not sent: a burst, a stall, or no client."""
     lost: int = 0
     """Replies that the operating system did not take."""
     refused: int = 0

@@ -6,7 +6,7 @@ is slow or is paused. The *simulation* thread alone may change a drone, and only
 - answers in `Service.receive` at once, from tables, from constants, from what it keeps itself, and by reading single
   numbers of the drone's memory, which is allowed while the drone ticks;
 - lets everything that changes the drone happen `later`;
-- sends what nobody asked for with `send`, from either thread.
+- sends what is no answer with `send`, from either thread.
 """
 
 from __future__ import annotations
@@ -106,7 +106,7 @@ class ServiceContext:
     def put_out(self, datagrams: Iterable[tuple[bytes, bool]]) -> None:
         """Put datagrams that are packed already, each with whether it may be dropped, where the radio finds them.
 
-        Whoever has output for many drones wakes their radio afterwards, so that it does not begin with the first alone.
+        With output for many drones, wake their radio afterwards, so that it does not begin with the first alone.
         """
         self._out.extend(datagrams)
 

@@ -80,20 +80,20 @@ def open_private(opened: socket.socket, client: Address) -> socket.socket | None
         private.close()
         return None
     finally:
-        # the port is for nobody else
+        # the port is for no other process
         with suppress(OSError):
             opened.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 0)
     return private
 
 
 def turn_to(private: socket.socket, client: Address | None) -> bool:
-    """Have a private socket hear another client, or nobody. Returns False where it has to be opened anew.
+    """Have a private socket hear another client, or none. Returns False where it has to be opened again.
 
-    It is not closed: with a socket goes what has come to it meanwhile, and that may be the request of somebody who asks
-    once. What had come is read later, with its sender.
+    It is not closed: with a socket goes what has come to it meanwhile, and that may be the request of a client that
+    asks once. What had come is read later, with its sender.
     """
     try:
-        # at its own address nobody else is
+        # at its own address there is no client
         private.connect(client or private.getsockname())
     except OSError:
         return False
@@ -118,7 +118,7 @@ def receive(opened: socket.socket) -> tuple[bytes, Address] | None:
 
 
 def read_refusals(opened: socket.socket) -> list[Address]:
-    """Return the clients at whose address nobody listens any more, as the operating system says."""
+    """Return the clients whose sockets are closed, as the operating system says."""
     gone: list[Address] = []
     flag = getattr(socket, "MSG_ERRQUEUE", None)
     if flag is None:

@@ -6,25 +6,27 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from crazychoir_fw.crtp.link_statistics import LinkStatistics
 from crazychoir_fw.crtp.packet import HEADERS, MAX_PAYLOAD, Port
 from crazychoir_fw.crtp.service_context import ServiceContext
 from crazychoir_fw.crtp.services import Service
-from crazychoir_fw.crtp.services.app_channel import AppChannel
-from crazychoir_fw.crtp.services.commander import CommanderService
+from crazychoir_fw.crtp.services.commands import (
+    NULL_CHANNEL,
+    CommanderService,
+    HighLevelService,
+    LinkService,
+    SupervisorService,
+)
 from crazychoir_fw.crtp.services.console import ConsoleService
-from crazychoir_fw.crtp.services.high_level import HighLevelService
-from crazychoir_fw.crtp.services.link import NULL_CHANNEL, LinkService
 from crazychoir_fw.crtp.services.localization import LocalizationService
 from crazychoir_fw.crtp.services.log import LogService
 from crazychoir_fw.crtp.services.memory import MemoryService
 from crazychoir_fw.crtp.services.param import ParamService
-from crazychoir_fw.crtp.services.platform import PlatformService
-from crazychoir_fw.crtp.services.supervisor import SupervisorService
+from crazychoir_fw.crtp.services.platform import AppChannel, PlatformService
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.drone import Drone
     from crazychoir_fw.simulation.world import World
+
 
 _S = TypeVar("_S")
 
@@ -87,7 +89,7 @@ class Station:
             return []
         port, channel = datagram[0] >> 4, datagram[0] & 0x03
         if not self._has_session and (port, channel) != (Port.LINK, NULL_CHANNEL):
-            # a client, and not only somebody who scans
+            # a client, and not only a scan
             self._has_session = True
             if self._console is not None:
                 self._console.begin_session()
@@ -109,3 +111,41 @@ class Station:
         """Leave the world as if there had been no station; only the thread that steps the world calls this."""
         self.end_session()
         self.context.closing.close()
+
+
+STATISTICS_PERIOD = 500
+"""Ticks."""
+
+
+class LinkStatistics:
+    """Counts the packets of one drone."""
+
+    def __init__(self, context: ServiceContext) -> None:
+        """Begin to count."""
+        self._context = context
+        self._received = context.received
+        self._sent = context.sent
+        self._was_heard = False
+        self._told: tuple[int | bool, ...] = (0, False, 0, 0, 0)
+        self.rssi = 0
+        """Attenuation of the radio (dB), as a Crazyflie shows it: 40 is close; 0 while it is not simulated."""
+        context.every(STATISTICS_PERIOD, self._tell)
+
+    def _tell(self) -> None:
+        received, sent = self._context.received - self._received, self._context.sent - self._sent
+        self._received += received
+        self._sent += sent
+        # a client pings ten times a second, and a second of silence means that it is gone
+        is_connected = received > 0 or self._was_heard
+        self._was_heard = received > 0
+        per_second = 1000 // STATISTICS_PERIOD
+        numbers = (
+            self.rssi if is_connected else 0,
+            is_connected,
+            self._received & 0xFFFF,
+            min(received * per_second, 0xFFFF),
+            min(sent * per_second, 0xFFFF),
+        )
+        if numbers != self._told:
+            self._told = numbers
+            self._context.drone.uplink.dispatch("link_statistics", *numbers)

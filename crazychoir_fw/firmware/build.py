@@ -86,7 +86,7 @@ def _build_highest(
         try:
             recipe = bitcraze_recipe(checkout, platform, apps, configured, level)
             library = build(recipe, force, progress)
-            # they are no part of the library, which is the same when somebody asks for its level
+            # they are no part of the library, which is the same when its level is asked for
             return replace(library, identity={**library.identity, "notes": [*notes, *library.identity["notes"]]})
         except (CompileError, LinkError, CheckoutError) as error:
             if level == levels.ALGORITHMS:
@@ -240,22 +240,20 @@ class _Build:
         lost = [symbol for symbol in undefined if not symbol.needed_by or set(symbol.needed_by) - optional]
         if lost:
             raise LinkError(linking.explain(lost))
-        culprits = {path for symbol in undefined for path in symbol.needed_by}
-        names = {path: [one.name for one in undefined if path in one.needed_by] for path in culprits}
-        plain = sorted(culprits & choice.vehicle_mode)
+        needs = linking.needs_of(undefined)
+        plain = sorted(needs.keys() & choice.vehicle_mode)
+        choice.vehicle_mode.difference_update(plain)
         for path in plain:
-            choice.vehicle_mode.discard(path)
-            needs = ", ".join(names[path])
-            self.notes.append(f"{self._relative(path)} taken as for the host, as for the vehicle it needs {needs}")
-        remaining = {path: one for path, one in compiled.items() if path not in culprits}
-        remaining |= self._compile_plain(plain)
-        demand_all([remaining[path] for path in plain if path not in choice.extras])
-        for path in sorted(culprits):
-            if path in choice.extras and (path not in plain or not remaining[path].ok):
-                choice.extras.discard(path)
-                remaining.pop(path, None)
-                self.notes.append(f"{self._relative(path)} left out, it needs {', '.join(names[path])}")
-        return remaining
+            missing = ", ".join(needs[path])
+            self.notes.append(f"{self._relative(path)} taken as for the host, as for the vehicle it needs {missing}")
+        again = self._compile_plain(plain)
+        demand_all([again[path] for path in plain if path not in choice.extras])
+        left_out = sorted((needs.keys() & choice.extras) - {path for path, one in again.items() if one.ok})
+        choice.extras.difference_update(left_out)
+        for path in left_out:
+            self.notes.append(f"{self._relative(path)} left out, it needs {', '.join(needs[path])}")
+        remaining = {path: one for path, one in compiled.items() if path not in needs} | again
+        return {path: one for path, one in remaining.items() if path not in left_out}
 
     def _compile(self, what: str, units: Sequence[Unit], must: bool = True) -> list[Compiled]:
         done = 0
@@ -313,35 +311,40 @@ class _Build:
 
     def _identity(self, found: dict[str, bool], choice: _Choice, warnings: str) -> dict[str, Any]:
         recipe = self.recipe
-        checkout = recipe.checkout
         sources = [*recipe.sources, *sorted(choice.extras), *recipe.system, *recipe.apps]
-        root = checkout.root if checkout else None
-        theirs = {path: content for path, content in self.inputs.items() if root and Path(path).is_relative_to(root)}
-        taking_part = {self._relative(Path(path)): content for path, content in theirs.items()}
-        taking_part |= {app.name: self.inputs[str(app)] for app in recipe.apps}
-        content = digest_of(taking_part)
-        mentioned = configuration.symbols_in(Path(path) for path in theirs)
-        version = (checkout.version() if checkout else None) or (__version__ if checkout is None else content)
         return {
             "provider": recipe.name,
             "level": recipe.level,
             "modules": levels.modules_of(recipe.level) if recipe.system else [],
-            "version": version,
-            "content": content,
-            "checkout": str(root) if root else None,
+            **self._origin(),
             "platform": recipe.platform,
-            "features": _words(name for name, there in found.items() if there),
-            "missing_features": _words(name for name, there in found.items() if not there),
+            "features": _words(found, there=True),
+            "missing_features": _words(found, there=False),
             "extra_sources": [self._relative(path) for path in sorted(choice.extras)],
             "host_mode": [self._relative(path) for path in sources if self._is_only_host(path, choice)],
             "apps": [str(path) for path in recipe.apps],
-            "configuration": {name: recipe.settings.get(name) for name in sorted(mentioned | recipe.settings.keys())},
             "compiler": self.compiler.version,
-            "flags": shlex.join(vehicle_mode(recipe.flags) if checkout else recipe.flags),
+            "flags": shlex.join(vehicle_mode(recipe.flags) if recipe.checkout else recipe.flags),
             "sources": len(sources),
             "built_by": __version__,
             "notes": self.notes,
             "warnings": warnings,
+        }
+
+    def _origin(self) -> dict[str, Any]:
+        """Return what the library is made of: checkout, version, content, and the configuration that counts in it."""
+        recipe, checkout = self.recipe, self.recipe.checkout
+        theirs: dict[str, str | None] = {}
+        if checkout is not None:
+            theirs = {path: key for path, key in self.inputs.items() if Path(path).is_relative_to(checkout.root)}
+        taking_part = {self._relative(Path(path)): content for path, content in theirs.items()}
+        content = digest_of(taking_part | {app.name: self.inputs[str(app)] for app in recipe.apps})
+        mentioned = configuration.symbols_in(Path(path) for path in theirs)
+        return {
+            "version": __version__ if checkout is None else checkout.version() or content,
+            "content": content,
+            "checkout": None if checkout is None else str(checkout.root),
+            "configuration": {name: recipe.settings.get(name) for name in sorted(mentioned | recipe.settings.keys())},
         }
 
     def _is_only_host(self, path: Path, choice: _Choice) -> bool:
@@ -359,8 +362,8 @@ class _Build:
         return "\n".join([*facts, "configuration:", *used_values, "notes:", *notes, *commands, *self.printed]) + "\n"
 
 
-def _words(names: Iterable[str]) -> list[str]:
-    return sorted(name.removeprefix("HAVE_").lower() for name in names)
+def _words(found: dict[str, bool], there: bool) -> list[str]:
+    return sorted(name.removeprefix("HAVE_").lower() for name, is_there in found.items() if is_there is there)
 
 
 def _file_name(library: Library) -> str:

@@ -89,7 +89,7 @@ class Fingerprints:
         return all(self.of(path) == content for path, content in inputs.items())
 
     def changed_meanwhile(self, paths: Iterable[str]) -> bool:
-        """Return whether a file was written during the build: nobody knows which of its versions was compiled."""
+        """Return whether a file was written during the build: which of its versions was compiled is unknown."""
         now = time.time_ns()
         try:
             return any(self._began < Path(path).stat().st_mtime_ns <= now for path in paths)

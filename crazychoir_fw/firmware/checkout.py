@@ -116,7 +116,7 @@ def _empty(root: Path) -> str:
 def describe(folder: Path) -> str | None:
     """Return tag, distance, commit and dirtiness of the repository whose top is this folder, or None.
 
-    A folder within somebody else's repository has no version of its own. Git may neither write (`git describe --dirty`
+    A folder within another repository has no version of its own. Git may neither write (`git describe --dirty`
     refreshes the index) nor start a program that the repository names.
     """
     if not (folder / ".git").exists():

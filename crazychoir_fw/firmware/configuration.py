@@ -1,19 +1,23 @@
 """The configuration header of a platform: what `make <platform>_defconfig` would have generated, as far as it is read.
 
 Upstream's build makes build/include/generated/autoconf.h with kconfig, in the checkout. Ours is made without a write
-into the checkout: what its own Kconfig files give for configs/<platform>_defconfig (kconfig.py), and for symbols that
-those do not know, or for a checkout without them, the stock configuration. Decks and the task of an app stay out: the
+into the checkout: what its own Kconfig files give for configs/<platform>_defconfig, and for symbols that those do not
+know, or for a checkout without them, the stock configuration. Decks and the task of an app stay out: the
 simulation brings the former, and apps are built one by one.
 """
 
 from __future__ import annotations
 
+import os
 import re
-from collections.abc import Iterable, Mapping
+import threading
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
+import kconfiglib
+
 from crazychoir_fw.common.errors import CheckoutError, UnknownNameError
-from crazychoir_fw.firmware.kconfig import read_kconfig
 
 FILE_NAME = "autoconf.h"
 PLATFORM_PREFIX = "CONFIG_PLATFORM_"
@@ -94,18 +98,28 @@ def settings(root: Path, platform: str, extra: Iterable[str] = ()) -> dict[str, 
     given, known = read_kconfig(root, defconfig) or ({}, set())
     given = {name: value for name, value in given.items() if not _LEFT_OUT.fullmatch(name)}
     stock = {name: value for name, value in _STOCK[platform].items() if name not in known} | given
-    text = defconfig.read_text(encoding="utf-8", errors="replace") if defconfig.is_file() else ""
-    own = {name: value for name, written in _SETTING.findall(text) if (value := _c_value(written)) is not None}
-    silent = set(_UNSET.findall(text)) | {name for name, written in _SETTING.findall(text) if written == "n"}
-    for choice in _CHOICES:
-        if own.keys() & set(choice):
-            silent |= set(choice) - own.keys()
-    chosen = {name: value for name, value in (stock | own).items() if name not in silent}
+    own, silent = _read_defconfig(defconfig)
     # a defconfig names its own platform; that of another one would make two of them true
-    chosen = {name: value for name, value in chosen.items() if not name.startswith(PLATFORM_PREFIX)}
+    chosen = {
+        name: value
+        for name, value in (stock | own).items()
+        if name not in silent and not name.startswith(PLATFORM_PREFIX)
+    }
     chosen[PLATFORM_PREFIX + platform.upper()] = "1"
     chosen.update(dict.fromkeys(extra, "1"))
     return dict(sorted(chosen.items()))
+
+
+def _read_defconfig(path: Path) -> tuple[dict[str, str], set[str]]:
+    """Return the symbols that a defconfig sets, as C text, and those that it switches off."""
+    text = path.read_text(encoding="utf-8", errors="replace") if path.is_file() else ""
+    written = _SETTING.findall(text)
+    own = {name: value for name, word in written if (value := _c_value(word)) is not None}
+    silent = set(_UNSET.findall(text)) | {name for name, word in written if word == "n"}
+    for choice in _CHOICES:
+        if own.keys() & set(choice):
+            silent |= set(choice) - own.keys()
+    return own, silent
 
 
 def _c_value(written: str) -> str | None:
@@ -124,7 +138,7 @@ def _demand_platform(root: Path, platform: str) -> None:
 
 
 def read_header(path: Path, platform: str, extra: Iterable[str] = ()) -> dict[str, str]:
-    """Return the symbols of a configuration header that somebody else generated.
+    """Return the symbols of a configuration header that another build generated.
 
     Raises:
         CheckoutError: If it cannot be read, or is for another platform.
@@ -155,3 +169,64 @@ def symbols_in(paths: Iterable[Path]) -> set[str]:
     for path in paths:
         found.update(_MENTION.findall(path.read_text(encoding="utf-8", errors="replace")))
     return found
+
+
+TOP = "Kconfig"
+PREFIX = "CONFIG_"
+
+# kconfiglib takes its settings from the environment and from its own module
+_lock = threading.Lock()
+
+
+def read_kconfig(root: Path, defconfig: Path) -> tuple[dict[str, str], set[str]] | None:
+    """Return what Kconfig gives, as the generated header would have it, and the names of all symbols that it knows.
+
+    Args:
+        root: The checkout; its Kconfig names files relative to it.
+        defconfig: Choices of a platform; may be missing.
+
+    Returns:
+        Values as C text by symbol, e.g. ``{"CONFIG_PLATFORM_CF2": "1"}``, without those that are off; and all symbols.
+        None without a Kconfig, or if it cannot be read.
+    """
+    if not (root / TOP).is_file():
+        return None
+    with _lock, _nothing_is_run(root):
+        try:
+            tree = kconfiglib.Kconfig(str(root / TOP), warn=False)
+            if defconfig.is_file():
+                tree.load_config(str(defconfig))
+            symbols = {f"{PREFIX}{symbol.name}": symbol for symbol in tree.unique_defined_syms}
+            values = {name: _value_of(symbol) for name, symbol in symbols.items()}
+        except (kconfiglib.KconfigError, OSError, ValueError, RecursionError):
+            return None
+    return {name: value for name, value in values.items() if value is not None}, set(symbols)
+
+
+def _value_of(symbol: kconfiglib.Symbol) -> str | None:
+    """Return a symbol's value as C text, or None if it is off or has none."""
+    value = symbol.str_value
+    if symbol.orig_type in (kconfiglib.BOOL, kconfiglib.TRISTATE):
+        return "1" if value == "y" else None
+    if symbol.orig_type == kconfiglib.STRING:
+        return f'"{kconfiglib.escape(value)}"' if symbol.config_string else None
+    return value or None
+
+
+@contextmanager
+def _nothing_is_run(root: Path) -> Iterator[None]:
+    """Let kconfiglib read files below a folder, and neither run a shell nor import functions."""
+    environment = {"srctree": str(root), "KCONFIG_FUNCTIONS": "no.functions", "CONFIG_": PREFIX}
+    before = {name: os.environ.get(name) for name in environment}
+    shell = kconfiglib._shell_fn
+    os.environ.update(environment)
+    kconfiglib._shell_fn = lambda *_: ""
+    try:
+        yield
+    finally:
+        kconfiglib._shell_fn = shell
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

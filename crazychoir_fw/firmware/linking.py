@@ -1,4 +1,4 @@
-"""Objects to a shared library that needs nobody but libc and libm."""
+"""Objects to a shared library that needs libc and libm only."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _UNDEFINED = re.compile(r"undefined (?:reference to [`'\"]|(?:hidden )?symbol: )
 
 @dataclass(frozen=True)
 class Undefined:
-    """A symbol that nobody defines."""
+    """A symbol without a definition."""
 
     name: str
     needed_by: tuple[Path, ...]
@@ -41,7 +41,7 @@ def link(
         objects: Object to source.
         library: File to write.
         words: More words for the command line.
-        is_completed_later: Whether symbols may stay undefined, for whoever loads the library to define.
+        is_completed_later: Whether symbols may stay undefined, to be defined by the loading process.
 
     Raises:
         LinkError: If the linker fails for other reasons; the text is what it printed.
@@ -64,6 +64,15 @@ def explain(undefined: Sequence[Undefined]) -> str:
         sources = ", ".join(map(str, symbol.needed_by)) or "an unknown file"
         lines.append(f"undefined symbol {symbol.name}, needed by {sources}")
     return "\n".join(lines)
+
+
+def needs_of(undefined: Sequence[Undefined]) -> dict[Path, list[str]]:
+    """Return the undefined symbols that each source uses."""
+    needs: dict[Path, list[str]] = {}
+    for symbol in undefined:
+        for path in symbol.needed_by:
+            needs.setdefault(path, []).append(symbol.name)
+    return needs
 
 
 def undefined_symbols(path: Path) -> set[str]:

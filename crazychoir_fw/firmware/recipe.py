@@ -122,7 +122,7 @@ class Recipe:
     def host_flags(self, generated: Path) -> tuple[str, ...]:
         """Return the flags for sources of the checkout as its own bindings compile them, with folders of headers.
 
-        Warnings that headers of the checkout cause are left out: nobody who edits one file wants those of all others.
+        Warnings that headers of the checkout cause are left out: editing one file shall not show those of all others.
 
         Args:
             generated: Folder of the headers that were made for this build.

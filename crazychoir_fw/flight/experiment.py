@@ -79,6 +79,8 @@ class Experiment(Stateful):
         experiment.run(7.0)
     """
 
+    no_rewind: str | None = None
+    """Why time cannot be turned back though the backend can, a sentence."""
     longest_film_s = 12.0
     """A film of a longer flight is played faster (s)."""
     unkept = ("shares", "_observe")

@@ -149,7 +149,7 @@ class HardwareBackend:
 
     def unlock(self, indices: Indices) -> list[int]:
         """See `Backend`; takes some seconds with drones that have just started."""
-        from crazychoir_fw.radio.parallel import in_parallel
+        from crazychoir_fw.radio.threads import in_parallel
 
         def make_ready(drone: Any) -> None:
             drone.resume()

@@ -211,7 +211,7 @@ class Session:
             self.access = open_access(self.experiment.backend)
             # a log of everything grows by megabytes a second, and nobody asked for one
             self.experiment.backend.record = lambda extra: None  # type: ignore[method-assign]
-            self.no_rewind = self.access.no_rewind
+            self.no_rewind = self.access.no_rewind or self.experiment.no_rewind
             # one can go back to before the first command
             self._keep_moment(self.experiment.time)
             self._publish()

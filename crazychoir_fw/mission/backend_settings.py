@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Annotated, Any
 
-from pydantic import BeforeValidator, Field
+from pydantic import Field
+from pydantic_core import core_schema as schemas
 
+from crazychoir_fw.common.constraints import Constraint, choice, listed, number, point
 from crazychoir_fw.mission.layers.values import Options
 from crazychoir_fw.mission.mixed import MocapSettings
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number, point, refusal
+
+_COEFFICIENT = schemas.float_schema(ge=0.0, le=10.0, strict=True)
+DRAG = Constraint(
+    schemas.nullable_schema(
+        schemas.union_schema([schemas.literal_schema(["rotor"]), listed(schemas.tuple_schema([_COEFFICIENT] * 3))])
+    ),
+    "rotor, or three numbers in [0, 10] N s/m",
+)
 
 
 class Disturbance(Section):
@@ -26,20 +34,11 @@ class Disturbance(Section):
 class IntegratorSettings(Section):
     """What the backend `integrator` is like."""
 
-    drag: Annotated[Any, BeforeValidator(lambda value: _drag(value))] = None
+    drag: Annotated[Any, DRAG] = None
     """Rotor drag: `rotor`, three coefficients (N s/m) along body x, y, z, or none."""
 
     disturbance: Disturbance | None = None
     """Random force on each drone."""
-
-
-def _drag(value: object) -> object:
-    if value is None or value == "rotor":
-        return value
-    is_list = isinstance(value, Sequence) and not isinstance(value, str | bytes) and len(value) == 3
-    if not is_list or not all(isinstance(v, int | float) and 0.0 <= v <= 10.0 for v in value):
-        raise refusal("rotor, or three numbers in [0, 10] N s/m")
-    return tuple(float(v) for v in value)
 
 
 class SafetyBox(Section):

@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag, model_validator
-from pydantic_core import core_schema as pydantic
+from pydantic_core import core_schema as schemas
 
+from crazychoir_fw.common.constraints import Constraint, choice, listed, number, switch, whole
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import Constraint, choice, listed, number, refusal, switch, whole
+from crazychoir_fw.mission.values import refusal
 
 GRAPHS = ("complete", "ring", "path")
 """Graphs by name: everybody with everybody, each with the next one in a ring, or in a row."""
@@ -26,11 +27,11 @@ def _pairs(value: tuple[tuple[str, str], ...]) -> tuple[tuple[str, str], ...]:
 
 def _fixed_graph() -> Constraint:
     """A graph by name, or a list of pairs of ids."""
-    name = pydantic.str_schema(strict=True)
-    pairs = pydantic.tuple_schema([listed(pydantic.tuple_schema([name, name]))], variadic_item_index=0)
+    name = schemas.str_schema(strict=True)
+    pairs = schemas.tuple_schema([listed(schemas.tuple_schema([name, name]))], variadic_item_index=0)
     return Constraint(
-        pydantic.union_schema(
-            [pydantic.literal_schema(list(GRAPHS)), pydantic.no_info_after_validator_function(_pairs, listed(pairs))]
+        schemas.union_schema(
+            [schemas.literal_schema(list(GRAPHS)), schemas.no_info_after_validator_function(_pairs, listed(pairs))]
         ),
         f"{', '.join(GRAPHS)}, a list of pairs of ids such as [[agent_0, agent_1]], or "
         "{random: {probability: 0.2, seed: 1}}, {within_distance: 1.5}, {random_edges: {probability: 0.8}}, "

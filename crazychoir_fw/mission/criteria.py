@@ -6,8 +6,8 @@ from typing import Annotated, Any
 
 from pydantic import ConfigDict
 
+from crazychoir_fw.common.constraints import number, switch
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import number, switch
 
 
 class Criteria(Section):

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator, model_validator
 
+from crazychoir_fw.common.constraints import refusal_of
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.mission.section import OneOf
-from crazychoir_fw.mission.values import did_you_mean, objection, refusal, unknown_key
+from crazychoir_fw.mission.values import objection, refusal, unknown_key
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation.faults import Fault
@@ -40,7 +41,6 @@ class FaultEntry(OneOf):
         """The fault, with `at` as it stands in the file: seconds since the first phase."""
         # a mission without faults is checked before the simulation is loaded
         from crazychoir_fw.simulation.faults import KINDS
-        from crazychoir_fw.simulation.faults.rules import Word
 
         kind = KINDS[self.name]
         values = getattr(self, self.name)
@@ -48,10 +48,8 @@ class FaultEntry(OneOf):
         for key, value in values.items():
             if key not in members:
                 raise unknown_key(key, members, f".{self.name}")
-            rule = members[key].metadata["rule"]
-            if not (value is None and members[key].default is None) and not rule.allows(value):
-                hint = did_you_mean(value, rule.known) if isinstance(rule, Word) else ""
-                raise refusal(f"{rule}{hint}", f".{self.name}.{key}", value=value)
+            if allowed := refusal_of(members[key], value):
+                raise refusal(f"{allowed}", f".{self.name}.{key}", value=value, known=" ".join(allowed.known))
         try:
             return kind(**{key: tuple(value) if isinstance(value, list) else value for key, value in values.items()})
         except RangeError as error:

@@ -8,22 +8,16 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
+from crazychoir_fw.common.constraints import choice, choices, number, point, switch, whole, word
 from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.mission.section import Section
 from crazychoir_fw.mission.values import (
-    choice,
-    choices,
     motor_ctrl_name,
-    number,
     parameter_values,
     plain_properties,
-    point,
     provider_word,
     source_files,
-    switch,
     vehicle_parameters,
-    whole,
-    word,
 )
 
 PLATFORMS = ("cf2", "cf21bl")

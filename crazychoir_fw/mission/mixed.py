@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
+from crazychoir_fw.common.constraints import choice, number, switch, whole, word
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number, switch, whole, word
 
 MOCAP_SYSTEMS = (
     "udp",

@@ -11,10 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, PrivateAttr, StrictBool, ValidationInfo, model_validator
 
+from crazychoir_fw.common.constraints import number, point, whole
 from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.common.trajectory_files import MEMORY_PIECES, read_pieces, read_points
 from crazychoir_fw.mission.section import OneOf, Section
-from crazychoir_fw.mission.values import beside, number, point, refusal, whole
+from crazychoir_fw.mission.values import beside, refusal
 
 MAX_POINTS = 10_000
 

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import BeforeValidator
 
+from crazychoir_fw.common.constraints import refusal_of
 from crazychoir_fw.common.errors import CrazychoirError, MissionError
-from crazychoir_fw.mission.values import did_you_mean, refusal, unknown_key
+from crazychoir_fw.mission.values import refusal, unknown_key
 
 if TYPE_CHECKING:
     from crazychoir_fw.crtp.link_model import RadioConfig
@@ -21,8 +22,7 @@ if TYPE_CHECKING:
 def _radio(value: Any) -> RadioConfig:
     """Return one entry."""
     # a mission without radios is checked before the simulation is loaded
-    from crazychoir_fw.crtp.link_model.config import MEMBERS, RadioConfig, refusal_of
-    from crazychoir_fw.simulation.faults.rules import Word
+    from crazychoir_fw.crtp.link_model.config import MEMBERS, RadioConfig
 
     if isinstance(value, RadioConfig):
         return value
@@ -31,11 +31,8 @@ def _radio(value: Any) -> RadioConfig:
     for key, item in value.items():
         if key not in MEMBERS:
             raise unknown_key(key, MEMBERS)
-        must = refusal_of(key, item)
-        if must is not None:
-            rule = MEMBERS[key].metadata["rule"]
-            hint = did_you_mean(item, rule.known) if isinstance(rule, Word) else ""
-            raise refusal(f"{must}{hint}", f".{key}", value=item)
+        if allowed := refusal_of(MEMBERS[key], item):
+            raise refusal(f"{allowed}", f".{key}", value=item, known=" ".join(allowed.known))
     if "drones" not in value:
         raise refusal("a mapping that names its drones, such as {drones: [cf1, cf2]}")
     return RadioConfig(**{key: tuple(item) if isinstance(item, list) else item for key, item in value.items()})

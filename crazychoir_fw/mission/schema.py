@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, ValidationInfo, field_validator
 
+from crazychoir_fw.common.constraints import choice, number, whole, word
 from crazychoir_fw.mission.backend_settings import HardwareSettings, IntegratorSettings
 from crazychoir_fw.mission.criteria import Criteria
 from crazychoir_fw.mission.faults import Faults
@@ -15,7 +16,7 @@ from crazychoir_fw.mission.mixed import MixedSettings
 from crazychoir_fw.mission.phases import LayeredPhase, PhaseEntry
 from crazychoir_fw.mission.radios import Radios
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import beside, choice, did_you_mean, number, refusal, whole, wind_parameters, word
+from crazychoir_fw.mission.values import beside, did_you_mean, is_file, refusal, wind_parameters
 
 SCENES = ("arena", "flight_lab", "gates", "pillars", "room")
 
@@ -91,11 +92,7 @@ class Mission(Section):
         if scene in SCENES:
             return scene
         path = beside(scene, info)
-        try:
-            is_model = path.suffix == ".xml" and path.is_file()
-        except (OSError, ValueError):  # a name that no file can have
-            is_model = False
-        if not is_model:
+        if path.suffix != ".xml" or not is_file(path):
             raise refusal(f"one of {', '.join(SCENES)}{did_you_mean(scene, SCENES)} or an existing .xml file")
         return str(path)
 

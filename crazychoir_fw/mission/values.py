@@ -1,12 +1,12 @@
-"""The kinds of values in a mission file; each refuses in words what it cannot be.
+"""The kinds of values in a mission file: those of `common.constraints`, and those that know files, providers, vehicles.
 
-Pydantic checks the values. Whatever is refused ends as "… must be <must>", so that the reader of the message learns the
-allowed range without opening the documentation.
+Whatever is refused ends as "… must be <must>", so that the reader of the message learns the allowed range without
+opening the documentation.
 """
 
+import os
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from difflib import get_close_matches
 from numbers import Real
 from pathlib import Path
@@ -14,9 +14,10 @@ from typing import Any
 
 import numpy as np
 from pydantic import BeforeValidator, ValidationInfo
-from pydantic_core import CoreSchema, PydanticCustomError
-from pydantic_core import core_schema as pydantic
+from pydantic_core import PydanticCustomError
+from pydantic_core import core_schema as schemas
 
+from crazychoir_fw.common.constraints import Constraint
 from crazychoir_fw.common.errors import CrazychoirError, UnknownNameError
 from crazychoir_fw.firmware.levels import BITCRAZE, level_of, word_for_modules
 from crazychoir_fw.onboard.variables import parameter_table
@@ -57,96 +58,17 @@ def did_you_mean(word: object, known: Collection[str]) -> str:
     return f" (did you mean '{near[0]}'?)" if near else ""
 
 
-@dataclass(frozen=True, eq=False)
-class Constraint:
-    """What `typing.Annotated` says of a value: a schema of pydantic, and the words for all that it refuses."""
-
-    schema: CoreSchema
-    must: str
-    """What is allowed, as it continues "must be"."""
-    known: tuple[str, ...] = ()
-    """Words, of which the nearest one is suggested."""
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
-        """Return the schema, with one error for whatever is wrong."""
-        context = {"must": self.must, "known": " ".join(self.known), "path": ""}
-        return pydantic.custom_error_schema(
-            self.schema, "must_be", custom_error_message="must be {must}", custom_error_context=context
-        )
-
-
 def is_number(value: object, low: float, high: float) -> bool:
     """Tell whether *value* is a real number in [low, high]: no NaN, and no boolean."""
     return isinstance(value, Real) and not isinstance(value, bool) and low <= value <= high
 
 
-def number(low: float, high: float, unit: str = "") -> Constraint:
-    """A real number in [low, high]: no NaN, no boolean, no text."""
-    must = f"a number in [{low:g}, {high:g}] {unit}".rstrip()
-    return Constraint(pydantic.float_schema(ge=low, le=high, strict=True), must)
-
-
-def whole(low: int, high: int) -> Constraint:
-    """A whole number in [low, high]."""
-    plain = lambda value: int(value) if isinstance(value, np.integer) else value
-    schema = pydantic.int_schema(ge=low, le=high, strict=True)
-    return Constraint(pydantic.no_info_before_validator_function(plain, schema), f"a whole number in [{low}, {high}]")
-
-
-def choice(*known: str, must: str = "") -> Constraint:
-    """One of a few words."""
-    must = must or ("one of " + ", ".join(known) if len(known) > 1 else known[0])
-    return Constraint(pydantic.literal_schema(list(known)), must, known)
-
-
-def choices(*known: str) -> Constraint:
-    """A list of a few words, each at most once."""
-    words = listed(pydantic.tuple_schema([pydantic.literal_schema(list(known))], variadic_item_index=0))
-    once = lambda value: tuple(dict.fromkeys(value))
-    return Constraint(pydantic.no_info_after_validator_function(once, words), "a list of " + ", ".join(known), known)
-
-
-def switch() -> Constraint:
-    """True or false."""
-    return Constraint(pydantic.bool_schema(strict=True), "true or false")
-
-
-def word(pattern: str, must: str) -> Constraint:
-    """Text that matches *pattern*."""
-    return Constraint(pydantic.str_schema(pattern=rf"\A(?:{pattern})\Z", strict=True, regex_engine="python-re"), must)
-
-
-def point(*names: str, low: float = -1000.0, high: float = 1000.0, floor: float | None = None) -> Constraint:
-    """A list of coordinates in meters.
-
-    Args:
-        names: The axes in order. An axis in brackets, such as "[z]", may be left out.
-        low: Lowest coordinate.
-        high: Highest coordinate.
-        floor: Lowest third coordinate, when it differs.
-    """
-    must = f"numbers [{', '.join(names)}] in [{low:g}, {high:g}] m"
-    if floor is not None:
-        must += f" with z >= {floor:g}"
-    axes: list[CoreSchema] = [pydantic.float_schema(ge=low, le=high, strict=True) for _ in names]
-    if floor is not None:
-        axes[2] = pydantic.float_schema(ge=max(low, floor), le=high, strict=True)
-    shortest = sum(not name.startswith("[") for name in names)
-    lengths = [pydantic.tuple_schema(axes[:count]) for count in range(shortest, len(names) + 1)]
-    return Constraint(listed(pydantic.union_schema(lengths) if len(lengths) > 1 else lengths[0]), must)
-
-
-def listed(schema: CoreSchema) -> CoreSchema:
-    """Return a schema that is handed lists and tuples only: pydantic's own take sets for lists, too."""
-    return pydantic.chain_schema([pydantic.is_instance_schema((list, tuple)), schema])
-
-
 def plain_properties() -> Constraint:
     """A mapping from words to texts or numbers."""
-    keys = pydantic.str_schema(pattern=r"\A\w[\w.-]*\Z", coerce_numbers_to_str=True, regex_engine="python-re")
-    values = pydantic.union_schema([pydantic.str_schema(strict=True), pydantic.float_schema()])
+    keys = schemas.str_schema(pattern=r"\A\w[\w.-]*\Z", coerce_numbers_to_str=True, regex_engine="python-re")
+    values = schemas.union_schema([schemas.str_schema(strict=True), schemas.float_schema()])
     must = "a mapping from words to texts or numbers, such as {height: 0.8}"
-    return Constraint(pydantic.dict_schema(keys, values), must)
+    return Constraint(schemas.dict_schema(keys, values), must)
 
 
 def provider_word() -> BeforeValidator:
@@ -193,17 +115,7 @@ def source_files() -> BeforeValidator:
         names = [value] if isinstance(value, str | Path) else value
         if not isinstance(names, Sequence) or not all(isinstance(name, str | Path) for name in names):
             raise refusal(must)
-        paths = []
-        for name in names:
-            path = beside(name, info)
-            try:
-                is_source = path.suffix == ".c" and path.is_file()
-            except (OSError, ValueError):  # a name that no file can have
-                is_source = False
-            if not is_source:
-                raise refusal(f"{must}; {str(name)[:80]!r} is no existing .c file in {folders_of(info)[0]}")
-            paths.append(str(path))
-        return tuple(paths)
+        return tuple(str(existing_file(name, info, must, ".c")) for name in names)
 
     return BeforeValidator(check)
 
@@ -213,28 +125,24 @@ def folders_of(info: ValidationInfo) -> tuple[Path, ...]:
     return (info.context or {}).get("folders", (Path(),))
 
 
+def is_file(path: Path) -> bool:
+    """Return whether there is such a file; there is none where no file can have its name."""
+    return os.path.isfile(path)  # noqa: PTH113, where pathlib raises
+
+
 def beside(name: str | Path, info: ValidationInfo) -> Path:
     """Return the path of a file that a mission names: in the first of its folders where it is, or in its own."""
     paths = [folder / name for folder in folders_of(info)]
-    for path in paths:
-        try:
-            if path.exists():
-                return path
-        except (OSError, ValueError):  # a name that no file can have
-            break
-    return paths[0]
+    return next(filter(os.path.exists, paths), paths[0])
 
 
-def existing_file(file: str, info: ValidationInfo, must: str) -> Path:
+def existing_file(name: str | Path, info: ValidationInfo, must: str, suffix: str = "") -> Path:
     """Return a file seen from the folder of the mission file; without it, the value must be what `must` says."""
-    path = beside(file, info)
-    try:
-        is_file = path.is_file()
-    except (OSError, ValueError):  # a name that no file can have
-        is_file = False
-    if not is_file:
-        raise refusal(f"{must}; {file[:80]!r} is no existing file in {folders_of(info)[0]}")
-    return path.resolve()
+    path = beside(name, info)
+    if not path.name.endswith(suffix) or not is_file(path):
+        kind = f"{suffix} file".lstrip()
+        raise refusal(f"{must}; {str(name)[:80]!r} is no existing {kind} in {folders_of(info)[0]}")
+    return path
 
 
 def motor_ctrl_name() -> BeforeValidator:
@@ -247,7 +155,7 @@ def motor_ctrl_name() -> BeforeValidator:
         file, colon, class_name = value.rpartition(":")
         if not (colon and file.endswith(".py")):
             return value
-        return f"{existing_file(file, info, must)}:{class_name}"
+        return f"{existing_file(file, info, must).resolve()}:{class_name}"
 
     return BeforeValidator(check)
 

@@ -1,7 +1,7 @@
 """Messages of pose sources as plain poses (docs/reference/crazychoir.md#2.2, #14).
 
 Only fields are read, so that nothing of ROS is needed. What the message says is passed on as it is, also zeros and
-NaN: whoever filters poses decides what a lost sample is.
+NaN: the filter of poses decides what a lost sample is.
 """
 
 from __future__ import annotations

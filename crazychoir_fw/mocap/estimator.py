@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.common.attitude import rotation_of_quaternion, rpy_of_rotation, wrapped
 from crazychoir_fw.common.errors import RangeError, UnknownNameError
 from crazychoir_fw.common.messages import Pose
-from crazychoir_fw.mocap.derivative import LEGACY_STEP, TIME_CONSTANT, FilteredDerivative
+from crazychoir_fw.mocap.predictor import LEGACY_STEP, TIME_CONSTANT, FilteredDerivative
 
 Array = NDArray[np.float64]
 
@@ -94,7 +94,7 @@ class Estimator:
         """
         position, orientation, time = self._arrays(sample, now)
         if self._newest is not None and not self.legacy and time < self._newest - self._lost_after:
-            self.reset()  # simulated time began anew
+            self.reset()  # simulated time began again
         if self._position is None:
             self._begin(len(position))
         self._newest = time if self._newest is None else max(time, self._newest)

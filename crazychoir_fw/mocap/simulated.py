@@ -44,7 +44,7 @@ class MocapConfig:
 
     @classmethod
     def default(cls) -> MocapConfig:
-        """Return what simulated vehicles have, where nobody asks for another."""
+        """Return what simulated vehicles have, by default."""
         config = ffi.new("cf_vehicle_config_t *")
         check(lib.cf_vehicle_default_config(config, lib.CF_PLATFORM_CF2), "vehicle")
         mocap = config.mocap
@@ -89,7 +89,7 @@ class SimulatedMocap:
         self.reset()
 
     def reset(self) -> None:
-        """Begin anew, with the same dice."""
+        """Begin again, with the same dice."""
         self._first: float | None = None
         self._frames = 0
         self._dice: list[np.random.Generator] = []
@@ -125,7 +125,7 @@ class SimulatedMocap:
         due = self._first + self._frames / self.config.rate
         if now >= due - _GRID:
             self._under_way.append(self._frame(now, truth))
-            # one frame, however long nobody called
+            # one frame, however long ago the last call was
             self._frames = math.floor((now - self._first + _GRID) * self.config.rate) + 1
         arrived = []
         while self._under_way and now >= self._under_way[0].time + self.config.latency - _GRID:

@@ -1,4 +1,4 @@
-"""Where poses of real bodies come from: motion-capture systems, or whoever sends them by UDP."""
+"""Where poses of real bodies come from: motion-capture systems, or datagrams of UDP."""
 
 from __future__ import annotations
 

@@ -100,7 +100,7 @@ def load_library(library: ProviderLibrary, follows_checkout: bool = False) -> in
 
     Args:
         library: The library with its image map.
-        follows_checkout: Whoever asks for its name next gets the checkout as it is then; otherwise this library stays.
+        follows_checkout: The next request for its name gets the checkout as it is then; otherwise this library stays.
 
     Returns:
         Its number as a provider, 1 or more.
@@ -241,7 +241,7 @@ def register_plugin() -> None:
 
 
 def _stop_clock() -> None:
-    """Switch off MuJoCo's stop watch, unless somebody has set one.
+    """Switch off MuJoCo's stop watch, unless one is set.
 
     MuJoCo's Python module lets every step measure its own stages for `mjData.timer`, which takes as long as half of a
     small model's step. `mujoco.set_mjcb_time(None)` switches it on again.

@@ -1,15 +1,12 @@
-"""The drones that are flown for a comparison, and what each of them is told to do.
+"""The drones that are flown for a comparison, and the world that they fly in.
 
 Together they meet every kind of set-point and every type of measurement. They fly in one world, a meter apart.
 """
 
 from __future__ import annotations
 
-import bisect
 import itertools
-import math
-import struct
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -17,32 +14,32 @@ import numpy as np
 from numpy.lib.stride_tricks import as_strided
 from numpy.typing import NDArray
 
-from crazychoir_fw._core import lib
 from crazychoir_fw.common.errors import CrazychoirError, UnknownNameError
-from crazychoir_fw.onboard.trajectories import CompressedSegment, CompressedStart
+from crazychoir_fw.parity.manoeuvres import (
+    COMMANDED,
+    ESTIMATED_AGAIN,
+    EVERY_SETPOINT,
+    FORGOTTEN,
+    HEIGHT_ALONE,
+    NO_SPIRAL,
+    PACKETS,
+    PERIOD,
+    PLANS,
+    POSITIONS_ONLY,
+    SIMPLE,
+    STANDING,
+    STOPPED,
+    SWITCHED,
+    TESTED,
+    Leg,
+    Pilot,
+    trade_places,
+)
 from crazychoir_fw.simulation import DroneConfig, World
-from crazychoir_fw.simulation.drone import Drone
-
-PERIOD = 10
-"""Time between two set-points of the pilot (ms)."""
-
-_RPYT, _GENERIC, _HIGH_LEVEL = 3, 7, 8  # ports of packets
-_CODE = 3  # where the answer to a high-level command says whether it was taken
 
 _SPACING = 0.9  # [m]
 _COLUMNS = 5
 _BOOT_LIMIT = 4000  # [ms]
-
-
-@dataclass(frozen=True)
-class Leg:
-    """A stretch of a flight."""
-
-    seconds: float
-    begin: Callable[[Pilot], None] | None = None
-    """Called once."""
-    keep: Callable[[Pilot, float], None] | None = None
-    """Called every 10 ms with the time since the begin (s)."""
 
 
 @dataclass(frozen=True)
@@ -66,460 +63,108 @@ class Member:
     """Modules around the algorithms that decide this flight, as `firmware.levels` names them."""
 
 
-class Pilot:
-    """Flies one drone through its legs; commands that the drone refuses are counted and noted."""
-
-    def __init__(self, drone: Drone, legs: Sequence[Leg]) -> None:
-        self.drone = drone
-        self.home = drone.true_position
-        self.refused: list[str] = []
-        self.start: int | None = None
-        """Tick of the world at which the legs begin (ms); None while the drone cannot fly."""
-        self._legs = list(legs)
-        self._ends = list(itertools.accumulate(round(leg.seconds * 1000) for leg in legs))
-        self.ticks = self._ends[-1]
-        """What all legs together take (ms)."""
-
-    @property
-    def is_waiting(self) -> bool:
-        """Whether the drone may still become able to fly."""
-        return self.start is None and self.drone.struct.onboard.fault == lib.CF_FAULT_NONE
-
-    def act(self, tick: int) -> None:
-        """Send what is due at this time since the start (ms)."""
-        if tick % PERIOD or tick >= self.ticks:
-            return
-        index = bisect.bisect_right(self._ends, tick)
-        leg = self._legs[index]
-        start = self._ends[index - 1] if index else 0
-        try:
-            if leg.begin is not None and tick == -(-start // PERIOD) * PERIOD:
-                leg.begin(self)
-            if leg.keep is not None:
-                leg.keep(self, (tick - start) / 1000)
-        except CrazychoirError as error:
-            self.refused.append(f"{tick} ms: {error}")
-
-    def place(self, dx: float, dy: float, z: float) -> tuple[float, float, float]:
-        """Return a position (m, world) from one beside the home of this drone."""
-        return float(self.home[0] + dx), float(self.home[1] + dy), z
-
-
-# ------------------------------------------------------------------------------------------ legs
-
-
-def _takeoff(pilot: Pilot) -> None:
-    pilot.drone.high_level_commander.takeoff(0.6, 1.3, yaw=None)
-
-
-def _land(pilot: Pilot) -> None:
-    pilot.drone.commander.send_notify_setpoint_stop()
-    pilot.drone.high_level_commander.land(0.02, 1.6, yaw=None)
-
-
-def _position(pilot: Pilot, t: float) -> None:
-    pilot.drone.commander.send_position_setpoint(*pilot.place(0.0, 0.05, 0.65), 15.0)
-
-
-def _velocity(pilot: Pilot, t: float) -> None:
-    pilot.drone.commander.send_velocity_world_setpoint(0.2 * math.cos(6 * t), 0.2 * math.sin(6 * t), 0.1, 20.0)
-
-
-def _hover(pilot: Pilot, t: float) -> None:
-    pilot.drone.commander.send_hover_setpoint(0.15 * math.cos(7 * t), 0.15 * math.sin(7 * t), -30.0, 0.6)
-
-
-def _zdistance(pilot: Pilot, t: float) -> None:
-    pilot.drone.commander.send_zdistance_setpoint(2.0 * math.cos(9 * t), 1.5 * math.sin(9 * t), 10.0, 0.65)
-
-
-def _descend(pilot: Pilot, t: float) -> None:
-    pilot.drone.commander.send_zdistance_setpoint(0.0, 0.0, 0.0, max(0.05, 0.65 - 0.9 * t))
-
-
-def _altitude_hold(pilot: Pilot, t: float) -> None:
-    # a packet that cflib has no call for
-    lib.cf_send_altitude_hold(pilot.drone.struct, 2.0 * math.sin(9 * t), -1.5 * math.cos(9 * t), 5.0, 0.1)
-
-
-def _manual(is_rate: bool) -> Callable[[Pilot, float], None]:
-    def keep(pilot: Pilot, t: float) -> None:
-        swing = 8.0 * math.sin(20 * t) if is_rate else 2.0 * math.sin(12 * t)
-        pilot.drone.commander.send_setpoint_manual(swing, -swing, 10.0, 54.0, is_rate)
-
-    return keep
-
-
-def _unlock_thrust(pilot: Pilot) -> None:
-    pilot.drone.commander.send_setpoint(0.0, 0.0, 0.0, 0)
-
-
-def _rpyt(pilot: Pilot, t: float) -> None:
-    if t >= PERIOD / 1000:
-        pilot.drone.commander.send_setpoint(1.5 * math.sin(12 * t), 1.5 * math.cos(12 * t), 15.0, 37000)
-
-
-def _full_state(pilot: Pilot, t: float) -> None:
-    w, r = 3.0, 0.08
-    pilot.drone.commander.send_full_state_setpoint(
-        pilot.place(r * math.sin(w * t), 0.05 + r * (1 - math.cos(w * t)), 0.65),
-        (r * w * math.cos(w * t), r * w * math.sin(w * t), 0.0),
-        (-r * w * w * math.sin(w * t), r * w * w * math.cos(w * t), 0.0),
-        (0.0, 0.0, math.sin(0.1), math.cos(0.1)),
-        0.0,
-        0.0,
-        0.1,
-    )
-
-
-def _high_level(pilot: Pilot) -> None:
-    pilot.drone.commander.send_notify_setpoint_stop()
-    pilot.drone.high_level_commander.go_to(*pilot.place(0.0, 0.0, 0.7), yaw=0.4, duration_s=1.0)
-
-
-def _relative_linear(pilot: Pilot) -> None:
-    pilot.drone.high_level_commander.go_to(0.1, 0.05, 0.05, yaw=-0.4, duration_s=0.8, relative=True, linear=True)
-
-
-def _spiral(pilot: Pilot) -> None:
-    pilot.drone.high_level_commander.spiral(math.pi, 0.1, 0.15, 0.05, 1.4, sideways=True, clockwise=True)
-
-
-def _trajectory(pilot: Pilot) -> None:
-    pilot.drone.high_level_commander.upload_trajectory(1, example_pieces())
-    pilot.drone.high_level_commander.start_trajectory(1, 0.9, relative_position=True, relative_yaw=True)
-
-
-def _compressed(pilot: Pilot) -> None:
-    commander = pilot.drone.high_level_commander
-    commander.upload_compressed_trajectory(2, *example_compressed(), offset=1024)
-    commander.start_trajectory(2, relative_position=True)
-
-
-def _toward(dx: float) -> Callable[[Pilot, float], None]:
-    def keep(pilot: Pilot, t: float) -> None:
-        pilot.drone.commander.send_position_setpoint(*pilot.place(dx, 0.02, 0.6), 0.0)
-
-    return keep
-
-
-def _packet(port: int, channel: int, form: str, *values: float) -> Callable[[Pilot], None]:
-    """Return a step that sends a packet; an answer that says no counts as refused."""
-    data = struct.pack(form, *values)
-
-    def send(pilot: Pilot) -> None:
-        answer = pilot.drone.receive_packet(port, channel, data)
-        if answer is not None and len(answer) > _CODE and answer[_CODE] != 0:
-            pilot.refused.append(f"packet {data.hex(' ')}: {answer[_CODE]}")
-
-    return send
-
-
-def _all(*steps: Callable[[Pilot], None]) -> Callable[[Pilot], None]:
-    def begin(pilot: Pilot) -> None:
-        for step in steps:
-            step(pilot)
-
-    return begin
-
-
-def _hover_packet(pilot: Pilot, t: float) -> None:
-    _packet(_GENERIC, 0, "<Bffff", 5, 0.1 * math.sin(4 * t), 0.05, 10.0, 0.6)(pilot)
-
-
-def _position_packet(pilot: Pilot, t: float) -> None:
-    _packet(_GENERIC, 0, "<Bffff", 7, *pilot.place(0.05, -0.05, 0.6), 0.0)(pilot)
-
-
-def _unlock_packet(pilot: Pilot) -> None:
-    _packet(_RPYT, 0, "<fffH", 0.0, 0.0, 0.0, 0)(pilot)
-
-
-def _rpyt_packet(pilot: Pilot, t: float) -> None:
-    if t >= PERIOD / 1000:
-        _packet(_RPYT, 0, "<fffH", math.sin(12 * t), math.cos(12 * t), 5.0, 37000)(pilot)
-
-
-def _relax_packet(pilot: Pilot) -> None:
-    _packet(_GENERIC, 1, "<BI", 0, 0)(pilot)
-    pilot.drone.high_level_commander.go_to(*pilot.place(0.0, 0.0, 0.6), yaw=0.0, duration_s=1.0)
-
-
-def _set(name: str, value: int) -> Callable[[Pilot], None]:
-    def begin(pilot: Pilot) -> None:
-        pilot.drone.param[name] = value
-
-    return begin
-
-
-def _emergency_stop(pilot: Pilot) -> None:
-    pilot.drone.emergency_stop()
-
-
-def _refused_by_the_planner(pilot: Pilot) -> None:
-    # a second take-off, an unknown command, a trajectory that nobody defined
-    _packet(_HIGH_LEVEL, 0, "<BBffBf", 7, 0, 0.9, 0.0, 1, 1.0)(pilot)
-    _packet(_HIGH_LEVEL, 0, "<BB", 99, 0)(pilot)
-    _packet(_HIGH_LEVEL, 0, "<BBBBBBf", 13, 0, 0, 0, 0, 17, 1.0)(pilot)
-
-
-def _not_for_this_group(pilot: Pilot) -> None:
-    pilot.drone.high_level_commander.set_group_mask(2)
-    _packet(_HIGH_LEVEL, 0, "<BBBBfffff", 12, 4, 0, 0, 9.0, 9.0, 1.0, 0.0, 1.0)(pilot)
-
-
-def example_pieces() -> np.ndarray:
-    """Return two polynomial pieces that start and end at rest, shape (2, 33)."""
-    rows = np.zeros((2, 33))
-    for row, (x, y, z, yaw) in enumerate(((0.12, -0.08, 0.1, 0.5), (-0.12, 0.08, -0.1, -0.3))):
-        before = np.array([0.0, 0.0, 0.0, 0.0]) if row == 0 else np.array([0.12, -0.08, 0.1, 0.5])
-        duration = 0.8 + 0.2 * row
-        # 35 s^4 - 84 s^5 + 70 s^6 - 20 s^7
-        smooth = np.array([0, 0, 0, 0, 35.0, -84.0, 70.0, -20.0]) / duration ** np.arange(8)
-        for axis, way in enumerate((x, y, z, yaw)):
-            rows[row, 8 * axis : 8 * axis + 8] = way * smooth
-            rows[row, 8 * axis] = before[axis]
-        rows[row, 32] = duration
-    return rows
-
-
-def example_compressed() -> tuple[CompressedStart, list[CompressedSegment]]:
-    """Return a compressed trajectory with an axis of every form."""
-    start = CompressedStart(0.0, 0.0, 0.5, 0.0)
-    return start, [
-        CompressedSegment(0.7, [0.1], [0.0, 0.05, 0.05], [], [0.0, 0.0, 0.05, 0.1, 0.15, 0.2, 0.2]),
-        CompressedSegment(0.8, [0.1, 0.05, 0.0, 0.0, 0.0, 0.0, 0.0], [], [0.55], [0.2, 0.1, 0.0]),
-    ]
-
-
-_EVERY_SETPOINT = (
-    Leg(1.5, _takeoff),
-    Leg(0.9, keep=_position),
-    Leg(0.8, keep=_velocity),
-    Leg(0.8, keep=_hover),
-    Leg(0.5, keep=_zdistance),
-    Leg(0.5, keep=_altitude_hold),
-    Leg(0.6, keep=_position),
-    Leg(0.25, keep=_manual(False)),
-    Leg(0.2, keep=_manual(True)),
-    Leg(0.8, keep=_position),
-    Leg(0.25, _unlock_thrust, _rpyt),
-    Leg(0.8, keep=_position),
-    Leg(1.0, keep=_full_state),
-    Leg(1.1, _high_level),
-    Leg(0.9, _relative_linear),
-    Leg(1.5, _spiral),
-    Leg(1.7, _trajectory),
-    Leg(1.6, _compressed),
-    Leg(2.2, _land),
-)
-
-# INDI loses a few degrees of yaw for a moment where a turn passes 180 deg, more or less by chance
-_NO_SPIRAL = tuple(leg for leg in _EVERY_SETPOINT if leg.begin is not _spiral)
-
-# Mellinger, Brescianini and Lee cannot fly velocities or bare attitudes
-_POSITIONS_ONLY = (
-    Leg(1.5, _takeoff),
-    Leg(1.0, keep=_position),
-    Leg(1.2, keep=_full_state),
-    Leg(1.1, _high_level),
-    Leg(0.9, _relative_linear),
-    Leg(1.5, _spiral),
-    Leg(1.7, _trajectory),
-    Leg(1.6, _compressed),
-    Leg(2.2, _land),
-)
-
-_STANDING = (Leg(3.0),)
-
-_SIMPLE = (
-    Leg(1.5, _takeoff),
-    Leg(1.0, keep=_position),
-    Leg(0.8, keep=_velocity),
-    Leg(0.8, keep=_hover),
-    Leg(1.1, _high_level),
-    Leg(0.9, _relative_linear),
-    Leg(2.2, _land),
-)
-
-_HEIGHT_ALONE = (
-    Leg(1.2, keep=_zdistance),
-    Leg(0.6, keep=_altitude_hold),
-    Leg(0.6, keep=_zdistance),
-    Leg(0.8, keep=_descend),
-    Leg(0.1, lambda pilot: pilot.drone.commander.send_stop_setpoint()),
-)
-
-
-def _trade_places(dx: float) -> tuple[Leg, ...]:
-    return (Leg(1.5, _takeoff), Leg(2.5, keep=_toward(dx)), Leg(2.2, _land))
-
-
-_COMMANDED = (
-    Leg(1.5, _takeoff),
-    Leg(0.8, keep=_position),
-    Leg(0.7),  # the setpoint grows old: the supervisor levels out
-    Leg(0.8, keep=_position),
-    Leg(1.1, _high_level),
-    Leg(0.9, _relative_linear),
-    Leg(2.2, _land),
-)
-
-_PACKETS = (
-    Leg(1.5, _takeoff),
-    Leg(0.8, keep=_hover_packet),
-    Leg(0.8, keep=_position_packet),
-    Leg(0.25, _unlock_packet, _rpyt_packet),
-    Leg(0.8, keep=_position_packet),
-    Leg(1.1, _relax_packet),
-    Leg(2.2, _land),
-)
-
-_PLANS = (
-    Leg(1.5, _takeoff),
-    Leg(0.5, _refused_by_the_planner),
-    Leg(0.3, _not_for_this_group),
-    Leg(0.9, _relative_linear),
-    Leg(1.5, _spiral),
-    Leg(1.7, _trajectory),
-    Leg(1.6, _compressed),
-    Leg(2.2, _land),
-)
-
-_STOPPED = (Leg(1.5, _takeoff), Leg(0.6, keep=_position), Leg(1.2, _emergency_stop), Leg(0.3, _takeoff))
-
-_FORGOTTEN = (Leg(1.5, _takeoff), Leg(0.8, keep=_position), Leg(3.0))
-
-_SWITCHED = (
-    Leg(1.5, _takeoff),
-    Leg(0.6, keep=_position),
-    Leg(1.0, _set("stabilizer.controller", 2), _position),
-    Leg(1.0, _set("stabilizer.controller", 4), _position),
-    Leg(1.0, _set("stabilizer.controller", 1), _position),
-    Leg(1.1, _high_level),
-    Leg(2.2, _land),
-)
-
-_ESTIMATED_ANEW = (
-    Leg(0.5, _set("stabilizer.estimator", 1)),
-    Leg(0.8, _all(_set("stabilizer.estimator", 2), _set("kalman.resetEstimation", 1))),
-    Leg(1.5, _takeoff),
-    Leg(0.8, keep=_position),
-    Leg(0.8, keep=_hover),
-    Leg(1.1, _high_level),
-    Leg(2.2, _land),
-)
-
-_TESTED = (Leg(4.6, _set("health.startPropTest", 1)),)
-
 # far from all others: some of them fall
 _FAR = 16.0
 
 MODULE_FLIGHTS: tuple[Member, ...] = (
     Member(
         "commander",
-        _COMMANDED,
+        COMMANDED,
         place=(_FAR, 0.0),
         shows="priorities, setpoints that grow old, relaxing",
         modules=("commander", "supervisor", "stabilizer"),
     ),
     Member(
         "packets",
-        _PACKETS,
+        PACKETS,
         place=(_FAR + 2.0, 0.0),
         shows="setpoints as packets",
         modules=("crtp_commander", "commander", "stabilizer"),
     ),
     Member(
         "plans",
-        _PLANS,
+        PLANS,
         place=(_FAR + 4.0, 0.0),
         shows="high-level commands, taken and refused",
         modules=("high_level", "stabilizer"),
     ),
     Member(
         "stopped",
-        _STOPPED,
+        STOPPED,
         place=(_FAR + 6.0, 0.0),
         shows="an emergency stop, and a take-off behind it",
         modules=("supervisor", "stabilizer"),
     ),
     Member(
         "forgotten",
-        _FORGOTTEN,
+        FORGOTTEN,
         place=(_FAR + 8.0, 0.0),
         shows="setpoints that cease for good",
         modules=("supervisor", "stabilizer"),
     ),
     Member(
         "switched",
-        _SWITCHED,
+        SWITCHED,
         place=(_FAR, 4.0),
         shows="controllers switched in flight",
         modules=("controller_table", "stabilizer"),
     ),
     Member(
         "estimated_anew",
-        _ESTIMATED_ANEW,
+        ESTIMATED_AGAIN,
         place=(_FAR + 2.0, 4.0),
         shows="estimators switched, the filter restarted",
         settles_s=1.3,
         modules=("estimator_task", "stabilizer"),
     ),
     Member(
-        "tested",
-        _TESTED,
-        place=(_FAR + 4.0, 4.0),
-        shows="the test of the propellers",
-        modules=("health", "stabilizer"),
+        "tested", TESTED, place=(_FAR + 4.0, 4.0), shows="the test of the propellers", modules=("health", "stabilizer")
     ),
 )
 """Flights in which the modules around the algorithms decide."""
 
 FLEET: tuple[Member, ...] = (
-    Member(
-        "pid", _EVERY_SETPOINT, shows="PID with every kind of set-point; poses", modules=("commander", "high_level")
-    ),
-    Member("mellinger", _POSITIONS_ONLY, "mellinger", shows="Mellinger with positions, full states and plans"),
-    Member("indi", _NO_SPIRAL, "indi", shows="INDI with every kind of set-point"),
-    Member("brescianini", _POSITIONS_ONLY, "brescianini", shows="Brescianini with positions, full states and plans"),
-    Member("lee", _POSITIONS_ONLY, "lee", shows="Lee with positions, full states and plans"),
-    Member("position", _SIMPLE, positioning="mocap_position", shows="positions without attitudes"),
-    Member("sweeps", _SIMPLE, positioning="lighthouse", shows="sweep angles and yaw errors"),
+    Member("pid", EVERY_SETPOINT, shows="PID with every kind of set-point; poses", modules=("commander", "high_level")),
+    Member("mellinger", POSITIONS_ONLY, "mellinger", shows="Mellinger with positions, full states and plans"),
+    Member("indi", NO_SPIRAL, "indi", shows="INDI with every kind of set-point"),
+    Member("brescianini", POSITIONS_ONLY, "brescianini", shows="Brescianini with positions, full states and plans"),
+    Member("lee", POSITIONS_ONLY, "lee", shows="Lee with positions, full states and plans"),
+    Member("position", SIMPLE, positioning="mocap_position", shows="positions without attitudes"),
+    Member("sweeps", SIMPLE, positioning="lighthouse", shows="sweep angles and yaw errors"),
     Member(
         "beams",
-        _SIMPLE,
+        SIMPLE,
         positioning="lighthouse",
         parameters={"lighthouse.method": 0},
         shows="crossed beams: positions of a lighthouse",
     ),
-    Member("twr", _SIMPLE, positioning="loco_twr", shows="distances"),
+    Member("twr", SIMPLE, positioning="loco_twr", shows="distances"),
     Member(
         "twr_robust",
-        _SIMPLE,
+        SIMPLE,
         positioning="loco_twr",
         parameters={"kalman.robustTwr": 1},
         shows="distances, robust model",
     ),
-    Member("tdoa2", _SIMPLE, positioning="loco_tdoa2", shows="differences of distances"),
+    Member("tdoa2", SIMPLE, positioning="loco_tdoa2", shows="differences of distances"),
     Member(
         "tdoa3_robust",
-        _SIMPLE,
+        SIMPLE,
         positioning="loco_tdoa3",
         parameters={"kalman.robustTdoa": 1},
         shows="differences of distances, robust model",
     ),
     Member(
         "planar",
-        _STANDING,
+        STANDING,
         positioning="loco_twr",
         attributes={"loco_2d": "on", "loco_height": 0.02},
         shows="distances and a known height, standing",
     ),
-    Member("flow", _SIMPLE, positioning="flow", shows="optical flow and range"),
+    Member("flow", SIMPLE, positioning="flow", shows="optical flow and range"),
     Member(
         "complementary",
-        _HEIGHT_ALONE,
+        HEIGHT_ALONE,
         positioning="flow",
         estimator="complementary",
         shows="complementary estimator with range and barometer",
@@ -527,7 +172,7 @@ FLEET: tuple[Member, ...] = (
     # far from the others, whose ways are none of their business
     Member(
         "avoids_right",
-        _trade_places(_SPACING),
+        trade_places(_SPACING),
         parameters={"colAv.enable": 1},
         place=(8.0, 0.0),
         shows="collision avoidance",
@@ -535,7 +180,7 @@ FLEET: tuple[Member, ...] = (
     ),
     Member(
         "avoids_left",
-        _trade_places(-_SPACING),
+        trade_places(-_SPACING),
         parameters={"colAv.enable": 1},
         place=(8.0 + _SPACING, 0.0),
         shows="collision avoidance",
@@ -543,7 +188,7 @@ FLEET: tuple[Member, ...] = (
     ),
     *MODULE_FLIGHTS,
 )
-"""Everybody."""
+"""All drones."""
 
 DURATION = max(sum(leg.seconds for leg in member.legs) for member in FLEET)
 """What the longest flight takes (s), without boot."""

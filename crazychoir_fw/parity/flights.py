@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.onboard.variables import log_table
-from crazychoir_fw.parity.deviation import Deviation, join, measure
-from crazychoir_fw.parity.fleet import FLEET, Formation, Member, Pilot
+from crazychoir_fw.parity.deviation import Deviation, Trace, join, measure, trace
+from crazychoir_fw.parity.fleet import FLEET, Formation, Member
 from crazychoir_fw.parity.functions import TRACES, Comparison
+from crazychoir_fw.parity.manoeuvres import Pilot
 from crazychoir_fw.parity.side import Side
 from crazychoir_fw.parity.tolerances import FLIGHT, OWN_LOOP, Tolerance, tolerance_of
-from crazychoir_fw.parity.trace import Trace, trace
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.recorder import roll_pitch_yaw_deg
 
@@ -87,31 +87,36 @@ def _fly(
         world.check_provider(side.number)
     names = _common_logs(sides)
     samplers = [_Sampler(world, side.number, names) for world, side in zip(worlds, sides, strict=True)]
-    has_own_loop = any(side.has_own_loop for side in sides)
-    judges = [
-        _Judge(found[member.name], pilot, round(member.settles_s * 1000) if has_own_loop else None)
-        for member, pilot in zip(fleet, worlds[0].pilots, strict=True)
-    ]
+    judges = _judges(sides, fleet, worlds[0].pilots, found)
     total = round((min(seconds, worlds[0].seconds) + _AFTERWARDS) * 1000)
     # both at the same tick, whatever each thinks about being ready
     while (done := worlds[0].ticks_under_way) < total:
         if progress is not None and done % 100 == 0:
             progress(done / total)
+        if disturb is not None:
+            for drone in worlds[1].world.drones:
+                disturb(drone, worlds[1].tick)
         for world, sampler in zip(worlds, samplers, strict=True):
-            if disturb is not None and world is worlds[1]:
-                for drone in world.world.drones:
-                    disturb(drone, world.tick)
             world.step()
             sampler.sample()
         if samplers[0].count == _CHUNK:
             _compare_chunk(judges, samplers)
     _compare_chunk(judges, samplers)
-    for index, judge in enumerate(judges):
+    for judge, *drones in zip(judges, *(world.world.drones for world in worlds), strict=True):
         judge.finish()
-        for role, world in zip(("reference", "candidate"), worlds, strict=True):
-            failure = world.world.drones[index].failure
-            if failure is not None:
-                judge.result.failures[role] = failure
+        for role, drone in zip(("reference", "candidate"), drones, strict=True):
+            if drone.failure is not None:
+                judge.result.failures[role] = drone.failure
+
+
+def _judges(
+    sides: tuple[Side, Side], fleet: Sequence[Member], pilots: Sequence[Pilot], found: dict[str, Comparison]
+) -> list[_Judge]:
+    has_own_loop = any(side.has_own_loop for side in sides)
+    return [
+        _Judge(found[member.name], pilot, round(member.settles_s * 1000) if has_own_loop else None)
+        for member, pilot in zip(fleet, pilots, strict=True)
+    ]
 
 
 def _compare_chunk(judges: Sequence[_Judge], samplers: Sequence[_Sampler]) -> None:

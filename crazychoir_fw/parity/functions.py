@@ -10,10 +10,9 @@ import numpy as np
 
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.parity.cases import Case, CaseRequest, Outcome
-from crazychoir_fw.parity.deviation import Deviation, Verdict, measure, overall
+from crazychoir_fw.parity.deviation import Deviation, Trace, Verdict, measure, overall, trace
 from crazychoir_fw.parity.side import Side
 from crazychoir_fw.parity.tolerances import tolerance_of
-from crazychoir_fw.parity.trace import Trace, trace
 
 TRACES = 2
 """Of so many signals of a case a picture is kept, the worst ones."""

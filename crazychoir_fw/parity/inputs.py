@@ -218,7 +218,7 @@ def record(
 
 
 def _told(formation: Formation, index: int) -> dict[str, float]:
-    """Return the parameters that somebody set before the flight: the member's, and where the filter starts."""
+    """Return the parameters that were set before the flight: the member's, and where the filter starts."""
     param = formation.world.drones[index].param
     names = [f"kalman.initial{axis}" for axis in ("X", "Y", "Z", "Yaw") if f"kalman.initial{axis}" in param]
     return {name: float(param[name]) for name in [*formation.fleet[index].parameters, *names]}

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+from crazychoir_fw.parity.deviation import Trace
 from crazychoir_fw.parity.tolerances import Tolerance
-from crazychoir_fw.parity.trace import Trace
 
 # stand-ins while drawing; in the page they are variables, so that the picture follows light and dark
 _INK, _SOFT, _REFERENCE, _CANDIDATE = "#010203", "#040506", "#070809", "#0a0b0c"

@@ -138,7 +138,7 @@ class Block:
         return reason or ffi.string(lib.cf_fault_text(onboard.fault)).decode()
 
     def refresh_logs(self) -> None:
-        """Bring the log variables up to date that are computed when somebody reads them."""
+        """Bring the log variables up to date that are computed when they are read."""
         refresh = self._side.functions.get("refresh_logs")
         if refresh is not None:
             refresh(self.state)

@@ -191,7 +191,7 @@ WHOLE = Tolerance(
 DEFAULTS = Tolerance(
     "factory value",
     ("*",),
-    "a factory value is a number that somebody wrote down: rounding has no part in it",
+    "a factory value is a number that was written down: rounding has no part in it",
 )
 
 _FREE = "in a flight a deviation is fed back at every tick and grows like one of the noise; "

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import cflib.crtp
 from cflib.crtp.udpdriver import UdpDriver
+from cflib.utils.power_switch import PowerSwitch
 
-from crazychoir_fw.common.errors import RadioError
+from crazychoir_fw.common.errors import RadioError, RangeError, StateError
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 
 _SERVE = "is `crazychoir serve` running?"
@@ -135,3 +138,67 @@ class Connection:
     def _give_up(self, text: str) -> None:
         self.close()
         raise RadioError(text)
+
+
+@dataclass(frozen=True)
+class ReconnectPolicy:
+    """Attempts after a loss, with growing waits before each.
+
+    Raises:
+        RangeError: If a number is out of its range.
+    """
+
+    attempts: int = 10
+    """How many; 0 gives the drone up at once."""
+    first_wait_s: float = 0.5
+    """Wait before the first attempt (s)."""
+    factor: float = 2.0
+    """What each wait is longer than the one before."""
+    longest_wait_s: float = 5.0
+    """No wait is longer (s)."""
+    resumes: bool = False
+    """Whether commands are taken again as soon as the link is back. Without it a drone that was lost waits for
+    `resume` or `takeoff`: it may lie on the floor, next to the person who picks it up."""
+
+    def __post_init__(self) -> None:
+        for name in ("attempts", "first_wait_s", "longest_wait_s"):
+            if not (math.isfinite(getattr(self, name)) and getattr(self, name) >= 0):
+                raise RangeError(f"{name} is {getattr(self, name)!r}, allowed: a number from 0")
+        if not (math.isfinite(self.factor) and self.factor >= 1.0):
+            raise RangeError(f"factor is {self.factor!r}, allowed: a number from 1")
+
+    def waits(self) -> Iterator[float]:
+        """Yield the wait before each attempt (s)."""
+        wait = self.first_wait_s
+        for _ in range(self.attempts):
+            yield min(wait, self.longest_wait_s)
+            wait *= self.factor
+
+
+BOOT_S = 4.0
+"""How long a drone takes until it answers again, sensors and decks included (s)."""
+
+
+def can_switch(uri: str) -> bool:
+    """Return whether the power of a drone can be switched over this link: by a Crazyradio only."""
+    return uri.startswith("radio://")
+
+
+def power_cycle(who: str, uri: str) -> None:
+    """Switch the drone off for a second, and on again; the link must have been closed. Takes more than 1 s.
+
+    Raises:
+        StateError: If this link cannot do that.
+        RadioError: If the radio chip of the drone does not answer.
+    """
+    if not can_switch(uri):
+        raise StateError(f"{who}: its power can be switched over radio:// only")
+    init_drivers()
+    try:
+        switch = PowerSwitch(uri)
+        try:
+            switch.stm_power_cycle()
+        finally:
+            switch.close()
+    except Exception as error:  # of many kinds: no dongle, no answer, an address that is none
+        raise RadioError(f"{who}: the power could not be switched: {error}") from error

@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import threading
 
-from cflib.crazyflie import Crazyflie
+from crazychoir_fw.common.errors import MissingLibraryError
+
+try:
+    from cflib.crazyflie import Crazyflie
+except ImportError as error:
+    raise MissingLibraryError(
+        "the radio layer needs cflib, 0.1.32 or newer: run pip install 'crazychoir-fw[radio]'"
+    ) from error
 
 
 class LinkedCrazyflie(Crazyflie):
@@ -14,7 +21,7 @@ class LinkedCrazyflie(Crazyflie):
 
     - Errors of a link are handled by a thread of their own. The parent handles them in whatever thread met them: when
       that is the one that pings, it waits for itself, `connection_lost` is never called, and the lock around
-      `send_packet` stays taken, so that the next sender hangs for ever.
+      `send_packet` stays taken, so that the next sender hangs.
     - `drop_link` closes without a last setpoint. The parent's `close_link` always sends zero thrust, which stops the
       motors of a drone that hovers by itself, and which keeps the next program from using the planner on board.
     """

@@ -13,21 +13,19 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import RadioError, RangeError, StateError
 from crazychoir_fw.common.finite import finite
+from crazychoir_fw.radio.connection import BOOT_S, can_switch, power_cycle
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 from crazychoir_fw.radio.flight import FlightState
 from crazychoir_fw.radio.leaving import take_leave
 from crazychoir_fw.radio.link import DroneLink, LinkState
 from crazychoir_fw.radio.logs import LogValue
 from crazychoir_fw.radio.modes import Mode
-from crazychoir_fw.radio.odometry import Odometry
 from crazychoir_fw.radio.options import Options
 from crazychoir_fw.radio.parameters import ParameterValue, get_parameter, set_parameters
 from crazychoir_fw.radio.pose_cache import PoseCache
-from crazychoir_fw.radio.poses import PoseGate, usable_pose
-from crazychoir_fw.radio.power import BOOT_S, can_switch, power_cycle
+from crazychoir_fw.radio.poses import Odometry, PoseThrottle, usable_pose
 from crazychoir_fw.radio.sender import Send, Sender
-from crazychoir_fw.radio.set_up import set_up
-from crazychoir_fw.radio.supervisor import IS_FLYING, supervisor_bits
+from crazychoir_fw.radio.supervisor import IS_FLYING, set_up, supervisor_bits
 from crazychoir_fw.radio.telemetry import Telemetry
 
 
@@ -72,11 +70,11 @@ class RadioDrone:
         self._own_parameters = {**options.parameters, **(own_parameters or {})}
         self._clock = options.clock
         self._pose: tuple[Any, Any] | None = None
-        self._gate = PoseGate(options.pose_hz)
+        self._throttle = PoseThrottle(options.pose_hz)
         self._link = DroneLink(self._who, uri, options, self._set_up, self._link_changed)
         self._sender = Sender(agent_id, self._link, options, self._tick)
         self._flight = FlightState(self._sender, options, self.first_mode, self._send_level, self._happened)
-        self._whereabouts = PoseCache(self._who, options, self._sender, self._flight)
+        self._pose_cache = PoseCache(self._who, options, self._sender, self._flight)
         self._telemetry = Telemetry(self._who, options, self._logged, self._moved, self._happened)
 
     def __repr__(self) -> str:
@@ -130,7 +128,7 @@ class RadioDrone:
     @property
     def position(self) -> NDArray[np.float64] | None:
         """Last known position (m, world), shape (3,): by odometry or by an external pose, whichever came last."""
-        return self._whereabouts.position
+        return self._pose_cache.position
 
     @property
     def latest(self) -> dict[str, LogValue]:
@@ -180,7 +178,7 @@ class RadioDrone:
             RadioError: If the drone is not connected.
         """
         height, duration = self._checked_climb("takeoff", height, duration)
-        self._whereabouts.check_start(height)
+        self._pose_cache.check_start(height)
         stops = self._flight.stops
         self.make_ready()
         self._check_not_stopped(self._flight.take_off(height, duration, stops))
@@ -219,7 +217,7 @@ class RadioDrone:
     def arm(self, armed: bool = True) -> None:
         """Arm or disarm, for drones that need it; `takeoff` does it as well.
 
-        A drone out of reach is not armed later, when it comes back and nobody expects it.
+        A drone out of reach is not armed later, when it comes back unexpectedly.
 
         Raises:
             RadioError: If the drone is not connected.
@@ -300,11 +298,11 @@ class RadioDrone:
             self.dropped_poses += 1
             return False
         now = self._clock()
-        self._whereabouts.note(np.array(pose[0]), now)
+        self._pose_cache.note(np.array(pose[0]), now)
         if not (self._options.forwards_poses and self._link.is_connected):
             return False
         with self._sender.lock:
-            if not self._gate.passes(now):
+            if not self._throttle.passes(now):
                 return False
             self._pose = pose
         self._sender.outbox.wake()
@@ -351,7 +349,7 @@ class RadioDrone:
         if self._link.is_connected:
             with contextlib.suppress(RadioError):  # the link broke meanwhile
                 tick = None if self._options.threaded else self.tick
-                action, knows_position = self._options.on_close, self.needs_position or self._whereabouts.is_fresh
+                action, knows_position = self._options.on_close, self.needs_position or self._pose_cache.is_fresh
                 take_leave(self._flight, self._sender, action, lambda: self.is_flying, knows_position, tick)
         self._sender.outbox.end()
         self._link.close()
@@ -401,7 +399,7 @@ class RadioDrone:
         self._tell("on_log", self.agent_id, values, time_s)
 
     def _moved(self, odometry: Odometry) -> None:
-        self._whereabouts.note(odometry.position, odometry.received_s)
+        self._pose_cache.note(odometry.position, odometry.received_s)
         self._tell("on_odometry", self.agent_id, odometry)
 
     def _happened(self, kind: str, text: str) -> None:

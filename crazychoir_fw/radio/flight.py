@@ -24,7 +24,7 @@ from crazychoir_fw.radio.supervisor import (
     why_grounded,
 )
 
-_LAND_S = 2.0  # where nobody says how long
+_LAND_S = 2.0  # where no duration is given
 _LAND_EXTRA_S = 0.3  # the planner stops the motors a little after the end of its landing
 _ARM_AGAIN_S = 1.0
 _SETTLES_S = 0.15
@@ -187,7 +187,7 @@ class FlightState:
             self._become(Mode.STOPPED, reason)
             self.stops += 1
             self.is_active = self.is_ready = False
-            # so that it also reaches a drone that was out of reach, and nobody else's set-point counts
+            # so that it also reaches a drone that was out of reach, and no other set-point counts
             self._sender.repeat(_send_stop, self._clock(), math.inf)
             self._sender.post(self._send_last)
 
@@ -242,7 +242,7 @@ class FlightState:
                 self._become(Mode.LOST, reason)
 
     def restart(self) -> None:
-        """The drone starts anew, and knows nothing of what was sent before."""
+        """The drone has restarted, and knows nothing of what was sent before."""
         with self._lock:
             self._sender.forget()
             self.is_active = self.is_ready = self._armed_here = False
@@ -278,7 +278,7 @@ class FlightState:
             self.mode_until = math.inf
 
     def _fall_silent(self, now: float) -> None:
-        """Nobody commands any more."""
+        """No commands come any more."""
         what = self._options.on_silence
         if self._is_leveling:
             self.stop("no command")

@@ -9,13 +9,12 @@ from types import TracebackType
 from typing import Any, ClassVar, TypeVar
 
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
+from crazychoir_fw.common.finite import positive
 from crazychoir_fw.radio.agents import AgentId, Uris, agent_name, agents_of
-from crazychoir_fw.radio.callbacks import LOGGER, call
 from crazychoir_fw.radio.drone import RadioDrone
-from crazychoir_fw.radio.exits import close_at_exit, forget
 from crazychoir_fw.radio.options import Options
-from crazychoir_fw.radio.parallel import in_parallel, raise_together
 from crazychoir_fw.radio.parameters import ParameterValue
+from crazychoir_fw.radio.threads import LOGGER, call, close_at_exit, forget, in_parallel, raise_together
 
 _Handler = TypeVar("_Handler", bound="RadioHandler")
 Agents = AgentId | Iterable[AgentId] | None
@@ -44,6 +43,8 @@ class RadioHandler:
     """What flies each drone."""
     defaults: ClassVar[Mapping[str, Any]] = {}
     """Options that this class has other defaults for."""
+    limits: ClassVar[Mapping[str, float]] = {}
+    """Largest values of a command, above 0, with their defaults: more options of this class."""
 
     def __init__(self, uris: Uris, agent_ids: Iterable[AgentId] | None = None, **options: Any) -> None:
         """Prepare; `connect`, or a ``with`` statement, connects.
@@ -57,6 +58,9 @@ class RadioHandler:
             RangeError: If agents, URIs or a value of an option are none.
             UnknownNameError: If there is no such option, or no such agent.
         """
+        limits = {name: options.pop(name, value) for name, value in self.limits.items()}
+        for name, value in limits.items():
+            positive(name, value)
         self.options = self._options(options)
         self.on_state: Callable[[str, Any, str], None] | None = None
         """Called with agent, `LinkState` and reason."""
@@ -72,6 +76,9 @@ class RadioHandler:
             if agent not in agents:
                 raise UnknownNameError(f"agent_parameters: there is no agent '{agent}', allowed: {', '.join(agents)}")
         self._drones = {agent: self._make(agent, uri, own.get(agent, {})) for agent, uri in agents.items()}
+        for drone in self:
+            for name, value in limits.items():
+                setattr(drone, name, value)
         self._lock = threading.Lock()
         self._is_closed = False
 

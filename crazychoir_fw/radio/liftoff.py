@@ -13,9 +13,9 @@ class Liftoff:
 
     Its supervisor takes it through a reset 30 s after it became ready without flying, again and again, and 3 s after a
     landing (docs/reference/planner-commander.md#14.2, #14.5, #14.6). For some 0.1 s the planner on board refuses
-    commands then; one that came a moment before is dropped, and a drone that must be armed is disarmed. Nobody is told,
-    so that of thirty drones every eighth take-off would leave one on the floor. So whoever gives the command looks
-    whether it was followed, and else gives it again. It knows neither radio nor clock.
+    commands then; one that came a moment before is dropped, and a drone that must be armed is disarmed. No message
+    tells, so that of thirty drones every eighth take-off would leave one on the floor. So the sender of the
+    command looks whether it was followed, and else gives it again. It knows neither radio nor clock.
 
     Args:
         patience_s: How long a drone may stay on the floor (s).
@@ -57,7 +57,7 @@ class Liftoff:
         """Give the command again, if it was not followed.
 
         Args:
-            is_flying: Whether the drone flies; None when nobody can tell.
+            is_flying: Whether the drone flies; None when that is unknown.
             may_fly: Whether its motors may run.
             now: Time (s).
 

@@ -8,10 +8,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from crazychoir_fw.common.errors import CrazychoirError, RadioError
-from crazychoir_fw.radio.callbacks import LOGGER
 from crazychoir_fw.radio.connection import Connection
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 from crazychoir_fw.radio.options import Options
+from crazychoir_fw.radio.threads import LOGGER
 
 
 class LinkState(str, enum.Enum):

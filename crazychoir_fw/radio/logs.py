@@ -148,7 +148,7 @@ def _start(
 
 
 class DroneClock:
-    """Makes steady seconds of the drone's stamps, which begin anew every 4.7 hours."""
+    """Makes steady seconds of the drone's stamps, which wrap around every 4.7 hours."""
 
     def __init__(self) -> None:
         self._last: int | None = None

@@ -12,8 +12,8 @@ import platformdirs
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.radio.agents import AgentId
+from crazychoir_fw.radio.connection import ReconnectPolicy
 from crazychoir_fw.radio.parameters import ParameterValue
-from crazychoir_fw.radio.reconnecting import ReconnectPolicy
 from crazychoir_fw.radio.safety_area import SafetyArea
 
 ON_SILENCE = ("hover", "level", "land", "stop", "repeat", "nothing")
@@ -41,7 +41,7 @@ class Options:
     presets: bool = True
     """Whether the handler writes the parameters that its set-points need."""
     reset_estimator: bool = True
-    """Whether handlers that need a position let the Kalman filter begin anew after connecting, on the floor."""
+    """Whether handlers that need a position reset the Kalman filter after connecting, on the floor."""
     arms: bool = True
     """Whether a drone that must be armed is armed before it flies."""
 
@@ -61,7 +61,7 @@ class Options:
 
     # ---------------------------------------------------------------- set-points
     keep_alive_hz: float = 10.0
-    """How often a set-point that nobody replaces is repeated per second; the drone levels out after 0.5 s without."""
+    """How often a set-point that is not replaced is repeated per second; the drone levels out after 0.5 s without."""
     max_rate_hz: float = 100.0
     """Set-points per second and drone at most; of more, the newest is taken."""
     command_timeout_s: float = 1.0
@@ -69,7 +69,7 @@ class Options:
     on_silence: str = "hover"
     """What then happens: ``hover`` (zero velocity; needs a position on board), ``level`` (level attitude and a thrust a
     little below the weight for `level_s`, then motors off), ``land`` (by the planner on board), ``stop`` (motors off),
-    ``repeat`` (the last command, for ever), ``nothing`` (the drone levels out after 0.5 s, and locks after 2 s)."""
+    ``repeat`` (the last command, without end), ``nothing`` (the drone levels out after 0.5 s, and locks after 2 s)."""
     level_s: float = 2.0
     """How long ``level`` lasts (s)."""
 
@@ -98,7 +98,7 @@ class Options:
     clock: Callable[[], float] = time.monotonic
     """Returns the time (s)."""
     threaded: bool = True
-    """Whether a thread per drone sends; otherwise whoever calls `tick`, at least `keep_alive_hz` times per second."""
+    """Whether a thread per drone sends; otherwise call `tick`, at least `keep_alive_hz` times per second."""
 
     def __post_init__(self) -> None:
         for name in ("pose_hz", "keep_alive_hz", "max_rate_hz", "command_timeout_s", "connect_timeout_s"):

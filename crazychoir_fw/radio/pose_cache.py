@@ -71,7 +71,7 @@ class PoseCache:
     def inside(self, velocity: Sequence[float]) -> Sequence[float]:
         """Bend a velocity (m/s, world) at the border of the safety area.
 
-        A drone that no longer tells where it is stands still; of one that has never told, somebody else takes care.
+        A drone that no longer tells where it is stands still; one that has never told is not limited.
         """
         if self._area is None or self._known is None:
             return velocity

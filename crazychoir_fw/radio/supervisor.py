@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Mapping
 
 from cflib.crtp.crtpstack import CRTPPacket, CRTPPort
 
 from crazychoir_fw.common.errors import RadioError, StateError
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
+from crazychoir_fw.radio.parameters import ParameterValue, set_parameters
 
 PROTOCOL_WITH_SUPERVISOR = 12
 
@@ -22,7 +24,7 @@ IS_LOCKED = 1 << 6
 IS_CRASHED = 1 << 7
 IS_PLANNER_ACTIVE = 1 << 8
 NEEDS_A_HAND = IS_TUMBLED | IS_LOCKED | IS_CRASHED
-"""Somebody has to come and put it right."""
+"""A person has to put it right."""
 
 _ANSWER_S = 0.2
 _NAP_S = 0.04  # as often as the supervisor looks
@@ -118,3 +120,44 @@ def why_grounded(bits: int | None, arms: bool) -> str:
     if not bits & IS_ARMED:
         return "it is not armed" if arms else "it is not armed, and this handler does not arm"
     return "its motors may run" if bits & CAN_FLY else "it is not ready"
+
+
+_RESET = "kalman.resetEstimation"
+_RESET_S = 0.1  # between both writes of a reset of the estimator
+
+
+def set_up(
+    cf: LinkedCrazyflie,
+    who: str,
+    presets: Mapping[str, ParameterValue],
+    own: Mapping[str, ParameterValue],
+    timeout_s: float,
+    *,
+    resets_estimator: bool,
+) -> None:
+    """Write parameters; a drone that flies is not disturbed beyond that.
+
+    Args:
+        cf: A connected drone.
+        who: Name and URI, for errors.
+        presets: Parameters that its set-points need, where this firmware has them.
+        own: Parameters of the user, which win.
+        timeout_s: How long one may take (s).
+        resets_estimator: Whether the Kalman filter of a drone on the floor is reset.
+
+    Raises:
+        CrazychoirError: If there is no such parameter, a value does not fit, or the drone does not confirm.
+    """
+    bits = supervisor_bits(cf)
+    is_flying = bits is not None and bool(bits & IS_FLYING)
+    needed = {name: value for name, value in presets.items() if name not in own}
+    set_parameters(cf, who, needed, timeout_s, optional=True)
+    set_parameters(cf, who, own, timeout_s)
+    if is_flying:
+        return
+    if resets_estimator:
+        for value in (1, 0):
+            set_parameters(cf, who, {_RESET: value}, timeout_s, optional=True)
+            time.sleep(_RESET_S)
+    # whatever program was connected before: its last set-point no longer keeps the planner from flying
+    cf.commander.send_notify_setpoint_stop()

@@ -13,12 +13,11 @@ from crazychoir_fw.radio.agents import AgentId, Uris, agent_name, agents_of
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 from crazychoir_fw.radio.drone import RadioDrone
 from crazychoir_fw.radio.handler import RadioHandler
-from crazychoir_fw.radio.limits import positive
 from crazychoir_fw.radio.modes import Mode
 
 _MIN_RAW = 1000  # the drone reads less as 0
 _MAX_RAW = 60000  # and more as this
-_MANUAL_LEAST, _MANUAL_MOST = 10001, 60000  # 0 and 100 % of cflib's manual set-point
+_MANUAL_MIN, _MANUAL_MAX = 10001, 60000  # 0 and 100 % of cflib's manual set-point
 _SINKING = 0.95  # of the weight, where nothing on board knows the height
 
 
@@ -88,7 +87,7 @@ class ThrustDrone(RadioDrone):
         """
         if height is not None:
             height, duration = self._checked_climb("takeoff", height, duration)
-            self._whereabouts.check_start(height)
+            self._pose_cache.check_start(height)
         stops = self._flight.stops
         self.make_ready()
         # the drone ignores thrust until it has seen a thrust of zero
@@ -105,7 +104,7 @@ class ThrustDrone(RadioDrone):
 
     def _send_level(self, cf: LinkedCrazyflie) -> None:
         counts = self.thrust.raw(_SINKING * (self.thrust.weight or 0.0))
-        percent = 100.0 * (counts - _MANUAL_LEAST) / (_MANUAL_MOST - _MANUAL_LEAST)
+        percent = 100.0 * (counts - _MANUAL_MIN) / (_MANUAL_MAX - _MANUAL_MIN)
         cf.commander.send_setpoint_manual(0.0, 0.0, 0.0, min(max(percent, 0.0), 100.0), False)
 
 
@@ -119,32 +118,31 @@ class ThrustHandler(RadioHandler):
     def __init__(
         self,
         uris: Uris,
-        agent_ids: Iterable[AgentId] | None,
-        thrust: ThrustWord | Mapping[AgentId, ThrustWord],
-        weight: float | Mapping[AgentId, float] | None,
-        limits: Mapping[str, float],
-        options: Mapping[str, Any],
+        agent_ids: Iterable[AgentId] | None = None,
+        *,
+        thrust: ThrustWord | Mapping[AgentId, ThrustWord] = "cf2",
+        weight: float | Mapping[AgentId, float] | None = None,
+        **options: Any,
     ) -> None:
-        """Prepare; see the subclasses.
+        """Prepare; `connect`, or a ``with`` statement, connects.
 
         Args:
             uris: URIs in a list, or by agent.
             agent_ids: Agents of a list of URIs.
-            thrust: Calibration of the thrust, or one for each agent.
-            weight: Weight (N), or one for each agent.
-            limits: Largest values of a command, above 0, by the names that they have at the drones.
-            options: See `Options`.
+            thrust: Calibration of the thrust, or one for each agent: see `ThrustCalibration`.
+            weight: Weight (N), or one for each agent, for leveling out; that of the platform without.
+            options: Limits of the class, and `Options`.
+
+        Raises:
+            RangeError: If a value is out of its range.
+            UnknownNameError: If there is no such platform, agent or option.
         """
         agents = agents_of(uris, agent_ids)
         choices = thrust_choices(thrust, weight, agents)
-        for name, limit in limits.items():
-            positive(name, limit)
         super().__init__(agents, **options)
         _check_weights(choices, self.options.on_silence)
         for drone in self:
             drone.thrust = choices[drone.agent_id]
-            for name, limit in limits.items():
-                setattr(drone, name, limit)
 
 
 def _check_weights(choices: Mapping[str, ThrustChoice], on_silence: str) -> None:

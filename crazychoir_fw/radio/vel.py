@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.common.finite import finite, three
-from crazychoir_fw.radio.agents import AgentId, Uris
+from crazychoir_fw.common.finite import finite, limited, three
 from crazychoir_fw.radio.crazyflie import LinkedCrazyflie
 from crazychoir_fw.radio.drone import RadioDrone
 from crazychoir_fw.radio.handler import RadioHandler
-from crazychoir_fw.radio.limits import limited, positive
 
 KALMAN = 2
+SELF_POSITIONED = {"odometry_hz": 50.0, "forwards_poses": False}
+"""Options of drones that find their position by themselves, and tell it."""
 POSE_DEVIATION = 0.06  # of the quaternion of a pose from outside
 
 
@@ -56,7 +56,7 @@ class VelDrone(RadioDrone):
 
         def send(cf: LinkedCrazyflie) -> None:
             # bent when it is sent, and again with each repetition: the drone moves on meanwhile
-            cf.commander.send_velocity_world_setpoint(*self._whereabouts.inside(velocity), turn)
+            cf.commander.send_velocity_world_setpoint(*self._pose_cache.inside(velocity), turn)
 
         taken = self._flight.give(send)
         if taken:
@@ -70,34 +70,16 @@ class VelDrone(RadioDrone):
 
 
 class RadioHandlerVel(RadioHandler):
-    """Flies drones by velocity (m/s, world) and yaw rate (rad/s); the twin of `MotorCtrlVel`."""
+    """Flies drones by velocity (m/s, world) and yaw rate (rad/s); the twin of `MotorCtrlVel`.
 
+    Limits: `max_speed` along each axis (1 m/s) and `max_yaw_rate` (pi rad/s); more is cut.
+    """
+
+    limits: ClassVar[Mapping[str, float]] = {"max_speed": 1.0, "max_yaw_rate": math.pi}
     drone_class = VelDrone
 
-    def __init__(
-        self,
-        uris: Uris,
-        agent_ids: Iterable[AgentId] | None = None,
-        *,
-        max_speed: float = 1.0,
-        max_yaw_rate: float = math.pi,
-        **options: Any,
-    ) -> None:
-        """Prepare; `connect`, or a ``with`` statement, connects.
 
-        Args:
-            uris: URIs in a list, or by agent.
-            agent_ids: Agents of a list of URIs.
-            max_speed: Largest velocity along each axis (m/s); more is cut.
-            max_yaw_rate: Largest yaw rate (rad/s); more is cut.
-            options: See `Options`.
+class RadioHandlerVelLightHouse(RadioHandlerVel):
+    """`RadioHandlerVel` with odometry by the drones' own estimators, and without poses from outside."""
 
-        Raises:
-            RangeError: If a value is out of its range.
-            UnknownNameError: If there is no such agent or option.
-        """
-        positive("max_speed", max_speed)
-        positive("max_yaw_rate", max_yaw_rate)
-        super().__init__(uris, agent_ids, **options)
-        for drone in self:
-            drone.max_speed, drone.max_yaw_rate = max_speed, max_yaw_rate
+    defaults: ClassVar[Mapping[str, Any]] = {**RadioHandlerVel.defaults, **SELF_POSITIONED}

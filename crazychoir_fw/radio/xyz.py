@@ -15,7 +15,7 @@ from crazychoir_fw.radio.drone import RadioDrone
 from crazychoir_fw.radio.handler import RadioHandler
 from crazychoir_fw.radio.modes import Mode
 from crazychoir_fw.radio.uploads import HIGHEST_ID, checked_pieces, upload
-from crazychoir_fw.radio.vel import KALMAN, POSE_DEVIATION
+from crazychoir_fw.radio.vel import KALMAN, POSE_DEVIATION, SELF_POSITIONED
 
 _SAMPLES = 20  # of a piece, when it is looked whether it stays inside
 
@@ -119,7 +119,7 @@ class XYZDrone(RadioDrone):
         return self._flight.send_goal(send)
 
     def _check_inside(self, who: str, rows: np.ndarray) -> None:
-        """See that a trajectory stays in the safety area: once it flies, nobody bends it."""
+        """See that a trajectory stays in the safety area: once it flies, it is not bent."""
         area = self._options.safety_area
         for row in rows.astype(float):
             powers = np.linspace(0.0, row[-1], _SAMPLES)[:, None] ** np.arange(8)
@@ -139,3 +139,9 @@ class RadioHandlerXYZ(RadioHandler):
 
     drone_class = XYZDrone
     defaults: ClassVar[Mapping[str, Any]] = {"on_silence": "nothing"}
+
+
+class RadioHandlerXYZLightHouse(RadioHandlerXYZ):
+    """`RadioHandlerXYZ` with odometry by the drones' own estimators, and without poses from outside."""
+
+    defaults: ClassVar[Mapping[str, Any]] = {**RadioHandlerXYZ.defaults, **SELF_POSITIONED}

@@ -15,6 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rosbags.typesys.stores import ros2_jazzy as ros
 
+from crazychoir_fw.common.attitude import quaternion_xyzw
+
 WORLD = "world"
 GRAVITY = 9.81  # [m/s^2], what the firmware's accelerations are counted in
 _FULL_DUTY = 65535.0
@@ -198,17 +200,7 @@ def event_message(event: Mapping[str, Any], nanoseconds: int) -> Any:
 
 def quat_xyzw(roll: Array, pitch: Array, yaw: Array) -> Array:
     """Return quaternions, shape (T, 4), from angles (deg); pitch with the firmware's sign, positive lifts the nose."""
-    r, p, y = (np.radians(angle) / 2 for angle in (roll, -np.asarray(pitch), yaw))
-    cr, sr, cp, sp, cy, sy = np.cos(r), np.sin(r), np.cos(p), np.sin(p), np.cos(y), np.sin(y)
-    return np.stack(
-        [
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-            cr * cp * cy + sr * sp * sy,
-        ],
-        axis=-1,
-    )
+    return quaternion_xyzw(np.radians(np.stack([roll, -pitch, yaw], axis=-1)))
 
 
 def _columns(of: Samples, prefix: str, *names: str) -> Array:

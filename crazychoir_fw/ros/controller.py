@@ -2,31 +2,27 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from rclpy.context import Context
 from std_msgs.msg import Bool
 
 from crazychoir_fw import control as plain
+from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.control import (
     ReferenceHandler,
     SenderStrategy,
 )
 from crazychoir_fw.guidance.law import arguments_of
-from crazychoir_fw.ros.hub import Hub
+from crazychoir_fw.ros.conversions import message_to_reference, twist_to_message
 from crazychoir_fw.ros.names import CMD_VEL, LATEST, REFERENCES
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.pose_triggered import CLOSE, PoseTriggered
 from crazychoir_fw.ros.pose_watch import PoseWatch
-from crazychoir_fw.ros.wire import bytes_to_reference, twist_bytes
-
-if TYPE_CHECKING:
-    from crazychoir_fw.ros.teams import ControlTeam
 
 _REST = 1e-3  # [m/s, m/s^2], below which a reference stands still
 
@@ -43,7 +39,6 @@ class CrazyflieController(PoseTriggered, LayerNode):
     of pose and clock comes first; where poses come slower than commands, or in real time, the clock does.
     """
 
-    stage = 2
     command_topic = CMD_VEL
     """Where commands go."""
 
@@ -59,7 +54,6 @@ class CrazyflieController(PoseTriggered, LayerNode):
         agent_id: int | None = None,
         parameters: Mapping[str, Any] | None = None,
         context: Context | None = None,
-        hub: Hub | None = None,
     ) -> None:
         """Make the node ``controller``.
 
@@ -73,7 +67,6 @@ class CrazyflieController(PoseTriggered, LayerNode):
             agent_id: Number of the drone; None asks parameter and namespace.
             parameters: Values of parameters.
             context: Context of rclpy.
-            hub: What it shares with other nodes of its process.
 
         Raises:
             RangeError: If a part is missing or a parameter is outside its range.
@@ -81,7 +74,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
         """
         # first: a part that is missing must not leave half a node behind
         made = self.make_controller(command_sender, traj_handler) if controller is None else controller
-        super().__init__("controller", agent_id=agent_id, parameters=parameters, context=context, hub=hub)
+        super().__init__("controller", agent_id=agent_id, parameters=parameters, context=context)
         self.controller: plain.CrazyflieController = made
         """The plain controller."""
         timeout = self.declare("pose_timeout", 0.5, "age of the pose at which nothing is sent any more (s)", low=0.001)
@@ -92,14 +85,13 @@ class CrazyflieController(PoseTriggered, LayerNode):
         self._has_new_reference = False
         self._reference_time: float | None = None  # [s], of the step that followed the latest one first
         self._is_idle = False
-        self._team: ControlTeam | None = None
         self._latest = -np.inf  # [s], of the times at which it worked
         self._longest_step = CLOSE * min(made.periods)
-        self._commands = self.outlet(self.command_topic)
+        self._commands = self.announce(self.command_topic)
         handler = made.traj_handler
         if hasattr(handler, "kind") and hasattr(handler, "topic"):
             topic = REFERENCES[handler.kind]
-            self.listen(topic, self._take_reference, handler.topic, raw=True, direct=self._follow)
+            self.listen(topic, self._take_reference, handler.topic)
             self.create_subscription(Bool, "idle", self._take_idle, LATEST)
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
         self.when_time_jumps_back(self._begin_anew)
@@ -119,16 +111,13 @@ class CrazyflieController(PoseTriggered, LayerNode):
 
     def send_input(self, twist: Twist) -> None:
         """Publish a command; may be overridden."""
-        if not math.isfinite(twist.linear.sum() + twist.angular.sum()):
-            self.get_logger().error(f"command is {twist}: not sent", throttle_duration_sec=1.0)
-            return
-        self._commands.say(twist, _encoded)
+        try:
+            self._commands.publish(twist_to_message(twist))
+        except RangeError as error:
+            self.get_logger().error(f"command not sent: {error}", throttle_duration_sec=1.0)
 
-    def _take_reference(self, data: bytes) -> None:
-        self._follow(bytes_to_reference(data, self.controller.traj_handler.kind))
-
-    def _follow(self, reference: Reference) -> None:
-        self.controller.set_reference(reference)
+    def _take_reference(self, message: Any) -> None:
+        self.controller.set_reference(message_to_reference(message, self.controller.traj_handler.kind))
         self._has_new_reference = True
 
     def _take_idle(self, message: Bool) -> None:
@@ -150,24 +139,9 @@ class CrazyflieController(PoseTriggered, LayerNode):
         self._latest = now = max(now, self._latest)
         if self._watch.is_fresh(now):
             self._mind_references(now)
-            if self._team is not None and self._works_in_team(now):
-                return
             twist = self.controller.step(now)
             if twist is not None:
                 self.send_input(twist)
-
-    def join(self, team: ControlTeam, number: int) -> None:
-        """Have commands computed together with others, where nothing speaks against it."""
-        self._team, self._number = team, number
-
-    def _works_in_team(self, now: float) -> bool:
-        pose, reference = self.controller.current_pose, self.controller.desired_reference
-        if not self.hub.is_working or reference is None or reference.acceleration is None:
-            return False
-        if pose.orientation is None or pose.angular is None or pose.velocity is None:
-            return False
-        self._team.take(self._number, pose, reference, now)
-        return True
 
     def _mind_references(self, now: float) -> None:
         """Give a reference up that nobody renews, once."""
@@ -193,10 +167,6 @@ class CrazyflieController(PoseTriggered, LayerNode):
         self._watch.reset()
         self.controller.set_pose(Pose())
         self.controller.clear_reference()
-
-
-def _encoded(twist: Twist) -> bytes:
-    return twist_bytes(twist.linear, twist.angular)
 
 
 def _is_at_rest(reference: Reference) -> bool:

@@ -15,6 +15,7 @@ from geometry_msgs.msg import Point, PoseStamped, Quaternion, Transform, Vector3
 from geometry_msgs.msg import Twist as TwistMessage
 from nav_msgs.msg import Odometry
 from numpy.typing import ArrayLike, NDArray
+from std_msgs.msg import MultiArrayDimension, MultiArrayLayout, UInt8MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectoryPoint
 
 from crazychoir_fw.common.errors import RangeError, UnknownNameError
@@ -26,6 +27,7 @@ Array = NDArray[np.float64]
 
 _MIN_NORM = 0.8  # of a quaternion: less is a lost sample (docs/reference/crazychoir.md#10)
 _LARGEST_TIME = 2**31  # [s], of the 32 bits that messages have
+_MAX_DIGITS = 18  # of a label
 
 
 # ---------------------------------------------------------------- times
@@ -123,8 +125,9 @@ def checked_pose(who: str, pose: Pose) -> Pose:
         RangeError: If a number is not finite, or the quaternion is none, as those of lost samples are.
     """
     for name in ("position", "velocity", "angular"):
-        if getattr(pose, name) is not None:
-            _finite(who, name, getattr(pose, name))
+        values = getattr(pose, name)
+        if values is not None and not math.isfinite(values.sum()):
+            _finite(who, name, values)
     pose.orientation = _unit(who, pose.orientation)
     return pose
 
@@ -272,6 +275,27 @@ def joint_trajectory_to_points(message: JointTrajectory) -> list[TrajectoryPoint
             )
         )
     return points
+
+
+# ---------------------------------------------------------------- labeled bytes
+
+
+def bytes_to_message(label: int, data: bytes) -> UInt8MultiArray:
+    """Return bytes as an array of one dimension, whose label is a number in words."""
+    dimension = MultiArrayDimension(label=str(label), size=len(data), stride=len(data))
+    return UInt8MultiArray(layout=MultiArrayLayout(dim=[dimension]), data=data)
+
+
+def message_to_bytes(message: UInt8MultiArray) -> tuple[int, bytes]:
+    """Return label and bytes of an array.
+
+    Raises:
+        RangeError: If it has not just one dimension, or its label is no number.
+    """
+    dimensions = message.layout.dim
+    if len(dimensions) != 1 or not (dimensions[0].label.isdecimal() and len(dimensions[0].label) <= _MAX_DIGITS):
+        raise RangeError(f"{len(message.data)} bytes without label, allowed: one labeled dimension")
+    return int(dimensions[0].label), bytes(message.data)
 
 
 # ---------------------------------------------------------------- vectors

@@ -1,4 +1,4 @@
-"""What a host says of its drones to whoever watches a flight: `/drone_states` a few times a second, and `/events`.
+"""What a host says of its drones to whoever watches a flight: `/drone_states` some times a second, and `/events`.
 
 Topics of the table say where drones are, and no more; which phase a drone is in, how its battery is, and what has
 happened is known to the host alone. Both are `std_msgs/String` with JSON in it.
@@ -8,19 +8,20 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
+from pydantic import BaseModel, BeforeValidator, FiniteFloat, ValidationError
 from rclpy.clock import Clock, ClockType
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import String
 
 from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.flight.access import Access, DroneState
+from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.flight.access import Access
 from crazychoir_fw.flight.agent import DronePhase
+from crazychoir_fw.flight.experiment import Event
 from crazychoir_fw.ros.names import qos
 
 STATES = "/drone_states"
@@ -29,34 +30,63 @@ STATES_QOS = qos(1)
 EVENTS_QOS = QoSProfile(depth=1000, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 """Who comes later hears what has happened before."""
 
-_TELL_EVERY = 0.1  # [s], wall
+_TELL_EVERY = 0.05  # [s], wall
 
 
-@dataclass(frozen=True)
-class ToldDrone:
+def _maybe(value: Any) -> float:
+    """Return a number; JSON has null for what is not known."""
+    number = math.nan if value is None else float(value)
+    if math.isinf(number):
+        raise ValueError("must be finite")
+    return number
+
+
+Maybe = Annotated[float, BeforeValidator(_maybe)]
+Vector = tuple[Maybe, Maybe, Maybe]
+
+
+class ToldDrone(BaseModel):
     """What a host says of a drone."""
 
     phase: DronePhase
     presses: int = 0
     """How many buttons the host has carried out for it."""
-    reference: NDArray[np.float64] | None = None
-    """What it follows (m, world), shape (3,)."""
+    position: Vector
+    """Where it is (m, world)."""
+    orientation: tuple[Maybe, Maybe, Maybe, Maybe]
+    """Quaternion xyzw."""
+    velocity: Vector
+    """(m/s, world)."""
+    reference: Vector | None = None
+    """What it follows (m, world)."""
     failure: str = ""
-    state: DroneState = field(default_factory=DroneState)
+    """Why it flies no more."""
+    supervisor: str = ""
+    battery_v: Maybe = math.nan
+    estimate_error_m: Maybe = math.nan
+    link: str = ""
+    trouble: str = ""
+    """What is wrong with the drone itself."""
 
 
-@dataclass(frozen=True)
-class ToldStates:
+class ToldStates(BaseModel):
     """What a host says of all drones at a time (s)."""
 
     mission: str
     backend: str
-    time: float
-    drones: Mapping[str, ToldDrone]
+    time: FiniteFloat
+    drones: dict[str, ToldDrone]
+
+
+class _ToldEvent(BaseModel):
+    time: FiniteFloat
+    kind: str
+    drone: str | None
+    details: dict[str, Any]
 
 
 class StateTeller:
-    """Lets a host say how its drones are; while nobody listens, it looks ten times a second whether somebody does."""
+    """Lets a host say how its drones are; while nobody listens, it looks now and then whether somebody does."""
 
     def __init__(self, node: Any, experiment: Any, mission: Any, access: Access, presses: Callable[[int], int]) -> None:
         """Begin to tell.
@@ -79,28 +109,33 @@ class StateTeller:
 
     def _tell(self) -> None:
         happened = self._experiment.events
-        for happening in happened[self._told :]:
-            self._events.publish(String(data=json.dumps(happening.as_dict(), default=_plain)))
+        for event in happened[self._told :]:
+            self._events.publish(String(data=json.dumps(event.as_dict(), default=_plain)))
         self._told = len(happened)
         if self._states.get_subscription_count():
-            drones = {agent.name: self._drone(agent) for agent in self._experiment.agents}
-            told = {**self._about, "time": self._experiment.time, "drones": drones}
-            self._states.publish(String(data=json.dumps(told, default=_plain)))
+            pose = self._access.true_pose()
+            drones = {agent.name: self._drone(agent, pose) for agent in self._experiment.agents}
+            told = ToldStates(**self._about, time=self._experiment.time, drones=drones)
+            self._states.publish(String(data=told.model_dump_json()))
 
-    def _drone(self, agent: Any) -> dict[str, Any]:
-        state = self._access.state(agent.index)
-        position = None if agent.reference is None else agent.reference.position
-        return {
-            "phase": agent.phase.value,
-            "presses": self._presses(agent.index),
-            "reference": None if position is None else [_finite(value) for value in position],
-            "failure": agent.failure or "",
-            "supervisor": state.supervisor,
-            "battery_v": _finite(state.battery_v),
-            "estimate_error_m": _finite(state.estimate_error_m),
-            "link": state.link,
-            "trouble": state.failure,
-        }
+    def _drone(self, agent: Any, pose: Pose) -> ToldDrone:
+        i, state = agent.index, self._access.state(agent.index)
+        velocity = np.full(3, np.nan) if pose.velocity is None else pose.velocity[i]
+        wanted = None if agent.reference is None else agent.reference.position
+        return ToldDrone(
+            phase=agent.phase,
+            presses=self._presses(i),
+            position=tuple(pose.position[i]),
+            orientation=tuple(pose.orientation[i]),
+            velocity=tuple(velocity),
+            reference=None if wanted is None else tuple(wanted),
+            failure=agent.failure or "",
+            supervisor=state.supervisor,
+            battery_v=state.battery_v,
+            estimate_error_m=state.estimate_error_m,
+            link=state.link,
+            trouble=state.failure,
+        )
 
 
 def read_states(text: str) -> ToldStates:
@@ -110,65 +145,27 @@ def read_states(text: str) -> ToldStates:
         RangeError: If that are no states of drones.
     """
     try:
-        fields = json.loads(text)
-        drones = {str(name): _read_drone(one) for name, one in fields["drones"].items()}
-        return ToldStates(str(fields["mission"]), str(fields["backend"]), _number(fields["time"]), drones)
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        return ToldStates.model_validate_json(text)
+    except ValidationError:
         raise RangeError(f"{STATES}: {text[:40]!r} says nothing of drones") from None
 
 
-def read_event(text: str) -> tuple[float, str, str | None, str | dict[str, Any]]:
-    """Return time (s), kind, drone and details of something that happened.
+def read_event(text: str) -> Event:
+    """Return something that happened.
 
     Raises:
         RangeError: If it is no event.
     """
     try:
-        fields = json.loads(text)
-        drone, details = fields["drone"], dict(fields["details"])
-        if drone is not None and not isinstance(drone, str):
-            raise TypeError
-        told = details["reason"] if set(details) == {"reason"} else details
-        return _number(fields["time"]), str(fields["kind"]), drone, told or ""
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
+        told = _ToldEvent.model_validate_json(text)
+    except ValidationError:
         raise RangeError(f"{EVENTS}: {text[:40]!r} is no event") from None
-
-
-def _read_drone(fields: Mapping[str, Any]) -> ToldDrone:
-    reference = fields["reference"]
-    if reference is not None:
-        reference = np.array([_maybe(value) for value in reference])
-        if reference.shape != (3,):
-            raise ValueError
-    state = DroneState(
-        supervisor=str(fields["supervisor"]),
-        battery_v=_maybe(fields["battery_v"]),
-        estimate_error_m=_maybe(fields["estimate_error_m"]),
-        link=str(fields["link"]),
-        failure=str(fields["trouble"]),
-    )
-    return ToldDrone(DronePhase(fields["phase"]), int(fields["presses"]), reference, str(fields["failure"]), state)
-
-
-def _number(value: Any) -> float:
-    number = float(value)
-    if not math.isfinite(number):
-        raise ValueError
-    return number
-
-
-def _maybe(value: Any) -> float:
-    return float("nan") if value is None else _number(value)
-
-
-def _finite(value: Any) -> float | None:
-    return float(value) if np.isfinite(value) else None
+    details: str | Mapping[str, Any] = told.details["reason"] if set(told.details) == {"reason"} else told.details
+    return Event(told.time, told.kind, told.drone, details or "")
 
 
 def _plain(value: Any) -> Any:
     """Return what JSON does not know as what it knows."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
-    if isinstance(value, Sequence | set | frozenset):
-        return list(value)
-    return str(value)
+    return sorted(value) if isinstance(value, set | frozenset) else str(value)

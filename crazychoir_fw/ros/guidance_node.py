@@ -9,35 +9,30 @@ Who is silent is told on ``lost_neighbors`` (`std_msgs/String`, "lost agent_3", 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rclpy.clock import Clock, ClockType
 from rclpy.context import Context
-from rclpy.serialization import serialize_message
 from std_msgs.msg import Bool, Empty, String
 
-from crazychoir_fw.common.messages import Pose, Reference
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.ros.communicating import CommunicatingNode
-from crazychoir_fw.ros.conversions import points_to_joint_trajectory
-from crazychoir_fw.ros.hub import Hub
+from crazychoir_fw.ros.conversions import points_to_joint_trajectory, reference_to_message
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, ODOM, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.pose_triggered import CLOSE, PoseTriggered
-from crazychoir_fw.ros.publisher import SharedPublisher
 from crazychoir_fw.ros.statistics import StatisticsTeller
 from crazychoir_fw.ros.wall_timeouts import RoundResync, WallTimeoutClock
-from crazychoir_fw.ros.wire import EMPTY, reference_bytes
+
+ANSWERED = "answered"
+"""Topic on which a guidance answers each tick in lock step."""
 
 _SAME_PRESS = 0.05  # [s]
 _MISSED = 0.5  # of the patience: so long nobody waits for neighbors unless one is behind
 _LOOK_EVERY = 0.05  # [s], wall: at rounds that wait
-
-if TYPE_CHECKING:
-    from crazychoir_fw.ros.teams import GuidanceTeam
 
 Build = Callable[["GuidanceNode"], Any]
 """Makes the plain guidance of a node, once its parameters and topics are there."""
@@ -49,8 +44,6 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
     Those of `crazychoir_fw.ros.guidance` derive from it. Whoever has a plain guidance, hands a function that makes it
     to `build`.
     """
-
-    stage = 0
 
     def __init__(
         self,
@@ -65,7 +58,6 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
         agent_id: int | None = None,
         parameters: Mapping[str, Any] | None = None,
         context: Context | None = None,
-        hub: Hub | None = None,
     ) -> None:
         """Make the node.
 
@@ -80,16 +72,15 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
             agent_id: Number of the drone; None asks parameter and namespace.
             parameters: Values of parameters.
             context: Context of rclpy.
-            hub: What it shares with other nodes of its process.
         """
-        super().__init__(node_name, agent_id=agent_id, parameters=parameters, context=context, hub=hub)
+        super().__init__(node_name, agent_id=agent_id, parameters=parameters, context=context)
         self.update_frequency = update_frequency
         self.patience: float = self.declare(
             "patience", 0.5, "longest wait for neighbors in a round (s, wall clock)", low=0.001, high=60.0
         )
         self._answers = None
         if self.declare("lockstep", False, "whether each tick is answered on the topic answered"):
-            self._answers = SharedPublisher(self.create_publisher(Empty, "answered", 10), self.hub)
+            self._answers = self.create_publisher(Empty, ANSWERED, 10)
         self.guidance: Any = build(self)
         """The plain guidance."""
         # otherwise its rounds last over many steps, and no step waits for one
@@ -107,8 +98,6 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
         self._idle: bool | None = None
         self._has_pose = False
         self._last_press: tuple[str, float] | None = None
-        self.team: GuidanceTeam | None = None
-        """With whom it decides together."""
         communicator = getattr(self.guidance, "communicator", None)
         self._statistics: StatisticsTeller | None = None
         if communicator is not None and communicator.in_neighbors + communicator.out_neighbors:
@@ -127,9 +116,8 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
 
     def _announce(self, input_topic: str | None) -> None:
         self._kind = getattr(self.guidance, "kind", "acceleration")
-        self._encode_reference = partial(reference_bytes, kind=self._kind)
-        self._reference = self.outlet(REFERENCES[self._kind], input_topic)
-        self._trajectory = self.outlet(TRAJ_PARAMS)
+        self._reference = self.announce(REFERENCES[self._kind], input_topic)
+        self._trajectory = self.announce(TRAJ_PARAMS)
         self._idle_publisher = self.create_publisher(Bool, "idle", LATEST)
 
     def _hear_poses(self, handler: str | None, topic: str | None, callback: Callable[[], None] | None) -> None:
@@ -148,11 +136,7 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
 
     def _watch_rounds(self) -> None:
         self._lost_publisher = self.create_publisher(String, "lost_neighbors", 10)
-        if self.hub is None:
-            self.create_timer(_LOOK_EVERY, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
-        else:
-            self.hub.when_looking(self._look)
-            self.hub.when_settling(self, self._try_to_finish, lambda: self._in_round and not self._has_answered)
+        self.create_timer(_LOOK_EVERY, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     # ---------------------------------------------------------------- in
 
@@ -167,8 +151,6 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
 
     def _latest_time(self) -> float:
         """Return the time (s): that of the newest pose where simulated poses lead."""
-        if self.hub is not None:
-            return max(self.hub.now, self._pose_time) if self._is_led else self.hub.now
         # asking the clock of a node takes 20 µs
         return self._pose_time if self._is_led else self.now()
 
@@ -178,8 +160,6 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
         if before is not None and before[0] == button and now - before[1] < _SAME_PRESS:
             return  # it was heard both ways
         self._last_press = (button, now)
-        if self.team is not None:
-            self.team.tell_poses()
         method = getattr(self.guidance, button, None)
         if method is not None:
             method(now)
@@ -216,10 +196,9 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
                 self._missed.make_up()
             self.guidance.begin_round(self._time.begin())
             self._in_round = True
-            if self.hub is None or not self.hub.is_working:
-                self._try_to_finish()
+            self._try_to_finish()
         if self._in_round and self._answers_early:
-            self.answer()
+            self._answer()
             self._has_answered = True
 
     def _take_message(self) -> None:
@@ -241,46 +220,21 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
 
     def _finish(self, now: float) -> None:
         self._in_round = False
-        self.take_outputs(self.guidance.finish_round(now))
+        outputs = self.guidance.finish_round(now)
+        lost = frozenset(self.guidance.lost)
+        if lost != self._lost:
+            self._tell(lost)
+        self._send(outputs)
         self._has_answered = False
         if self._missed is not None:
             self._missed.look()
         if self._statistics is not None:
             self._statistics.round_ends(now)
 
-    # ---------------------------------------------------------------- in a team
-
-    @property
-    def row(self) -> int | None:
-        """Which row of a bundle of odometry is its own, if it takes its poses from there."""
-        return None if self.hub is None else self.hub.row_of(self)
-
-    @property
-    def may_work_in_team(self) -> bool:
-        """Whether its rounds are nobody's business but the team's."""
-        return not (self._in_round or self._time.has_waited or (self.transport and self.transport.is_heard_outside))
-
-    def note_pose(self, pose: Pose) -> None:
-        """Take a pose that begins no round."""
-        self._has_pose = True
-        self._pose_time = pose.time
-        self.guidance.set_pose(pose)
-
-    def ask_for(self, reference: Reference) -> None:
-        """Say a reference."""
-        self._reference.say(reference, self._encode_reference)
-
-    def answer(self) -> None:
+    def _answer(self) -> None:
         """Answer the step, in lockstep."""
         if self._answers is not None:
-            self._answers.say(None, _empty)
-
-    def take_outputs(self, outputs: Outputs) -> None:
-        """Say what the guidance asks for at the end of a round."""
-        lost = frozenset(self.guidance.lost)
-        if lost != self._lost:
-            self._tell(lost)
-        self._send(outputs)
+            self._answers.publish(Empty())
 
     def _tell(self, lost: frozenset[int]) -> None:
         for word, numbers in (("lost", lost - self._lost), ("rejoined", self._lost - lost)):
@@ -295,24 +249,15 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
     def _send(self, outputs: Outputs) -> None:
         reference = outputs.reference
         if outputs.trajectory is not None:
-            self._trajectory.say(outputs.trajectory, self._encode_points)
+            self._trajectory.publish(points_to_joint_trajectory(outputs.trajectory, self.agent_id))
         if reference is not None:
-            numbers = getattr(reference, self._kind, None)
-            if numbers is None or math.isfinite(numbers.sum()):
-                self.ask_for(reference)
-            else:
-                text = f"asks for the {self._kind} {numbers}: not sent"
-                self.get_logger().error(text, throttle_duration_sec=1.0)
+            try:
+                self._reference.publish(reference_to_message(reference, self._kind))
+            except RangeError as error:
+                self.get_logger().error(f"reference not sent: {error}", throttle_duration_sec=1.0)
         idle = bool(getattr(outputs, "idle", False))
         if idle != self._idle:
             self._idle = idle
             self._idle_publisher.publish(Bool(data=idle))
         if not self._has_answered:
-            self.answer()
-
-    def _encode_points(self, points: Any) -> bytes:
-        return bytes(serialize_message(points_to_joint_trajectory(points, self.agent_id)))
-
-
-def _empty(_: None) -> bytes:
-    return EMPTY
+            self._answer()

@@ -9,31 +9,26 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.context import Context
-from rclpy.qos import QoSDurabilityPolicy, QoSProfile
-from std_msgs.msg import Empty, String
+from std_msgs.msg import String
 
-from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint
-from crazychoir_fw.flight.access import open_access
 from crazychoir_fw.flight.agent import Agent, DronePhase
 from crazychoir_fw.flight.agents import graph_of, is_only_watched, names_of, what_it_follows
-from crazychoir_fw.flight.experiment import Experiment, Names
-from crazychoir_fw.ros.arming_services import serve_arming_services
-from crazychoir_fw.ros.conversions import points_to_joint_trajectory
-from crazychoir_fw.ros.drone_states import StateTeller
-from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, REFERENCES, TRAJ_PARAMS
-from crazychoir_fw.ros.parts import Part, has_table, one_command
+from crazychoir_fw.flight.experiment import Names
+from crazychoir_fw.ros.guidance_node import ANSWERED
+from crazychoir_fw.ros.names import LATEST, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.parts import Part, has_table, layers_of_drone, one_command
 from crazychoir_fw.ros.remote import (
     HostedDrones,
     RemoteGroup,
     RemoteGuidance,
+    RemotePlanner,
     neighbors_taker,
     points_taker,
     reference_taker,
@@ -41,12 +36,7 @@ from crazychoir_fw.ros.remote import (
 from crazychoir_fw.ros.simulation import PaceSettings, SimulationNode
 from crazychoir_fw.ros.statistics import RemoteCommunicator, StatisticsCollector
 from crazychoir_fw.ros.tasks import EVERYTHING, HAPPENINGS, LAST_TABLE, MEMORY
-
-ANSWERED = "answered"
-"""Topic on which a guidance answers each tick in lock step."""
-
-READY = "/ready"
-"""Topic on which each process says that it has found its partners."""
+from crazychoir_fw.ros.topic_experiment import TopicExperiment
 
 _COMMANDS = (("control", "cmd_vel"), ("avoidance", "cmd_vel"))
 _HOLD_S = 0.5  # [s], within which it comes to rest
@@ -70,7 +60,7 @@ def names_from(reading: int) -> list[str]:
         return []
 
 
-class HostedExperiment(Experiment):
+class HostedExperiment(TopicExperiment):
     """An experiment whose layers are nodes."""
 
     def __init__(
@@ -92,52 +82,38 @@ class HostedExperiment(Experiment):
             observe: Called after every round.
             context: Context of rclpy.
         """
-        layers = mission.layers
         count = len(names_of(mission))
         kind = one_command(mission)
         answers = {ANSWERED: range(count)} if pace.lockstep else {}
         if kind != "xyz":
             answers["cmd_vel"] = range(count)
-        self.node = SimulationNode(
+        node = SimulationNode(
             HostedDrones(backend),
             command=kind,
-            rate=layers.rate,
+            rate=mission.layers.rate,
             pace=pace,
             answers=answers,
             obeys_idle=False,
             context=context,
         )
-        self._executor = executor
-        executor.add_node(self.node)
-        remote = [RemoteGuidance() for _ in range(count)]
-        agents = [
-            Agent(i, name, remote[i], is_watched=is_only_watched(mission, i))
-            for i, name in enumerate(names_of(mission))
-        ]
-        self._remote = None if kind == "xyz" else RemoteGroup(self.node, kind)
+        remote = [RemoteGuidance.of(mission, i) for i in range(count)]
+        agents = []
+        for i, name in enumerate(names_of(mission)):
+            planner = None
+            if "planning" in layers_of_drone(mission, i):
+                points = node.announce(TRAJ_PARAMS, node.topic_of(i, TRAJ_PARAMS.name))
+                planner = RemotePlanner(remote[i], points, i)
+            agents.append(Agent(i, name, remote[i], planner, is_only_watched(mission, i)))
+        self._remote = None if kind == "xyz" else RemoteGroup(node, kind)
         groups = [] if self._remote is None else [self._remote]
-        super().__init__(backend, agents, groups, layers.rate, mission.log_rate, observe)  # type: ignore[arg-type]
+        super().__init__(node, executor, mission, backend, agents, groups, observe=observe)
         self._command_timeout = mission.layers.command_timeout_s
         self._held: set[int] = set()
         self._guidance_ended: set[int] = set()  # whose process is gone, so that no button reaches it
         self._parts: dict[str, Part] = {}
         self._look_for_deaths: Callable[[], None] = lambda: None
-        self._buttons: dict[str, Any] = {name: self.node.announce(topic) for name, topic in BUTTONS.items()}
-        self._last_button = self.node.create_publisher(String, f"/{LAST_BUTTON}", LATEST)
-        self._own_presses: Counter[tuple[str, int | None]] = Counter()
-        self._presses = [0] * count
-        self._button_of: dict[tuple[str, int], Any] = {}
-        self._last_button_of: dict[int, Any] = {}
-        self._trajectories = [
-            self.node.announce(TRAJ_PARAMS, self.node.topic_of(i, "traj_params")) for i in range(count)
-        ]
         self._listen(mission, remote, kind)
         self._statistics = self._collector(mission, remote)
-        self.ready: set[str] = set()
-        """Processes that have found their partners."""
-        # many say it at once, and none of them may push another one out
-        everything = QoSProfile(depth=1000, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
-        self.node.create_subscription(String, READY, lambda message: self._is_ready(message.data), everything)
 
     def _listen(self, mission: Any, remote: Sequence[RemoteGuidance], kind: str) -> None:
         node = self.node
@@ -147,11 +123,6 @@ class HostedExperiment(Experiment):
             self._last_table = node.create_publisher(String, LAST_TABLE, LATEST)
             node.create_subscription(String, MEMORY, self._last_table.publish, LATEST)
         numbers = {node.namespace_pattern.format(i=i): i for i in range(len(remote))}
-        for name, topic in BUTTONS.items():
-            node.listen(topic, lambda _, pressed=name: self._pressed(pressed))
-            for i in range(len(remote)):
-                where = node.topic_of(i, topic.name.lstrip("/"))
-                node.listen(topic, lambda _, pressed=name, i=i: self._pressed(pressed, i), where)
         for i, guidance in enumerate(remote):
             node.create_subscription(String, node.topic_of(i, "lost_neighbors"), neighbors_taker(guidance, numbers), 10)
             if kind == "xyz":
@@ -159,8 +130,7 @@ class HostedExperiment(Experiment):
                 continue
             follows = what_it_follows(mission, i)
             topic = REFERENCES[follows]
-            node.hear(topic, node.topic_of(i, topic.name), reference_taker(node, guidance, follows))
-        node.members.invite()
+            node.listen(topic, reference_taker(guidance, follows), node.topic_of(i, topic.name))
 
     def _collector(self, mission: Any, remote: Sequence[RemoteGuidance]) -> StatisticsCollector:
         graph = graph_of(mission)
@@ -188,113 +158,20 @@ class HostedExperiment(Experiment):
 
     # ---------------------------------------------------------------- buttons
 
-    def takeoff(self, drones: Names = None) -> None:
-        """See `Experiment`."""
-        self._carry_out("takeoff", drones)
-        self._tell("takeoff", drones)
-
-    def start(self, drones: Names = None) -> None:
-        """See `Experiment`."""
-        self._carry_out("start", drones)
-        self._tell("start", drones)
-
-    def land(self, drones: Names = None) -> None:
-        """See `Experiment`."""
-        self._carry_out("land", drones)
-        self._tell("land", drones)
-        self._bring_down_whom_nobody_lands(drones)
-
-    def stop(self, drones: Names = None) -> None:
-        """See `Experiment`."""
-        self._carry_out("stop", drones)
-        self._tell("stop", drones)
-
     def _carry_out(self, button: str, drones: Names) -> None:
-        """Do what a button means where the drones are."""
         if button in ("takeoff", "start"):
             self._hear_again(drones)
-        getattr(super(), button)(drones)
-        for agent in self._chosen(drones):
-            self._presses[agent.index] += 1
-
-    def _bring_down_whom_nobody_lands(self, drones: Names) -> None:
-        if not self.backend.is_real_time:
+        super()._carry_out(button, drones)
+        if button == "land" and not self.backend.is_real_time:
             for agent in self._chosen(drones):
                 if agent.index in self._held or agent.index in self._guidance_ended:
                     self._bring_down(agent)
-
-    def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
-        """Hand points to the trajectory handlers, by topic."""
-        for agent in self._chosen(drones):
-            self._trajectories[agent.index].publish(points_to_joint_trajectory(points, agent.index))
 
     def _hear_again(self, drones: Names) -> None:
         if self._remote is not None:
             self._remote.unheard.difference_update(agent.index for agent in self._chosen(drones))
 
-    def _tell(self, button: str, drones: Names) -> None:
-        if drones is None:
-            self._own_presses[button, None] += 1
-            self._buttons[button].publish(Empty())
-        else:
-            for agent in self._chosen(drones):
-                self._own_presses[button, agent.index] += 1
-                self._button_of[button, agent.index].publish(Empty())
-        self._keep(button, drones)
-
-    def _keep(self, button: str, drones: Names) -> None:
-        """Keep what was pressed last, for processes that are started again."""
-        if drones is None:
-            self._last_button.publish(String(data=button))
-            return
-        for agent in self._chosen(drones):
-            i = agent.index
-            if i not in self._last_button_of:
-                topic = self.node.topic_of(i, LAST_BUTTON)
-                self._last_button_of[i] = self.node.create_publisher(String, topic, LATEST)
-            self._last_button_of[i].publish(String(data=button))
-
-    def prepare(self, phases: Sequence[Any]) -> None:
-        """Make publishers for buttons of single drones, so that they are known when they are needed."""
-        for phase in phases:
-            if phase.name in BUTTONS and phase.maneuver.drones is not None:
-                topic = BUTTONS[phase.name]
-                for agent in self._chosen(phase.maneuver.drones):
-                    where = self.node.topic_of(agent.index, topic.name.lstrip("/"))
-                    self._button_of[phase.name, agent.index] = self.node.announce(topic, where)
-
-    def _pressed(self, button: str, drone: int | None = None) -> None:
-        """Somebody pressed a button, of all drones or of one: this flight itself, or a person."""
-        if self._own_presses[button, drone] > 0:
-            self._own_presses[button, drone] -= 1
-            return
-        names = None if drone is None else [self.agents[drone].name]
-        self._carry_out(button, names)
-        self._keep(button, names)
-        if button == "land":
-            self._bring_down_whom_nobody_lands(names)
-
-    def tell_states(self, mission: Any) -> None:
-        """Say from now on how the drones are, and what happens, to whoever watches; arm and reboot them if asked."""
-        access = open_access(self.backend)
-        self._teller = StateTeller(self.node, self, mission, access, self._presses.__getitem__)
-        serve_arming_services(self.node, self.agents, access)
-
     # ---------------------------------------------------------------- rounds
-
-    def wait_for(self, processes: Sequence[str], timeout: float, look: Callable[[], None] = lambda: None) -> list[str]:
-        """Wait until processes have found their partners; returns those that have not in time (s, wall).
-
-        Args:
-            processes: Their names.
-            timeout: How long (s, wall).
-            look: Called now and then; what it raises ends the waiting.
-        """
-        deadline = time.monotonic() + timeout
-        while not self.ready.issuperset(processes) and time.monotonic() < deadline:
-            self._executor.spin_once(timeout_sec=0.05)
-            look()
-        return sorted(set(processes) - self.ready)
 
     def watch_deaths(self, reading: int, parts: Sequence[Part]) -> None:
         """Wait no more for processes that have ended.
@@ -327,7 +204,7 @@ class HostedExperiment(Experiment):
         )
 
     def _is_ready(self, process: str) -> None:
-        self.ready.add(process)
+        super()._is_ready(process)
         part = self._parts.get(process)
         if part is not None and "guidance" in part.layers:
             self._guidance_ended.difference_update(part.agents)
@@ -365,12 +242,9 @@ class HostedExperiment(Experiment):
                 self._take(agent, guidance.step(now), poses, now)
 
     def step(self) -> None:
-        """Fly one round: say how things are, hear what is to be done, do it."""
-        self.node.exchange(self._executor)
+        """See `TopicExperiment`."""
         # who waits for nobody looks here
         self._look_for_deaths()
-        if not self.node.context.ok():
-            raise CrazychoirError("ROS was shut down")
         super().step()
         if self._remote is not None and not self.backend.is_real_time:
             self._hold_whom_nobody_commands(self._remote.commanded)

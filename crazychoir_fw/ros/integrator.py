@@ -12,9 +12,11 @@ from rclpy.context import Context
 from std_msgs.msg import Empty
 
 from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.ros.conversions import message_to_twist, to_stamp
 from crazychoir_fw.ros.names import CLOCK, CMD_VEL, NAMESPACE_PATTERN, ODOM, STOP, Topic
 from crazychoir_fw.ros.node import LayerNode
-from crazychoir_fw.ros.wire import Rows, clock_layout, odometry_layout, twist_numbers
+from crazychoir_fw.ros.odometry import OdometryTopics
 from crazychoir_fw.simulation import integrator as plain
 
 KINDS = ("fpqr", "frpy", "vel")
@@ -85,7 +87,6 @@ class CrazyflieIntegrator(LayerNode):
         self._connect(numbers, is_swarm=agents is not None)
         self._clock_publisher = self.announce(CLOCK) if publish_clock else None
         if publish_clock:
-            self._clock_rows = Rows(clock_layout(), 1)
             period = 1.0 / (integration_freq * speed)
             self.create_timer(period, lambda: self._step(1), clock=Clock(clock_type=ClockType.STEADY_TIME))
         else:
@@ -107,22 +108,18 @@ class CrazyflieIntegrator(LayerNode):
         def name(i: int, topic: Topic) -> str:
             return self.topic_of(i, topic.name) if is_swarm else topic.name
 
-        self._rows = Rows(odometry_layout(), len(numbers))
-        self._odometry = [self.announce(ODOM, name(i, ODOM)) for i in numbers]
+        self._odometry = OdometryTopics(self, [name(i, ODOM) for i in numbers])
         for row, i in enumerate(numbers):
-            topic = name(i, CMD_VEL)
-            self.listen(CMD_VEL, self._taker(row), topic, raw=True)
+            self.listen(CMD_VEL, self._taker(row), name(i, CMD_VEL))
         self.listen(STOP, lambda _: self.stop())
         self.create_subscription(Empty, "/resume", lambda _: self.resume(), 10)
 
     # ---------------------------------------------------------------- in
 
-    def _taker(self, row: int) -> Callable[[bytes], None]:
-        def take(data: bytes) -> None:
-            numbers = np.array(twist_numbers(data))
-            if not np.isfinite(numbers).all():
-                raise RangeError(f"command is {numbers.tolist()}, allowed: finite numbers")
-            self._held[row] = numbers
+    def _taker(self, row: int) -> Callable[[Any], None]:
+        def take(message: Any) -> None:
+            twist = message_to_twist(message)
+            self._held[row, :3], self._held[row, 3:] = twist.linear, twist.angular
             self._is_new = True
 
         return take
@@ -166,8 +163,7 @@ class CrazyflieIntegrator(LayerNode):
         self._hand_over()
         self.integrator.step(count)
         if self._clock_publisher is not None:
-            self._clock_rows.stamp(round(self.integrator.time * 1e9))
-            self._clock_publisher.publish(self._clock_rows.row(0))
+            self._clock_publisher.publish(CLOCK.type(clock=to_stamp(self.integrator.time)))
 
     def _begin_anew(self, now: float) -> None:
         self._begin = None
@@ -175,12 +171,8 @@ class CrazyflieIntegrator(LayerNode):
     # ---------------------------------------------------------------- out
 
     def _publish(self, odometry: plain.Odometry) -> None:
-        columns = self._rows.columns
-        columns["position"], columns["orientation"] = odometry.position, odometry.quat_xyzw
-        columns["velocity"], columns["angular"] = odometry.velocity, odometry.rates
-        self._rows.stamp(round((odometry.time + (self._begin or 0.0)) * 1e9))
-        for row, publisher in enumerate(self._odometry):
-            publisher.publish(self._rows.row(row))
+        poses = Pose(odometry.position, odometry.quat_xyzw, odometry.velocity, odometry.rates)
+        self._odometry.publish(odometry.time + (self._begin or 0.0), poses)
 
 
 def _check(command: str, speed: float) -> None:

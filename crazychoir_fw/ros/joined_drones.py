@@ -1,39 +1,30 @@
-"""The drones of a flight that others fly: where they are, and how.
-
-Where they are comes from the bundles that the host sends its processes anyway; where no bundles come, as from a
-simulation of somebody else's, the odometry of each drone is listened to.
-"""
+"""The drones of a flight that others fly: where they are, and how, as its host says, or else their own topics."""
 
 from __future__ import annotations
 
 import time as wall
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from nav_msgs.msg import Odometry
-from numpy.typing import NDArray
 from rclpy.qos import QoSProfile, QoSReliabilityPolicy
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
 
-from crazychoir_fw.common.errors import CrazychoirError, StateError
+from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight.access import DroneState
 from crazychoir_fw.flight.agents import names_of, starts_of
-from crazychoir_fw.ros import arming_services, bundles
-from crazychoir_fw.ros.bundles import HostCard
-from crazychoir_fw.ros.names import CF_ODOM, LATEST, ODOM
+from crazychoir_fw.ros import arming_services
+from crazychoir_fw.ros.names import CF_ODOM, ODOM
 from crazychoir_fw.ros.node import LayerNode
-from crazychoir_fw.ros.wire import odometry_pose
-
-Array = NDArray[np.float64]
+from crazychoir_fw.ros.pose_sources import pose_subscribe
 
 NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT)
 """Of what is old when the next comes."""
 
-_BUNDLES_S = 1.0  # [s], wall, without bundles, after which each drone is listened to
-_CANARIES = 3  # drones whose odometry says that there is any
+_SELF_TOLD_S = 1.0  # [s], wall, since its odometry, after which a drone's own is used
 
 
 class JoinedDrones:
@@ -51,7 +42,7 @@ class JoinedDrones:
         spin: Callable[[], None] = lambda: None,
         stop_now: Callable[[list[int]], None] = lambda indices: None,
     ) -> None:
-        """Listen to bundles, and to a few drones, which tell whether there is anything but bundles.
+        """Know where the drones of a mission begin.
 
         Args:
             node: Who listens.
@@ -65,31 +56,59 @@ class JoinedDrones:
         self.close, self.stop_now = close, stop_now
         self.domain = node.context.get_domain_id()
         self.states = [DroneState(link="not heard yet") for _ in self.names]
-        self.trouble: str | None = None
-        """Why this is not the flight of the mission, a sentence."""
         self.time = 0.0
-        self.heard_wall = self._bundled_wall = -np.inf
-        self.first_wall = np.inf
-        """When the first of them was heard (s, wall)."""
-        self.is_heard = self.is_silent = False
-        self._has_stamps = False
-        self._bundle: bytes | None = None
-        self._said: dict[tuple[str, int], bytes] = {}
-        self._rows: list[int] | None = None
-        self._watched: set[tuple[str, int]] = set()
+        self.heard_wall = -np.inf
+        """When one of them was heard last (s, wall)."""
+        self.is_silent = False
         count = len(self.names)
         position = np.array(starts_of(mission), float).reshape(count, 3)
         orientation = np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
         # who is not heard yet stands where the mission has it
         self._pose = Pose(position, orientation, np.zeros((count, 3)), np.zeros((count, 3)), 0.0)
-        node.listen(bundles.ODOMETRY, self._take_bundle, profile=NEWEST, raw=True)
-        node.listen(bundles.HOST, lambda message: self._take_card(message.data), profile=LATEST)
-        for i in range(min(count, _CANARIES)):
-            self._watch(i)
+        self._odom_wall = np.full(count, -np.inf)
 
     def poses(self) -> Pose:
         """Return where they were heard last, arrays of shape (N, ...)."""
         return self._pose
+
+    def place(self, i: int, pose: Pose) -> None:
+        """Put a drone where it is; numbers that are none change nothing."""
+        self.heard_wall = wall.monotonic()
+        for name in ("position", "orientation", "velocity", "angular"):
+            new = getattr(pose, name)
+            if new is not None and np.isfinite(new).all():
+                getattr(self._pose, name)[i] = new
+        if pose.time is not None:
+            self.time = self._pose.time = pose.time
+
+    def watch_topics(self) -> None:
+        """Listen to each drone, where no host says how they are: to its odometry, and what radio nodes say of it."""
+        for i in range(len(self.names)):
+            for topic in (ODOM, CF_ODOM):
+                where, take = self._node.topic_of(i, topic.name), self._pose_taker(i, topic is ODOM)
+                pose_subscribe("pubsub", where, self._node, take, qos_profile=NEWEST)
+            self._watch_radio(i)
+
+    def _pose_taker(self, i: int, is_odom: bool) -> Callable[[Pose], None]:
+        def take(pose: Pose) -> None:
+            # what drones over the radio say of themselves is used where nothing better is known
+            if is_odom or wall.monotonic() - self._odom_wall[i] > _SELF_TOLD_S:
+                self.place(i, pose)
+            if is_odom:
+                self._odom_wall[i] = wall.monotonic()
+
+        return take
+
+    def _watch_radio(self, i: int) -> None:
+        def change(**news: Any) -> None:
+            self.states[i] = replace(self.states[i], **news)
+
+        node = self._node
+        change(link="over ROS 2")
+        node.create_subscription(
+            BatteryState, node.topic_of(i, "battery"), lambda m: change(battery_v=float(m.voltage)), NEWEST
+        )
+        node.create_subscription(String, node.topic_of(i, "radio_state"), lambda m: change(link=m.data), 10)
 
     def state(self, index: int) -> DroneState:
         """Return how a drone is, as far as the host tells."""
@@ -118,103 +137,3 @@ class JoinedDrones:
         if service not in arming_services.served_on(self._node, name):
             raise StateError(f"{self.names[index]}: nobody serves {service}")
         return arming_services.ask_for(self._node, service, name, is_armed, self._spin)
-
-    @property
-    def lacks_bundles(self) -> bool:
-        """Whether drones are heard, and bundles are not."""
-        now = wall.monotonic()
-        return now - self.first_wall > _BUNDLES_S and now - self._bundled_wall > _BUNDLES_S
-
-    def watch_odometry(self) -> None:
-        """Listen to each drone, from now on."""
-        for i in range(len(self.names)):
-            self._watch(i)
-
-    def watch_radio(self, i: int) -> None:
-        """Listen to what radio nodes say of a drone."""
-
-        def change(**news: Any) -> None:
-            state = self.states[i]
-            known = {"supervisor": state.supervisor, "battery_v": state.battery_v, "link": state.link}
-            self.states[i] = DroneState(**{**known, **news})
-
-        node = self._node
-        change(link="over ROS 2")
-        node.create_subscription(
-            BatteryState, node.topic_of(i, "battery"), lambda m: change(battery_v=float(m.voltage)), NEWEST
-        )
-        node.create_subscription(String, node.topic_of(i, "radio_state"), lambda m: change(link=m.data), 10)
-
-    def _watch(self, i: int) -> None:
-        for topic in (ODOM, CF_ODOM):
-            key = topic.name, i
-            if key not in self._watched:
-                self._watched.add(key)
-                self._node.create_subscription(
-                    Odometry, self._node.topic_of(i, topic.name), self._odometry_taker(key), NEWEST, raw=True
-                )
-
-    def _odometry_taker(self, key: tuple[str, int]) -> Callable[[bytes], None]:
-        def take(data: bytes) -> None:
-            self._said[key] = data
-            self._heard()
-
-        return take
-
-    def _take_bundle(self, data: bytes) -> None:
-        self._bundle = data
-        self._bundled_wall = self._heard()
-
-    def _heard(self) -> float:
-        self.heard_wall = now = wall.monotonic()
-        self.first_wall = min(self.first_wall, now)
-        return now
-
-    def _take_card(self, text: str) -> None:
-        topics = HostCard.read(text).odometry
-        rows = {topic: row for row, topic in enumerate(topics)}
-        wanted = [self._node.topic_of(i, ODOM.name) for i in range(len(self.names))]
-        if set(wanted) != set(rows):
-            self.trouble = (
-                f"the flight on this ROS domain has {len(topics)} drones, and the mission {len(wanted)}; "
-                "give its --domain, or open the page with its mission"
-            )
-            return
-        self._rows = [rows[topic] for topic in wanted]
-
-    def refresh(self) -> bool:
-        """Take what has been heard; returns whether time has jumped back, as when a flight begins anew."""
-        before = self.time
-        if self._bundle is not None and self._rows is not None:
-            nanoseconds, numbers = bundles.unpack_odometry(self._bundle)
-            if len(numbers) == len(self._rows):
-                self._place(slice(None), numbers[self._rows])
-                self.time, self._has_stamps = nanoseconds / 1e9, True
-            self._said.clear()
-        said, self._said, self._bundle = self._said, {}, None
-        # what drones over the radio say of themselves is used where nothing better is known
-        for (name, i), data in sorted(said.items()):
-            try:
-                pose = odometry_pose(data)
-            except CrazychoirError as error:
-                self._node.complain(self._node.topic_of(i, name), error)
-                continue
-            if name == CF_ODOM.name and (ODOM.name, i) in said:
-                continue
-            self._place([i], np.concatenate([pose.position, pose.orientation, pose.velocity, pose.angular])[None])
-            if pose.time is not None:
-                self.time, self._has_stamps = pose.time, True
-            elif not self._has_stamps and wall.monotonic() - self.first_wall > _BUNDLES_S:
-                self.time = wall.monotonic() - self.first_wall  # the odometry of some nodes has no stamps
-        self._pose.time = self.time
-        return self.time < before - 1.0
-
-    def _place(self, which: Any, numbers: Array) -> None:
-        """Put numbers of odometry where they belong; those that are none change nothing."""
-        self.is_heard = True
-        pose = self._pose
-        parts = (pose.position, pose.orientation, pose.velocity, pose.angular)
-        good = np.isfinite(numbers).all(axis=1)
-        for part, new in zip(parts, np.split(numbers, (3, 7, 10), axis=1), strict=True):
-            old = part[which]
-            part[which] = np.where(good[:, None], new, old)

@@ -1,7 +1,8 @@
 """`crazychoir fly MISSION.yaml --ros`: the processes of a mission, started, watched and ended.
 
 One process has the drones (simulation, integrator or radio), presses the buttons of `flight`, writes and judges, as the
-runner in one process does. The layers live in the others: one per drone and layer, one per drone, or all in one.
+runner in one process does. The layers live in the others, one per drone and layer or one per drone, or all with the
+drones.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import signal
 import socket
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -96,7 +97,6 @@ def fly_as_processes(
     options: RosOptions,
     host: Callable[[RosOptions], int],
     quiet: bool = False,
-    watchers: Mapping[str, Callable[[RosOptions], int]] | None = None,
 ) -> int:
     """Fly a mission as processes, to its end. Returns the exit code of the host.
 
@@ -105,8 +105,6 @@ def fly_as_processes(
         options: How.
         host: Flies it where the drones are, its layers by `hosting`; runs in a process of its own.
         quiet: Whether nothing is printed of the processes.
-        watchers: Further processes, by name, that belong to the flight and decide nothing, such as a page; the flight
-            ends with the first of them.
 
     Raises:
         MissionError: If a process cannot make its nodes as the mission says.
@@ -119,10 +117,11 @@ def fly_as_processes(
     options = replace(options, lockstep=lockstep)
     register = None if options.folder is None else options.folder / "processes.json"
     supervisor = Supervisor(quiet, register=register)
-    flight = _Flight(supervisor, mission, options, parts, watchers or {})
+    flight = _Flight(supervisor, mission, options, parts)
     before = signal.signal(signal.SIGTERM, _interrupt)
     if not quiet:
-        print(f"ROS domain {domain}: {len(parts)} processes of layers and the host", flush=True)
+        layers = f"{len(parts)} processes of layers and the host" if parts else "layers and host are one process"
+        print(f"ROS domain {domain}: {layers}", flush=True)
     try:
         return flight.run(host)
     except KeyboardInterrupt:
@@ -150,13 +149,11 @@ class _Flight:
         mission: LayeredMission,
         options: RosOptions,
         parts: list[Part],
-        watchers: Mapping[str, Callable[[RosOptions], int]],
     ) -> None:
         self._supervisor = supervisor
         self._mission = mission
         self._options = options
         self._parts = parts
-        self._watchers = watchers
 
     def run(self, host: Callable[[RosOptions], int]) -> int:
         reading, writing = os.pipe()
@@ -165,13 +162,10 @@ class _Flight:
         for part in self._parts:
             work = partial(run_part, self._mission, part, options.lockstep, options.patience)
             supervisor.start(part.name, work)
-        for name, watch in self._watchers.items():
-            supervisor.start(name, partial(watch, options), captured=False)
-        vital = {HOST, *self._watchers}
         began = time.monotonic()
         while True:
             for child in supervisor.watch(1.0):
-                if child.name in vital:
+                if child.name == HOST:
                     return int(child.process.exitcode or 0)
                 if child.process.exitcode == NOT_MADE and child.starts == 1:  # later, others are in the air
                     raise MissionError(f"{self._mission.name}: {child.name} cannot be made, see what it said")
@@ -182,7 +176,8 @@ class _Flight:
                 if options.restart:
                     supervisor.restart(child.name)
                     supervisor.say(f"{child.name} started again")
-            if not any(child.is_alive for child in supervisor.children.values() if child.name not in vital):
+            is_left = any(child.is_alive for child in supervisor.children.values() if child.name != HOST)
+            if self._parts and not is_left:
                 supervisor.say("no process of layers is left: the flight ends")
                 return 1
 
@@ -206,6 +201,7 @@ def hosting(options: RosOptions) -> Iterator[Callable[..., Any]]:
     from rclpy.signals import SignalHandlerOptions
 
     from crazychoir_fw.ros.hosting import HostedExperiment, names_from
+    from crazychoir_fw.ros.one_process import OneProcessExperiment
     from crazychoir_fw.ros.process import make_executor, take_leave
 
     context = Context()
@@ -220,20 +216,22 @@ def hosting(options: RosOptions) -> Iterator[Callable[..., Any]]:
         if ended and not options.restart:
             raise CrazychoirError(f"{ended[0]} has ended before the flight began, see what it said")
 
-    def make(flown: LayeredMission, backend: Any, observe: Any = None) -> HostedExperiment:
-        experiment = HostedExperiment(flown, backend, executor, pace, observe, context)
+    kind = HostedExperiment if options.parts else OneProcessExperiment
+
+    def make(flown: LayeredMission, backend: Any, observe: Any = None) -> HostedExperiment | OneProcessExperiment:
+        experiment = kind(flown, backend, executor, pace, observe, context)
         nodes.append(experiment.node)
-        experiment.prepare(flown.flight)
+        experiment.tell_states()
         late = experiment.wait_for([part.name for part in options.parts], _BOOT_S, look)
         if late:
             raise CrazychoirError(
                 f"{', '.join(late[:3])}{' and others' if len(late) > 3 else ''}: not found on ROS domain "
                 f"{options.domain} within {_BOOT_S:g} s"
             )
-        experiment.warm_up()
-        experiment.tell_states(flown)
-        if options.deaths is not None:
-            experiment.watch_deaths(options.deaths, options.parts)
+        if isinstance(experiment, HostedExperiment):
+            experiment.warm_up()
+            if options.deaths is not None:
+                experiment.watch_deaths(options.deaths, options.parts)
         return experiment
 
     try:

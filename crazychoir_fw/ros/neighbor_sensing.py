@@ -13,20 +13,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.context import Context
+from std_msgs.msg import UInt8MultiArray
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.control import safety as plain
 from crazychoir_fw.control.periodic_timer import PeriodicTimer
 from crazychoir_fw.guidance.serialization import dumps, loads
+from crazychoir_fw.ros.conversions import bytes_to_message, message_to_bytes, odometry_to_pose
 from crazychoir_fw.ros.names import CLOSEST_ROBOTS, ODOM
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_triggered import CLOSE
-from crazychoir_fw.ros.wire import (
-    label_and_data,
-    labeled_bytes,
-    odometry_pose,
-)
 
 Array = NDArray[np.float64]
 
@@ -37,8 +34,10 @@ _MAX_NEAR = 10_000  # robots in a message
 # ---------------------------------------------------------------- the message
 
 
-def closest_bytes(time: float, numbers: Sequence[int] | NDArray[np.intp], position: Array, velocity: Array) -> bytes:
-    """Return a message of ``closest_robots``, ready to be published.
+def closest_to_message(
+    time: float, numbers: Sequence[int] | NDArray[np.intp], position: Array, velocity: Array
+) -> UInt8MultiArray:
+    """Return a message of ``closest_robots``.
 
     Args:
         time: Time of the poses (s).
@@ -47,16 +46,16 @@ def closest_bytes(time: float, numbers: Sequence[int] | NDArray[np.intp], positi
         velocity: How they move (m/s, world), shape (K, 3).
     """
     who = np.asarray(numbers, np.int64)
-    return labeled_bytes(round(time * 1e9), dumps((who, np.asarray(position, float), np.asarray(velocity, float))))
+    return bytes_to_message(round(time * 1e9), dumps((who, np.asarray(position, float), np.asarray(velocity, float))))
 
 
-def closest_of_bytes(data: bytes) -> tuple[float, NDArray[np.int64], Pose]:
+def message_to_closest(message: UInt8MultiArray) -> tuple[float, NDArray[np.int64], Pose]:
     """Return time (s), numbers (K,) and poses (K, 3) of a message of ``closest_robots``.
 
     Raises:
         CrazychoirError: If it is none.
     """
-    label, content = label_and_data(data)
+    label, content = message_to_bytes(message)
     found = loads(content)
     if not (isinstance(found, tuple) and len(found) == 3 and all(isinstance(part, np.ndarray) for part in found)):
         raise RangeError("closest_robots: not numbers, positions and velocities")
@@ -123,13 +122,13 @@ class ClosestRobotGetter(LayerNode):
         self._schedule = PeriodicTimer(rate)
         self._closest = [self.announce(CLOSEST_ROBOTS, self.topic_of(i, CLOSEST_ROBOTS.name)) for i in self.agents]
         for row, i in enumerate(self.agents):
-            self.listen(ODOM, self._pose_taker(row), self.topic_of(i, ODOM.name), raw=True)
+            self.listen(ODOM, self._pose_taker(row), self.topic_of(i, ODOM.name))
         self.when_time_jumps_back(self._begin_anew)
         self.every(rate, self._tick)
 
-    def _pose_taker(self, row: int) -> Callable[[bytes], None]:
-        def take(data: bytes) -> None:
-            pose = odometry_pose(data)
+    def _pose_taker(self, row: int) -> Callable[[Any], None]:
+        def take(message: Any) -> None:
+            pose = odometry_to_pose(message)
             now = self.now()
             self._position[row] = pose.position
             self._velocity[row] = 0.0 if pose.velocity is None else pose.velocity
@@ -155,7 +154,7 @@ class ClosestRobotGetter(LayerNode):
         if self._schedule.is_due(now):
             self._find(now)
         for row, publisher in enumerate(self._closest):
-            publisher.publish(closest_bytes(now, *self._found[row]))
+            publisher.publish(closest_to_message(now, *self._found[row]))
 
     def _find(self, now: float) -> None:
         age = now - self._came

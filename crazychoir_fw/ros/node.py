@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.callback_groups import CallbackGroup
-from rclpy.clock import Clock, ClockChange, JumpThreshold, TimeJump
+from rclpy.clock import ClockChange, JumpThreshold, TimeJump
 from rclpy.context import Context
 from rclpy.duration import Duration
 from rclpy.node import Node
@@ -19,13 +18,10 @@ from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
-from rclpy.timer import Timer
 
 from crazychoir_fw.common.errors import CrazychoirError, RangeError
-from crazychoir_fw.ros.hub import STAGES, Hub, HubPeriodic
 from crazychoir_fw.ros.names import BUTTONS, NAMESPACE_PATTERN, Topic
 from crazychoir_fw.ros.periodic import Periodic, check_frequency
-from crazychoir_fw.ros.publisher import SharedPublisher
 
 _WARN_EVERY = 1.0  # [s]
 
@@ -48,9 +44,6 @@ class LayerNode(Node):
     was given on the command line (``-r __ns:=/agent_3``), or 0. A namespace of the command line is always kept.
     """
 
-    stage: int = STAGES - 1
-    """When it works, among the nodes of a hub."""
-
     def __init__(
         self,
         node_name: str,
@@ -60,7 +53,6 @@ class LayerNode(Node):
         parameters: Mapping[str, Any] | None = None,
         context: Context | None = None,
         swarm_wide: bool = False,
-        hub: Hub | None = None,
     ) -> None:
         """Create the node.
 
@@ -72,7 +64,6 @@ class LayerNode(Node):
                 and arrays are laid out row by row. ``{"use_sim_time": True}`` follows ``/clock``.
             context: Context of rclpy; None is the default one.
             swarm_wide: The node serves all drones: it lives in the root namespace, and `agent_id` is -1.
-            hub: What it shares with other nodes of its process, simulated time first of all.
 
         Raises:
             RangeError: If the pattern or a parameter is not usable.
@@ -80,18 +71,11 @@ class LayerNode(Node):
         values = {name: _plain(value) for name, value in (parameters or {}).items()}
         if agent_id is not None:
             values["agent_id"] = int(agent_id)
-        self.hub = hub
-        """What it shares with other nodes of its process."""
-        if hub is not None:
-            values["use_sim_time"] = False  # for now, or it would follow /clock by itself
         overrides = [Parameter(name, value=value) for name, value in values.items() if value is not None]
         space, given_id, namespace_pattern = "", -1, values.get("namespace_pattern", namespace_pattern)
         if not swarm_wide:
             space, given_id, namespace_pattern = _place(node_name, values.get("agent_id"), namespace_pattern, context)
         super().__init__(node_name, namespace=space, context=context, parameter_overrides=overrides)
-        if hub is not None:
-            self._time_source.detach_node()
-            self.set_parameters([Parameter("use_sim_time", value=True)])
         if not swarm_wide:
             self.declare("namespace_pattern", namespace_pattern, "namespace of drone i")
             given_id = self.declare("agent_id", given_id, "number of the drone", low=0)
@@ -99,12 +83,10 @@ class LayerNode(Node):
         """Number of the drone."""
         self.namespace_pattern = namespace_pattern
         """Namespace of drone i."""
-        self._periodics: list[Periodic | HubPeriodic] = []
+        self._periodics: list[Periodic] = []
         self._when_time_jumps_back: list[Callable[[float], None]] = []
         threshold = JumpThreshold(min_forward=None, min_backward=Duration(nanoseconds=-1), on_clock_change=True)
         self._jumps = self.get_clock().create_jump_callback(threshold, post_callback=self._time_jumped)
-        if hub is not None:
-            hub.add(self)
 
     # ---------------------------------------------------------------- names
 
@@ -178,27 +160,16 @@ class LayerNode(Node):
 
     # ---------------------------------------------------------------- time
 
-    def get_clock(self) -> Clock:
-        """Return the clock of the node, or that of its hub."""
-        return super().get_clock() if self.hub is None else self.hub.clock
-
-    def create_timer(
-        self, timer_period_sec: float, callback: Any, callback_group: Any = None, clock: Any = None, **options: Any
-    ) -> Timer:
-        """See rclpy; on the clock of the node if none is given."""
-        clock = self.get_clock() if clock is None else clock
-        return super().create_timer(timer_period_sec, callback, callback_group, clock, **options)
-
     def now(self) -> float:
         """Return the time of the clock of ROS (s): simulated time if ``use_sim_time`` is set."""
-        return self.get_clock().now().nanoseconds / 1e9 if self.hub is None else self.hub.now
+        return self.get_clock().now().nanoseconds / 1e9
 
     @property
     def is_simulated_time(self) -> bool:
         """Whether the node follows ``/clock``."""
-        return self.hub is not None or bool(self.get_parameter("use_sim_time").value)
+        return bool(self.get_parameter("use_sim_time").value)
 
-    def every(self, frequency: float, work: Callable[[float], None]) -> Periodic | HubPeriodic:
+    def every(self, frequency: float, work: Callable[[float], None]) -> Periodic:
         """Call ``work(now)`` so many times per second of the clock of ROS.
 
         It is called on a grid, so that it does not drift; missed calls are not made up for; where time jumps back, a
@@ -212,8 +183,7 @@ class LayerNode(Node):
             RangeError: If the frequency is not above zero.
         """
         check_frequency(self.get_name(), frequency)
-        hub = self.hub
-        periodic = Periodic(self, frequency, work) if hub is None else hub.periodic(self, frequency, work)
+        periodic = Periodic(self, frequency, work)
         self._periodics.append(periodic)
         return periodic
 
@@ -237,10 +207,6 @@ class LayerNode(Node):
         """Return a publisher for a line of the table, under another name if one is given."""
         return self.create_publisher(topic.type, name or topic.name, topic.publish_qos)
 
-    def outlet(self, topic: Topic, name: str | None = None) -> SharedPublisher:
-        """Return a publisher for a line of the table that takes a short cut to nodes of the same hub."""
-        return SharedPublisher(self.announce(topic, name), self.hub)
-
     def complain(self, topic: str, error: CrazychoirError) -> None:
         """Tell the log what is wrong with a message, at most once per second."""
         self.get_logger().warning(f"{topic}: {error}", throttle_duration_sec=_WARN_EVERY)
@@ -254,7 +220,6 @@ class LayerNode(Node):
         profile: QoSProfile | None = None,
         callback_group: CallbackGroup | None = None,
         raw: bool = False,
-        direct: Callable[[Any], None] | None = None,
     ) -> Subscription:
         """Subscribe to a line of the table.
 
@@ -268,14 +233,9 @@ class LayerNode(Node):
             profile: Quality of service, if not that of the table.
             callback_group: Callback group of rclpy.
             raw: The callback takes bytes.
-            direct: Takes what nodes of the same hub say on this topic as values (see `SharedPublisher`); needs `raw`.
         """
         name = name or topic.name
         guarded = self._guarded(callback, name)
-        if direct is not None and self.hub is not None:
-            absolute = self.resolve_topic_name(name)
-            self.hub.listeners(absolute).append(self._guarded(direct, name))
-            guarded = _without(self.hub.echoes(absolute), guarded)
         profile = topic.subscribe_qos if profile is None else profile
         return self.create_subscription(topic.type, name, guarded, profile, callback_group=callback_group, raw=raw)
 
@@ -301,17 +261,6 @@ class LayerNode(Node):
             if button not in BUTTONS:
                 raise RangeError(f"button is {button!r}, allowed: {', '.join(BUTTONS)}")
             self.listen(BUTTONS[button], lambda _, pressed=callback: pressed(self.now()))
-
-
-def _without(echoes: deque[bytes], callback: Callable[[bytes], None]) -> Callable[[bytes], None]:
-    """Return a callback that leaves out what was heard inside of the process already."""
-
-    def take(data: bytes) -> None:
-        # several of this process may hear a topic, and each gets a copy
-        if data not in echoes:
-            callback(data)
-
-    return take
 
 
 def _place(node_name: str, agent_id: int | None, pattern: str, context: Context | None) -> tuple[str, int, str]:

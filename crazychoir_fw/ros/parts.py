@@ -29,12 +29,13 @@ def parts_of(mission: Any, processes: str) -> list[Part]:
 
     Args:
         mission: The mission.
-        processes: ``per-node``: one per drone and layer; ``per-drone``; ``one`` for all layers of all drones.
+        processes: ``per-node``: one per drone and layer; ``per-drone``; ``one``: all layers are
+            where the drones are, and nobody else has any.
     """
     everybody = tuple(range(len(mission.fleet)))
     common = common_layers(mission)
     if processes == "one":
-        return [Part("layers", everybody, (*LAYERS, *common))]
+        return []
     names = agents.names_of(mission)
     shared = [Part(layer, everybody if layer == SENSING else (), (layer,)) for layer in common]
     if processes == "per-drone":

@@ -24,10 +24,7 @@ class PoseCache:
         return self._positions
 
     def watch(self, node: LayerNode, numbers: Iterable[int]) -> None:
-        """Hear the odometry of drones at a node.
-
-        Before the node hears its own: the pose that begins a round then finds those of the others in the same bundle.
-        """
+        """Hear the odometry of drones at a node."""
         for number in numbers:
             pose_subscribe("pubsub", node.topic_of(number, ODOM.name), node, self._taker(number))
 

@@ -13,10 +13,9 @@ from rclpy.subscription import Subscription
 from crazychoir_fw.common.errors import StateError, UnknownNameError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.mocap import decode_odometry, decode_pose_stamped, decode_vicon_position
-from crazychoir_fw.ros.conversions import checked_pose
+from crazychoir_fw.ros.conversions import checked_pose, odometry_to_pose
 from crazychoir_fw.ros.names import MOCAP_POSE, ODOM, Topic, qos
 from crazychoir_fw.ros.node import LayerNode
-from crazychoir_fw.ros.wire import odometry_pose
 
 HANDLERS = ("pubsub", "pose", "vicon", "vicon_mm")
 """Odometry; PoseStamped under two names; the message of vicon_receiver before its version 1.0."""
@@ -89,17 +88,13 @@ def pose_subscribe(
         qos_profile = qos(line.subscribe_depth)
         qos_profile.reliability = QoSReliabilityPolicy.BEST_EFFORT
     profile = qos(qos_profile) if isinstance(qos_profile, int) else qos_profile
-    # odometry has 72 numbers of covariance, that take much longer to decode than what is wanted
-    raw = handler == "pubsub" and not is_filter
-    if raw and node.hub is not None:
-        take = node.hub.pose_inlet(node, node.resolve_topic_name(topic), accept, strict)
-    return node.listen(line, take, topic, profile=profile, callback_group=callback_group, raw=raw)
+    return node.listen(line, take, topic, profile=profile, callback_group=callback_group)
 
 
 def _source(handler: str, node: LayerNode) -> tuple[Topic, Callable[[Any], Pose], Callable[[Any], Pose]]:
     """Return the line of the table, what decodes messages as they are, and what refuses bad ones."""
     if handler == "pubsub":
-        return ODOM, decode_odometry, odometry_pose
+        return ODOM, decode_odometry, odometry_to_pose
     if handler in ("pose", "vicon"):
         return MOCAP_POSE, decode_pose_stamped, lambda message: checked_pose("pose", decode_pose_stamped(message))
     try:

@@ -25,15 +25,13 @@ from crazychoir_fw.flight.services import make_table
 from crazychoir_fw.guidance import TimeVaryingCommunicator
 from crazychoir_fw.mission.communicators import disturbed, goes_by_distance
 from crazychoir_fw.ros.communicator import RosTransport
-from crazychoir_fw.ros.guidance_node import GuidanceNode
-from crazychoir_fw.ros.hosting import ANSWERED, READY
-from crazychoir_fw.ros.hub import Hub
+from crazychoir_fw.ros.guidance_node import ANSWERED, GuidanceNode
 from crazychoir_fw.ros.names import CLOCK, LATEST
 from crazychoir_fw.ros.parts import SENSING, TABLE, Part, has_table, layers_of_drone
 from crazychoir_fw.ros.pose_cache import PoseCache
 from crazychoir_fw.ros.safety_parts import make_avoidance_node, make_control_node, make_sensing_node
 from crazychoir_fw.ros.tasks import TableDesk, TaskTable
-from crazychoir_fw.ros.teams import make_teams
+from crazychoir_fw.ros.topic_experiment import READY
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
 
 NOT_MADE = os.EX_CONFIG
@@ -60,7 +58,6 @@ def make_nodes(
     lockstep: bool,
     patience: float | None,
     context: Context | None = None,
-    hub: Hub | None = None,
 ) -> list[Node]:
     """Return the nodes of a part.
 
@@ -71,7 +68,6 @@ def make_nodes(
         patience: How long a guidance waits for neighbors while simulated time stands still (s, wall); None: as long
             as the mission says, `communication.silence_s`.
         context: Context of rclpy.
-        hub: What the nodes share.
 
     Raises:
         CrazychoirError: If a layer cannot be made as the mission says.
@@ -82,8 +78,7 @@ def make_nodes(
         assert table is not None
         nodes.append(TaskTable(table, parameters={"use_sim_time": True}, context=context))
     for i in part.agents:
-        common: dict[str, Any] = {"agent_id": i, "parameters": {"use_sim_time": True}}
-        common |= {"context": context, "hub": hub}
+        common: dict[str, Any] = {"agent_id": i, "parameters": {"use_sim_time": True}, "context": context}
         for layer in layers_of_drone(mission, i):
             if layer not in part.layers:
                 continue
@@ -97,8 +92,6 @@ def make_nodes(
                 nodes.append(make_control_node(mission, **common))
     if SENSING in part.layers:
         nodes.append(make_sensing_node(mission, parameters={"use_sim_time": True}, context=context))
-    if hub is not None:
-        make_teams(mission, nodes)
     return nodes
 
 
@@ -172,10 +165,8 @@ def run_part(
     executor, nodes = None, []
     try:
         executor = make_executor(context)
-        # whoever is near travels on a topic, after the odometry: controllers that wait for it take no short cut
-        hub = Hub(part.name, lockstep) if mission.layers.safety is None else None
         try:
-            nodes += make_nodes(mission, part, lockstep, patience, context, hub)
+            nodes += make_nodes(mission, part, lockstep, patience, context)
         except CrazychoirError as error:
             if not context.ok():
                 raise

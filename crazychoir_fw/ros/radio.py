@@ -20,10 +20,14 @@ from std_msgs.msg import String
 
 from crazychoir_fw.common.errors import CrazychoirError, RangeError
 from crazychoir_fw.common.messages import Pose
-from crazychoir_fw.ros.conversions import joint_trajectory_to_points, pose_stamped_to_pose, pose_to_odometry
+from crazychoir_fw.ros.conversions import (
+    joint_trajectory_to_points,
+    message_to_twist,
+    pose_stamped_to_pose,
+    pose_to_odometry,
+)
 from crazychoir_fw.ros.names import CF_ODOM, CMD_VEL, MOCAP_POSE, TRAJ_PARAMS, qos
 from crazychoir_fw.ros.node import LayerNode
-from crazychoir_fw.ros.wire import twist_numbers
 
 _PUBLISH_EVERY = 0.005  # [s], wall
 _BREATH_S = 0.0002  # [s], for threads of the radio
@@ -119,7 +123,7 @@ class RadioHandler(LayerNode):
             if topic == TRAJ_PARAMS.name:
                 self.listen(TRAJ_PARAMS, self._point_taker(name), where)
             else:
-                self.create_subscription(CMD_VEL.type, where, self._command_taker(name), qos(10), raw=True)
+                self.listen(CMD_VEL, self._command_taker(name), where, profile=qos(10))
             if forwards:
                 digit = uris[name][-1]
                 self.listen(MOCAP_POSE, self._pose_taker(name), MOCAP_POSE.name.format(d=digit))
@@ -131,13 +135,10 @@ class RadioHandler(LayerNode):
 
     # ---------------------------------------------------------------- in
 
-    def _command_taker(self, name: str) -> Callable[[bytes], None]:
-        def take(data: bytes) -> None:
-            numbers = twist_numbers(data)
-            try:
-                self.handler.cmd_vel(name, numbers[:3], numbers[3:])
-            except CrazychoirError as error:
-                self.get_logger().warning(f"{name}: {error}", throttle_duration_sec=1.0)
+    def _command_taker(self, name: str) -> Callable[[Any], None]:
+        def take(message: Any) -> None:
+            twist = message_to_twist(message)
+            self.handler.cmd_vel(name, twist.linear.tolist(), twist.angular.tolist())
 
         return take
 

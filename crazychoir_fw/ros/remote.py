@@ -9,21 +9,22 @@ import numpy as np
 from numpy.typing import NDArray
 from std_msgs.msg import String
 
-from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint, Twist
 from crazychoir_fw.flight.agent import Agent
+from crazychoir_fw.flight.agents import guidance_class, takeoff_time_of, what_it_follows
 from crazychoir_fw.guidance import Outputs
-from crazychoir_fw.ros.conversions import joint_trajectory_to_points
+from crazychoir_fw.ros.conversions import joint_trajectory_to_points, message_to_reference, points_to_joint_trajectory
+from crazychoir_fw.ros.parts import one_command
 from crazychoir_fw.ros.simulation import SimulationNode
 from crazychoir_fw.ros.statistics import RemoteCommunicator
-from crazychoir_fw.ros.wire import bytes_to_reference
 
 
 class RemoteGuidance:
     """A guidance somewhere else: what it has asked for, as far as that was heard here."""
 
-    def __init__(self) -> None:
-        """Nothing has been heard."""
+    def __init__(self, kind: str, takeoff_time: float) -> None:
+        """Know what references it gives, and how long its take-off lasts (s)."""
+        self.kind, self.takeoff_time = kind, takeoff_time
         self.reference: Reference | None = None
         self.points: list[TrajectoryPoint] | None = None
         self.lost: frozenset[int] = frozenset()
@@ -31,6 +32,12 @@ class RemoteGuidance:
         """Whether anything was heard since somebody looked."""
         self.communicator: RemoteCommunicator | None = None
         """What it tells of its communicator, if it has neighbors."""
+
+    @classmethod
+    def of(cls, mission: Any, i: int) -> RemoteGuidance:
+        """Return that of a drone of a mission, whose class people know by its name."""
+        kind = "acceleration" if one_command(mission) == "xyz" else what_it_follows(mission, i)
+        return type(guidance_class(mission, i).__name__, (cls,), {})(kind, takeoff_time_of(mission))
 
     def set_pose(self, pose: Pose) -> None:
         """It hears its pose by topic."""
@@ -40,6 +47,26 @@ class RemoteGuidance:
         del now
         points, self.points = self.points, None
         return Outputs(self.reference, points)
+
+
+class RemotePlanner:
+    """A trajectory handler somewhere else: points go there by topic, and references were heard as the guidance's."""
+
+    def __init__(self, guidance: RemoteGuidance, publisher: Any, agent_id: int) -> None:
+        """Publish points on ``traj_params``."""
+        self.kind = guidance.kind
+        self._guidance, self._publisher, self._agent_id = guidance, publisher, agent_id
+
+    def set_trajectory(self, points: list[TrajectoryPoint], pose: Pose, now: float) -> None:
+        """Hand points over."""
+        del pose, now
+        self._publisher.publish(points_to_joint_trajectory(points, self._agent_id))
+
+    def evaluate(self, now: float) -> Reference | None:
+        """Return a reference that was heard since it was asked for last."""
+        del now
+        reference, self._guidance.reference = self._guidance.reference, None
+        return reference
 
 
 class RemoteGroup:
@@ -129,14 +156,11 @@ def points_taker(guidance: RemoteGuidance) -> Any:
     return take
 
 
-def reference_taker(node: SimulationNode, guidance: RemoteGuidance, kind: str) -> Any:
-    """Return what takes the references of a guidance, of a kind, as bytes."""
+def reference_taker(guidance: RemoteGuidance, kind: str) -> Any:
+    """Return what takes the references of a guidance, of a kind."""
 
-    def take(data: bytes) -> None:
-        try:
-            guidance.reference = bytes_to_reference(data, kind)
-            guidance.is_new = True
-        except CrazychoirError as error:
-            node.complain(kind, error)
+    def take(message: Any) -> None:
+        guidance.reference = message_to_reference(message, kind)
+        guidance.is_new = True
 
     return take

@@ -24,18 +24,13 @@ from crazychoir_fw.control import SafeHierarchicalController as PlainSafeHierarc
 from crazychoir_fw.control import safety as plain
 from crazychoir_fw.control.periodic_timer import PeriodicTimer
 from crazychoir_fw.ros.controller import CrazyflieController, HierarchicalController
+from crazychoir_fw.ros.conversions import message_to_reference, message_to_twist, to_vector3, twist_to_message
 from crazychoir_fw.ros.names import ACCELERATION, CLOSEST_ROBOTS, CMD_VEL, CMD_VEL_DES, Topic
-from crazychoir_fw.ros.neighbor_sensing import closest_of_bytes
+from crazychoir_fw.ros.neighbor_sensing import message_to_closest
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.pose_triggered import CLOSE, PoseTriggered
 from crazychoir_fw.ros.pose_watch import PoseWatch
-from crazychoir_fw.ros.wire import (
-    twist_bytes,
-    twist_numbers,
-    vector3_bytes,
-    vector3_numbers,
-)
 
 Array = NDArray[np.float64]
 
@@ -103,10 +98,10 @@ class _Sight:
         )
         self._heard: float | None = None
         self._is_blind = False
-        node.listen(CLOSEST_ROBOTS, self._listen, raw=True)
+        node.listen(CLOSEST_ROBOTS, self._listen)
 
-    def _listen(self, data: bytes) -> None:
-        time, _, poses = closest_of_bytes(data)
+    def _listen(self, message: Any) -> None:
+        time, _, poses = message_to_closest(message)
         self._heard = max(self._node.now(), time)
         self._take(poses)
         self._came_at(time)
@@ -146,9 +141,6 @@ class SafeController(CrazyflieController):
         self._sight: _Sight | None = None
         super().__init__(*args, **options)
         self._sight = _Sight(self, self._take_closest, self._gathering.took_closest)
-
-    def join(self, team: Any, number: int) -> None:
-        """A team would not know who is near: each computes for itself."""
 
     def _take_closest(self, poses: Pose) -> None:
         self.controller.set_closest(poses)  # type: ignore[attr-defined]
@@ -249,7 +241,7 @@ class CollisionAvoidance(PoseTriggered, LayerNode):
         self._is_twist = topic is CMD_VEL
         self._output = self.announce(topic, name)
         self._gathering = Gathering(self._work, wants_desired=True)
-        self.listen(topic, self._take_desired, f"{name}_des", raw=True)
+        self.listen(topic, self._take_desired, f"{name}_des")
         self._sight = _Sight(self, made.set_closest, self._gathering.took_closest)
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
         self.when_time_jumps_back(self._begin_anew)
@@ -262,11 +254,11 @@ class CollisionAvoidance(PoseTriggered, LayerNode):
             raise RangeError(f"{type(self).__name__}: avoidance is None, allowed: one of crazychoir_fw.control.safety")
         return self._plain(safety_filter)
 
-    def _take_desired(self, data: bytes) -> None:
-        numbers = np.array(twist_numbers(data) if self._is_twist else vector3_numbers(data))
-        if not np.isfinite(numbers).all():
-            raise RangeError(f"{numbers.tolist()}, allowed: finite numbers")
-        self.avoidance.set_desired(Twist(numbers[:3], numbers[3:]) if self._is_twist else numbers)
+    def _take_desired(self, message: Any) -> None:
+        if self._is_twist:
+            self.avoidance.set_desired(message_to_twist(message))
+        else:
+            self.avoidance.set_desired(message_to_reference(message, "acceleration").acceleration)
         self._desired_at = max(self.now(), self._pose_time)
         self._gathering.took_desired()
 
@@ -289,9 +281,9 @@ class CollisionAvoidance(PoseTriggered, LayerNode):
         if not self._sight.is_clear(now) or now - self._desired_at > self._patience:
             safe = self.avoidance.standstill()
         if self._is_twist:
-            self._output.publish(twist_bytes(safe.linear, safe.angular))
+            self._output.publish(twist_to_message(safe))
         else:
-            self._output.publish(vector3_bytes(*safe.tolist()))
+            self._output.publish(to_vector3("acceleration", safe))
 
     def _begin_anew(self, now: float) -> None:
         del now

@@ -6,7 +6,6 @@ simulated time.
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,9 +20,16 @@ from std_msgs.msg import Bool, Empty
 from crazychoir_fw.common.errors import CrazychoirError, RangeError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint, Twist
 from crazychoir_fw.ros.buttons import serve_trigger
-from crazychoir_fw.ros.conversions import joint_trajectory_to_points
+from crazychoir_fw.ros.conversions import (
+    joint_trajectory_to_points,
+    message_to_twist,
+    pose_to_pose_stamped,
+    to_stamp,
+    to_vector3,
+)
 from crazychoir_fw.ros.lockstep import Answers
 from crazychoir_fw.ros.names import (
+    BODY_FRAME,
     CLOCK,
     CMD_VEL,
     LATEST,
@@ -33,19 +39,10 @@ from crazychoir_fw.ros.names import (
     REFERENCES,
     STOP,
     TRAJ_PARAMS,
-    Topic,
     qos,
 )
 from crazychoir_fw.ros.node import LayerNode
-from crazychoir_fw.ros.peer_registry import PeerRegistry
-from crazychoir_fw.ros.wire import (
-    Rows,
-    clock_layout,
-    imu_layout,
-    odometry_layout,
-    pose_stamped_layout,
-    twist_numbers,
-)
+from crazychoir_fw.ros.odometry import OdometryTopics
 
 KINDS = ("fpqr", "frpy", "vel", "xyz")
 _LOOK_EVERY = 0.25  # [s], wall: who listens
@@ -100,7 +97,7 @@ class SimulationNode(LayerNode):
         self,
         host: Host,
         *,
-        command: str = "fpqr",
+        command: str | None = "fpqr",
         rate: float = 100.0,
         pace: PaceSettings = PaceSettings(),
         answers: Mapping[str, Sequence[int]] | None = None,
@@ -115,7 +112,8 @@ class SimulationNode(LayerNode):
 
         Args:
             host: What flies.
-            command: What the drones take: ``fpqr``, ``frpy`` or ``vel`` on ``cmd_vel``, ``xyz`` on ``traj_params``.
+            command: What the drones take: ``fpqr``, ``frpy`` or ``vel`` on ``cmd_vel``, ``xyz`` on ``traj_params``;
+                None: the node publishes only.
             rate: Odometry per simulated second (Hz), a divisor of 1000.
             pace: How fast time goes on.
             answers: In lockstep, topics (``cmd_vel``, ``acceleration``, …, or ``guidance`` on ``answered``) by whose
@@ -131,7 +129,7 @@ class SimulationNode(LayerNode):
         Raises:
             RangeError: If an argument is outside its range.
         """
-        if command not in KINDS:
+        if command is not None and command not in KINDS:
             raise RangeError(f"command is {command!r}, allowed: {', '.join(KINDS)}")
         if not (1 <= rate <= 1000 and 1000 % rate == 0):
             raise RangeError(f"rate is {rate!r} Hz, allowed: a divisor of 1000")
@@ -158,28 +156,22 @@ class SimulationNode(LayerNode):
         self._fresh = np.zeros(count, bool)
         self._refused: list[str] = []
         self._publish_topics(count, imu, mocap_noise, seed)
-        self._subscribe_topics(count, answers)
+        self.answers = Answers(())
+        if command is not None:
+            self._subscribe_topics(count, answers)
         self._looked = -1e9
         self._due: float | None = None
 
     def _publish_topics(self, count: int, imu: bool, mocap_noise: float | None, seed: int) -> None:
-        self._clock_rows = Rows(clock_layout(), 1)
         self._clock_publisher = self.announce(CLOCK)
-        self._odom_rows = Rows(odometry_layout(), count)
-        self._odom = [self.announce(ODOM, self.topic_of(i, "odom")) for i in range(count)]
-        self._odom_topics = [self.topic_of(i, "odom") for i in range(count)]
-        self._numbers = np.zeros((count, 13))
-        self.members = PeerRegistry(self, self._odom_topics)
-        """Processes of layers that need no message per drone."""
+        self._odometry = OdometryTopics(self, [self.topic_of(i, ODOM.name) for i in range(count)])
         self._imu: list[Any] = []
         if imu and hasattr(self.host, "imu"):
-            self._imu_rows = Rows(imu_layout(), count)
             self._imu = [self.create_publisher(Imu, self.topic_of(i, "imu"), qos(10)) for i in range(count)]
         self._mocap: list[Any] = []
         self._mocap_noise = mocap_noise
         if mocap_noise is not None:
             self._random = np.random.default_rng(seed)
-            self._mocap_rows = Rows(pose_stamped_layout(), count)
             self._mocap = [self.announce(MOCAP_POSE, MOCAP_POSE.name.format(d=i)) for i in range(count)]
 
     def _subscribe_topics(self, count: int, answers: Mapping[str, Sequence[int]] | None) -> None:
@@ -192,8 +184,7 @@ class SimulationNode(LayerNode):
             if self._kind == "xyz":
                 self.listen(TRAJ_PARAMS, self._point_taker(i), topic)
             else:
-                # the bytes themselves, read when the step needs them
-                self.hear(CMD_VEL, topic, self._command_taker(i))
+                self.listen(CMD_VEL, self._command_taker(i), topic)
         for topic, drones in answers.items():
             if topic != CMD_VEL.name:
                 for i in drones:
@@ -209,13 +200,7 @@ class SimulationNode(LayerNode):
     def _listen_for_answers(self, index: int, topic: str) -> None:
         party = (index, topic)
         kind = REFERENCES[topic].type if topic in REFERENCES else Empty
-        line = Topic(topic, kind, 10, 10, "")
-        self.hear(line, self.topic_of(index, topic), lambda _: self._answer(party))
-
-    def hear(self, line: Topic, topic: str, callback: Callable[[bytes], None]) -> None:
-        """Have ``callback(bytes)`` called for the messages of a topic (absolute name), however they come."""
-        self.members.hear(topic, callback)
-        self.create_subscription(line.type, topic, callback, line.subscribe_qos, raw=True)
+        self.create_subscription(kind, self.topic_of(index, topic), lambda _: self._answer(party), 10, raw=True)
 
     def _idle_taker(self, index: int) -> Callable[[Bool], None]:
         """A guidance says whether its drone shall rest: motors off, whatever its controller asks for."""
@@ -230,15 +215,12 @@ class SimulationNode(LayerNode):
 
         return take
 
-    def _command_taker(self, index: int) -> Callable[[bytes], None]:
+    def _command_taker(self, index: int) -> Callable[[Any], None]:
         party = (index, CMD_VEL.name)
 
-        def take(data: bytes) -> None:
-            numbers = twist_numbers(data)
-            if not math.isfinite(sum(numbers)):
-                self._refuse(f"{self._command_topics[index]}: {numbers}, allowed: finite numbers")
-                return
-            self._linear[index], self._angular[index] = numbers[:3], numbers[3:]
+        def take(message: Any) -> None:
+            twist = message_to_twist(message)
+            self._linear[index], self._angular[index] = twist.linear, twist.angular
             self._fresh[index] = not self._idle[index]
             if self.latencies is not None:
                 self.latencies.append(time.perf_counter() - self.last_step_wall)
@@ -303,50 +285,31 @@ class SimulationNode(LayerNode):
     def publish(self) -> None:
         """Say how things are: odometry first, then the clock, on which nodes begin to work."""
         self.answers.ask()
-        nanoseconds = round(self.host.time * 1e9)
-        pose, numbers = self.host.poses(), self._numbers
-        numbers[:, :3] = pose.position
-        numbers[:, 3:7] = (0.0, 0.0, 0.0, 1.0) if pose.orientation is None else pose.orientation
-        numbers[:, 7:10] = 0.0 if pose.velocity is None else pose.velocity
-        numbers[:, 10:] = 0.0 if pose.angular is None else pose.angular
+        pose, now = self.host.poses(), self.host.time
         self.last_step_wall = time.perf_counter()
-        self.members.look()
-        self.members.send(nanoseconds, numbers)
-        self._publish_odometry(nanoseconds)
+        self._odometry.publish(now, pose)
         if self._imu:
-            self._imu_rows.columns["angular"], self._imu_rows.columns["acceleration"] = self.host.imu()
-            self._publish_rows(self._imu, self._imu_rows, nanoseconds)
+            self._publish_imu(now)
         if self._mocap:
-            truth = self.host.truth() if hasattr(self.host, "truth") else pose
-            noise = self._random.normal(0.0, self._mocap_noise, truth.position.shape)
-            self._mocap_rows.columns["position"] = truth.position + noise
-            self._mocap_rows.columns["orientation"] = truth.orientation
-            self._publish_rows(self._mocap, self._mocap_rows, nanoseconds)
-        if self.members.is_heard_outside(self._clock_publisher, CLOCK.name):
-            self.publish_clock()
+            self._publish_mocap(now, self.host.truth() if hasattr(self.host, "truth") else pose)
+        self.publish_clock()
 
-    def _publish_odometry(self, nanoseconds: int) -> None:
-        """Publish the odometry of those drones that somebody outside of the bundles listens to."""
-        heard = self.members.is_heard_outside
-        chosen = [i for i, topic in enumerate(self._odom_topics) if heard(self._odom[i], topic)]
-        if not chosen:
-            return
-        rows, numbers = self._odom_rows, self._numbers
-        rows.stamp(nanoseconds)
-        columns = rows.columns
-        columns["position"], columns["orientation"] = numbers[:, :3], numbers[:, 3:7]
-        columns["velocity"], columns["angular"] = numbers[:, 7:10], numbers[:, 10:]
-        for i in chosen:
-            self._odom[i].publish(rows.row(i))
+    def _publish_imu(self, now: float) -> None:
+        for publisher, rates, acceleration in zip(self._imu, *self.host.imu(), strict=True):
+            message = Imu(angular_velocity=to_vector3("rates", rates))
+            message.header.stamp, message.header.frame_id = to_stamp(now), BODY_FRAME
+            message.linear_acceleration = to_vector3("acceleration", acceleration)
+            message.orientation_covariance[0] = -1.0  # there is no attitude
+            publisher.publish(message)
+
+    def _publish_mocap(self, now: float, truth: Pose) -> None:
+        noise = self._random.normal(0.0, self._mocap_noise, truth.position.shape)
+        for publisher, place, attitude in zip(self._mocap, truth.position + noise, truth.orientation, strict=True):
+            publisher.publish(pose_to_pose_stamped(Pose(place, attitude, time=now)))
 
     def publish_clock(self) -> None:
         """Say what time it is."""
-        self._publish_rows([self._clock_publisher], self._clock_rows, round(self.host.time * 1e9))
-
-    def _publish_rows(self, publishers: Sequence[Any], rows: Rows, nanoseconds: int) -> None:
-        rows.stamp(nanoseconds)
-        for index, publisher in enumerate(publishers):
-            publisher.publish(rows.row(index))
+        self._clock_publisher.publish(CLOCK.type(clock=to_stamp(self.host.time)))
 
     def run(self, executor: Any, until: float | None = None) -> None:
         """Let time go on until it is `until` (s), or `finish` is called.
@@ -355,7 +318,6 @@ class SimulationNode(LayerNode):
             executor: The executor that this node is in; it is worked on meanwhile.
             until: Simulated time of the end (s); None has no end.
         """
-        self.members.invite()
         self.publish()
         while not self._stopping and self.context.ok() and (until is None or self.host.time < until - 1e-9):
             if self.is_due(executor):
@@ -390,7 +352,7 @@ class SimulationNode(LayerNode):
         now = time.monotonic()
         if now - self._looked > _LOOK_EVERY:
             self._looked = now
-            self._listened_to = any(publisher.get_subscription_count() for publisher in self._odom)
+            self._listened_to = any(publisher.get_subscription_count() for publisher in self._odometry.publishers)
         return not self._listened_to
 
     def _everybody_answered(self, executor: Any) -> bool:

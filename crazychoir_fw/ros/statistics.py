@@ -10,16 +10,13 @@ import json
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rclpy.qos import QoSProfile
 from std_msgs.msg import Empty, String
 
 from crazychoir_fw.guidance.communicator_interface import Statistics
-
-if TYPE_CHECKING:
-    from crazychoir_fw.ros.guidance_node import GuidanceNode
-    from crazychoir_fw.ros.node import LayerNode
+from crazychoir_fw.ros.node import LayerNode
 
 STATISTICS = "/communication_statistics"
 """Topic (`std_msgs/String`, JSON) on which each guidance tells what its communicator has seen."""
@@ -27,25 +24,31 @@ STATISTICS = "/communication_statistics"
 ASKED = "/tell_statistics"
 """Topic (`std_msgs/Empty`) on which the host asks for it."""
 
-_EVERYBODY = QoSProfile(depth=1000)
+EVERYBODY = QoSProfile(depth=1000)
 """Many answer at once, and none of them may push another one out."""
 
 _NAMES = tuple(field.name for field in fields(Statistics))
-_TELL_EVERY = 1.0  # [s]
+TELL_EVERY = 1.0
+"""Time between two tellings (s)."""
 _LONGEST_WAIT_S = 3.0  # [s], wall
+
+
+def told_of(agent: int, communicator: Any) -> dict[str, Any]:
+    """Return what is told of the communicator of an agent."""
+    return {"agent": agent, **vars(communicator.statistics)}
 
 
 class StatisticsTeller:
     """Tells what the communicator of one guidance has seen."""
 
-    def __init__(self, node: GuidanceNode, communicator: Any) -> None:
+    def __init__(self, node: LayerNode, communicator: Any) -> None:
         """Tell it of a node."""
         self._node, self._communicator = node, communicator
-        self._publisher = node.create_publisher(String, STATISTICS, _EVERYBODY)
+        self._publisher = node.create_publisher(String, STATISTICS, EVERYBODY)
         node.create_subscription(Empty, ASKED, lambda _: self.tell(), 10)
         self._begun = 0.0
         self._rounds, self._sum, self._longest = 0, 0.0, 0.0
-        self._due = _TELL_EVERY
+        self._due = TELL_EVERY
 
     def round_begins(self) -> None:
         """A message goes out, and those of the neighbors are waited for."""
@@ -58,12 +61,12 @@ class StatisticsTeller:
         self._sum += took
         self._longest = max(self._longest, took)
         if now >= self._due:
-            self._due = now + _TELL_EVERY
+            self._due = now + TELL_EVERY
             self.tell()
 
     def tell(self) -> None:
         """Tell it now."""
-        told = {"agent": self._node.agent_id, **vars(self._communicator.statistics)}
+        told = told_of(self._node.agent_id, self._communicator)
         if self._rounds:
             told["round_ms"] = {"mean": 1e3 * self._sum / self._rounds, "max": 1e3 * self._longest}
         self._publisher.publish(String(data=json.dumps(told)))
@@ -94,7 +97,7 @@ class StatisticsCollector:
         self._node, self._remote = node, remote
         self._missing: set[int] = set()
         self._ask = node.create_publisher(Empty, ASKED, 10)
-        node.create_subscription(String, STATISTICS, self._take, _EVERYBODY)
+        node.create_subscription(String, STATISTICS, self._take, EVERYBODY)
 
     def _take(self, message: String) -> None:
         try:

@@ -142,13 +142,18 @@ class Supervisor:
         self._printer.write(Message("line", text + "\n", datetime.now(), "manager", None))
 
     def stop(self, patience: float = 5.0) -> None:
-        """End all processes: kindly, then not."""
-        for sign in (signal.SIGINT, signal.SIGKILL):
-            for child in self.children.values():
+        """End all processes: kindly, the first one before those that it waits for, then not."""
+        everybody = list(self.children.values())
+        for sign, chosen in (
+            (signal.SIGINT, everybody[:1]),
+            (signal.SIGINT, everybody),
+            (signal.SIGKILL, everybody),
+        ):
+            for child in chosen:
                 if child.is_alive:
                     os.kill(child.process.pid, sign)
             deadline = time.monotonic() + patience
-            while any(child.is_alive for child in self.children.values()) and time.monotonic() < deadline:
+            while any(child.is_alive for child in chosen) and time.monotonic() < deadline:
                 self.watch(0.1)
 
 

@@ -3,7 +3,7 @@
 The table announces each list on ``/optimization_trigger`` (`std_msgs/Int64`, its label, latched). Each agent asks for
 its own by the service ``/agent_{i}/task_list`` and says by ``/agent_{i}/task_completion`` that it has done what comes
 next (both `std_srvs/Trigger`; the list is JSON in the message). What it is going to do, it tells on
-``/agent_{i}/task_report``, and the table tells all that happens on ``/events`` (both `std_msgs/String`, JSON). What
+``/agent_{i}/task_report``, and the table tells all that happens on ``/happenings`` (both `std_msgs/String`, JSON). What
 was done when the table had made a newer list already, is on the report as well.
 
 A table that is started again goes on where the one before ended: after each change it says on ``/table_memory`` how
@@ -33,7 +33,7 @@ from crazychoir_fw.ros.names import LAST_BUTTON, LATEST, START
 from crazychoir_fw.ros.node import LayerNode
 
 TRIGGER = "/optimization_trigger"
-HAPPENINGS = "/events"
+HAPPENINGS = "/happenings"
 MEMORY = "/table_memory"
 LAST_TABLE = "/last_table"
 LIST = "task_list"

@@ -2,23 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
 from rclpy.context import Context
-from rclpy.serialization import deserialize_message
 from trajectory_msgs.msg import JointTrajectory
 
 from crazychoir_fw import planning as plain
 from crazychoir_fw.common.errors import CrazychoirError
-from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
-from crazychoir_fw.ros.conversions import joint_trajectory_to_points
-from crazychoir_fw.ros.hub import Hub
+from crazychoir_fw.common.messages import Pose, TrajectoryPoint
+from crazychoir_fw.ros.conversions import joint_trajectory_to_points, reference_to_message
 from crazychoir_fw.ros.names import REFERENCES, TRAJ_PARAMS, qos
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
-from crazychoir_fw.ros.wire import reference_bytes
 
 _NUMBERS = 26  # of the parameter traj_params
 
@@ -30,8 +27,6 @@ class TrajectoryHandler(LayerNode):
     ``traj_params``, 26 numbers: times of begin and end (s), then positions, velocities, accelerations and jerks of
     begin and end (m, s, world).
     """
-
-    stage = 1
 
     plain_class: ClassVar[type[plain.TrajectoryHandler]]
     """Which plain handler a subclass wires up."""
@@ -48,7 +43,6 @@ class TrajectoryHandler(LayerNode):
         agent_id: int | None = None,
         parameters: Mapping[str, Any] | None = None,
         context: Context | None = None,
-        hub: Hub | None = None,
         **options: Any,
     ) -> None:
         """Make the node ``trajectory``.
@@ -63,7 +57,6 @@ class TrajectoryHandler(LayerNode):
             agent_id: Number of the drone; None asks parameter and namespace.
             parameters: Values of parameters.
             context: Context of rclpy.
-            hub: What it shares with other nodes of its process.
             options: Of the plain handler, such as ``yaw`` or ``legacy``.
 
         Raises:
@@ -72,7 +65,7 @@ class TrajectoryHandler(LayerNode):
         """
         if handler is None:
             handler = self.plain_class(update_frequency, input_topic, **options)
-        super().__init__("trajectory", agent_id=agent_id, parameters=parameters, context=context, hub=hub)
+        super().__init__("trajectory", agent_id=agent_id, parameters=parameters, context=context)
         self.handler: plain.TrajectoryHandler = handler
         """The plain handler."""
         self.current_pose = Pose()
@@ -88,9 +81,9 @@ class TrajectoryHandler(LayerNode):
         )
         if given is not None:
             self._pending = _points_of(given)
-        self._references = self.outlet(REFERENCES[handler.kind], handler.input_topic)
+        self._references = self.announce(REFERENCES[handler.kind], handler.input_topic)
         # a handler wants the newest trajectory only
-        self.listen(TRAJ_PARAMS, self._take_message, profile=qos(1), raw=True, direct=self._take_points)
+        self.listen(TRAJ_PARAMS, self._take_message, profile=qos(1))
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
         self.when_time_jumps_back(self._begin_anew)
         self.every(handler.update_frequency, self._tick)
@@ -98,14 +91,9 @@ class TrajectoryHandler(LayerNode):
     def _take_pose(self, pose: Pose) -> None:
         self.current_pose = pose
 
-    def _take_message(self, data: bytes) -> None:
-        self._take_points(joint_trajectory_to_points(deserialize_message(data, JointTrajectory)))
-
-    def _take_points(self, points: Sequence[TrajectoryPoint]) -> None:
-        self._pending = list(points)
-        # with the others of a hub, the pose of this very step comes next
-        if self.hub is None or not self.hub.is_working:
-            self._plan(self.now())
+    def _take_message(self, message: JointTrajectory) -> None:
+        self._pending = joint_trajectory_to_points(message)
+        self._plan(self.now())
 
     def _plan(self, now: float) -> None:
         if self._pending is not None and self.current_pose.position is not None:
@@ -128,10 +116,7 @@ class TrajectoryHandler(LayerNode):
         """Publish the reference of a time (s); may be overridden."""
         reference = self.handler.evaluate(now)
         if reference is not None:
-            self._references.say(reference, self._encode)
-
-    def _encode(self, reference: Reference) -> bytes:
-        return reference_bytes(reference, self.handler.kind)
+            self._references.publish(reference_to_message(reference, self.handler.kind))
 
     def _begin_anew(self, now: float) -> None:
         self.handler.reset()

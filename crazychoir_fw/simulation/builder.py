@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import colorsys
+import ctypes
+import sys
 from collections.abc import Sequence
 from numbers import Real
 from pathlib import Path
@@ -207,3 +209,21 @@ def _add_drone(spec: mujoco.MjSpec, stamp: VehicleStamp, drone: DroneConfig, ind
 def _color(index: int) -> tuple[float, float, float]:
     """Return a color for a drone, so that drones can be told apart: hues a golden angle from each other."""
     return colorsys.hsv_to_rgb((0.58 + index * _GOLDEN_RATIO) % 1.0, 0.75, 0.95)
+
+
+WORTH_IT = 30
+"""Drones from which on a world leaves enough behind, 60 KiB each."""
+
+
+def give_back_memory() -> None:
+    """Ask the C library to return what it keeps of freed memory, which takes some milliseconds.
+
+    MuJoCo's description of a model is larger than the model, and made of small pieces: freed, they stay with the
+    process, which would count more than half of a large world's memory twice. Does nothing where the C library has no
+    such request.
+    """
+    if not sys.platform.startswith("linux"):
+        return
+    trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+    if trim is not None:
+        trim(ctypes.c_size_t(0))

@@ -197,7 +197,7 @@ class Camera:
         """
         if not (isinstance(rate_hz, int) and 1 <= rate_hz <= TICKS_PER_SECOND):
             raise RangeError(f"camera {self.name}: rate_hz is {rate_hz!r}, allowed: a whole number from 1 to 1000")
-        together = gcd(rate_hz, TICKS_PER_SECOND)  # so many times a second the pattern begins anew
+        together = gcd(rate_hz, TICKS_PER_SECOND)  # so many times a second the pattern begins again
         period, pictures = TICKS_PER_SECOND // together, rate_hz // together
         agenda = self._cameras.agenda
         cancels = [

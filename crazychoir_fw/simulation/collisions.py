@@ -9,7 +9,7 @@ everything else. Details of both:
 * ``position``: place of the contact (m, world).
 
 Two drones that collide are one event, of the one that comes first in the world. A contact that breaks for less than
-0.2 s goes on. Drones that stand on a floor at the start do not touch down. While nobody steps the world through
+0.2 s goes on. Drones that stand on a floor at the start do not touch down. While the world is not stepped through
 `World.step`, 512 events wait; event ``collisions_lost`` says how many more there were.
 """
 

@@ -87,7 +87,7 @@ class Drone:
 
     @property
     def struct(self) -> Any:
-        """The drone as a cffi pointer to ``cf_t``, for whoever tests a part of it."""
+        """The drone as a cffi pointer to ``cf_t``, for tests of a part of it."""
         return self._cf
 
     # ---------------------------------------------------------------- what only the simulator knows
@@ -291,7 +291,7 @@ class Drone:
     # ---------------------------------------------------------------- what happens to it
 
     def _note_link(self, rssi: int, is_connected: bool, received: int, receive_rate: int, transmit_rate: int) -> None:
-        """Take the numbers of whoever simulates the radio: log groups ``radio`` and ``crtp``."""
+        """Take the numbers of the simulated radio: log groups ``radio`` and ``crtp``."""
         system = self._cf.onboard.system
         system.radio_rssi = rssi
         system.radio_is_connected = is_connected

@@ -20,7 +20,7 @@ from crazychoir_fw.simulation.world import World
 class Episodes:
     """Copies of a world, from the present instant on, that are stepped together.
 
-    They have no agenda, no scene of their own and nobody who looks: commands, parameters and logs of each drone work
+    They have no agenda, no scene of their own and no viewer: commands, parameters and logs of each drone work
     between two calls of `run`. A row costs the state of its world, 22 KiB per drone, and nothing else.
     """
 

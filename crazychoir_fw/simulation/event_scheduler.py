@@ -28,7 +28,7 @@ class _Periodic:
 class EventScheduler:
     """Appointments by tick. At one tick, single ones come before periodic ones, each in the order of their coming.
 
-    Not part of a snapshot: whoever goes back in time meets again what is on the agenda then.
+    Not part of a snapshot: a world that goes back in time meets again what is on the agenda then.
     """
 
     def __init__(self) -> None:
@@ -66,7 +66,7 @@ class EventScheduler:
             raise RangeError(f"period of {period} ticks, allowed: 1 or more")
         entry = _Periodic(period, phase, call)
         self._periodic.append(entry)
-        self._next_periodic = self._now  # to be found anew
+        self._next_periodic = self._now  # to be found again
 
         def cancel() -> None:
             if entry in self._periodic:
@@ -81,7 +81,7 @@ class EventScheduler:
         return [entry.period for entry in self._periodic]
 
     def next_stop(self, limit: int) -> int:
-        """Return the first tick after the present one that somebody has an appointment at, at most `limit`."""
+        """Return the first tick after the present one with an appointment, at most `limit`."""
         stop = limit
         if self._done < len(self._ticks):
             stop = min(stop, max(self._ticks[self._done], self._now))
@@ -91,7 +91,7 @@ class EventScheduler:
         return stop if self._next_periodic is None else min(stop, self._next_periodic)
 
     def keep(self, tick: int) -> None:
-        """Call everybody who has an appointment at this tick or was left over before it."""
+        """Call what has an appointment at this tick or was left over before it."""
         before, self._now = self._now, tick
         self._keep_single()
         if tick > before and self._next_periodic is not None and tick >= self._next_periodic:

@@ -1,4 +1,4 @@
-"""What clients have written for the LED ring of a drone, for whoever draws it (docs/reference/crtp-cflib.md#10.3)."""
+"""What clients have written for the LED ring of a drone, for drawing it (docs/reference/crtp-cflib.md#10.3)."""
 
 from __future__ import annotations
 

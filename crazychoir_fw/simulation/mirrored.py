@@ -2,7 +2,7 @@
 
 A mirrored body is heavy and weightless, and its pose and velocity are set from outside. Between two settings it goes on
 with its velocity. So contacts with it have the right speed, and hardly move it. It is no drone: it has no onboard
-software, blows on nobody, and is in no journal.
+software, blows on no drone, and is in no journal.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class MirroredConfig:
     id: str
     """Unique name."""
     position: Sequence[float] = (0.0, 0.0, 0.0)
-    """Where it is until somebody says otherwise (m, world)."""
+    """Where it is until `MirroredBody.put` (m, world)."""
     likeness: str = SPHERE
     """`sphere`, or the platform whose airframe it looks like."""
     radius: float = 0.06

@@ -161,7 +161,7 @@ def put(
     mujoco.mj_setState(model, data, snapshot.state, STATE)
     for name, values in snapshot.beside.items():
         getattr(data, name)[:] = values
-    # for whoever looks before the next step, which starts with the same; nothing of the state depends on it
+    # for a look before the next step, which starts with the same; nothing of the state depends on it
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     mujoco.mj_camlight(model, data)

@@ -1,4 +1,4 @@
-"""When the supervisor takes a drone on the floor through a reset, which nobody hears of.
+"""When the supervisor takes a drone on the floor through a reset, which no message tells.
 
 It does so 30 s after the drone became ready without flying, again and again, and 3 s after a landing; a drone that must
 be armed is disarmed then. For some 0.1 s the motors may not run and commands of the planner are refused; and what the

@@ -16,12 +16,11 @@ from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.common.user_code import installed
 from crazychoir_fw.onboard.core import register_plugin
 from crazychoir_fw.recording.journal import Journal
-from crazychoir_fw.simulation.builder import build_model
+from crazychoir_fw.simulation.builder import WORTH_IT, build_model, give_back_memory
 from crazychoir_fw.simulation.cameras import Camera, Cameras
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.faults import Fault, FaultSchedule
-from crazychoir_fw.simulation.heap import WORTH_IT, give_back_memory
 from crazychoir_fw.simulation.mirrored import MirroredConfig
 from crazychoir_fw.simulation.model_drones import drones_in
 from crazychoir_fw.simulation.motor_ctrl.pilots import Pilots
@@ -61,7 +60,7 @@ class World(WorldBase):
             threads: Threads that share the drones, for the whole process; None leaves the number as it is.
             visuals: False leaves out what is only seen, a tenth of the cost of a swarm; not a bit of a flight changes.
             faults: What is to go wrong, see `add_fault`.
-            is_replay: The world is to be flown from a journal. Whoever would send requests of its own accord looks at
+            is_replay: The world is to be flown from a journal. What sends requests of its own accord looks at
                 `World.is_replay` and stays away.
             mirrored: Bodies that are moved from outside, such as real drones, see `World.mirrored`.
 
@@ -206,7 +205,7 @@ class World(WorldBase):
 
         They share the compiled model. Drones, events, journal, faults and everything in `mjData` are carried over.
         What else stands on the agenda, requests on their way through a bad radio, and callbacks of parameters are not,
-        except where `when_forked` does so. Motor controls begin anew.
+        except where `when_forked` does so. Motor controls begin again.
 
         Each may be stepped in a thread of its own.
 
@@ -309,7 +308,7 @@ class World(WorldBase):
 
 
 def _was_failed_by_its_pilot(drone: Drone) -> bool:
-    """Whether nobody need wait for a drone: its motor control has stopped it, and it alone."""
+    """Whether the motor control of a drone has stopped it, so that no wait for it ends."""
     return drone.motor_ctrl is not None and drone.failure is not None
 
 

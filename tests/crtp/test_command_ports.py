@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.crtp.packet import MAX_PAYLOAD, Packet, Port, parse
 from crazychoir_fw.crtp.service_context import MAX_WAITING
-from crazychoir_fw.crtp.services.commander import CommanderService
-from crazychoir_fw.crtp.services.high_level import HighLevelService
+from crazychoir_fw.crtp.services.commands import CommanderService, HighLevelService
 from crazychoir_fw.crtp.station import Station
 from crazychoir_fw.simulation import DroneConfig, World
 

@@ -7,9 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.crtp.clock import Clock
-from crazychoir_fw.crtp.pacing import MAX_LAG_S, MAX_SLICE, TickPacer
-from crazychoir_fw.crtp.token_bucket import TokenBucket
+from crazychoir_fw.crtp.drone_radio import TokenBucket
+from crazychoir_fw.crtp.pacing import MAX_LAG_S, MAX_SLICE, Clock, TickPacer
 
 
 def advance(pace, until, cost_per_tick=0.0, dt=0.0005):

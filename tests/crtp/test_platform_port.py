@@ -7,8 +7,7 @@ from hypothesis import strategies as st
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.crtp.packet import Packet, parse
-from crazychoir_fw.crtp.services.app_channel import MAX_WAITING
-from crazychoir_fw.crtp.services.platform import firmware_version
+from crazychoir_fw.crtp.services.platform import MAX_MESSAGES, firmware_version
 from crazychoir_fw.crtp.station import Station
 from crazychoir_fw.onboard import core
 from crazychoir_fw.simulation import DroneConfig, World
@@ -153,11 +152,11 @@ def test_a_callback_gets_them_between_two_steps(station):
 def test_a_flood_is_bounded(station):
     heard = []
     station.app_channel.callback = heard.append
-    for number in range(10 * MAX_WAITING):
+    for number in range(10 * MAX_MESSAGES):
         station.receive(b"\xde" + number.to_bytes(2, "big"))
-    assert station.app_channel.lost == 9 * MAX_WAITING
+    assert station.app_channel.lost == 9 * MAX_MESSAGES
     station.context.carry_out()
-    assert heard == [number.to_bytes(2, "big") for number in range(MAX_WAITING)]
+    assert heard == [number.to_bytes(2, "big") for number in range(MAX_MESSAGES)]
 
 
 def test_a_callback_that_fails_loses_one_message(station):

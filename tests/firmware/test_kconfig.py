@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 from miniature import lay_out
 
-from crazychoir_fw.firmware.configuration import settings
-from crazychoir_fw.firmware.kconfig import read_kconfig
+from crazychoir_fw.firmware.configuration import read_kconfig, settings
 
 # symbol: what cf2, cf21bl and bolt have; None is off or unknown
 EXPECTED = {

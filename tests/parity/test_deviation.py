@@ -9,9 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as st_numpy
 
-from crazychoir_fw.parity.deviation import UNMATCHED_ULPS, Verdict, join, measure, overall, ulps_apart
+from crazychoir_fw.parity.deviation import POINTS, UNMATCHED_ULPS, Verdict, join, measure, overall, trace, ulps_apart
 from crazychoir_fw.parity.tolerances import Tolerance
-from crazychoir_fw.parity.trace import POINTS, trace
 
 STRICT = Tolerance("strict", ("*",), "none")
 LOOSE = Tolerance("loose", ("*",), "for tests", absolute=0.5, unit="m", ulps=4)

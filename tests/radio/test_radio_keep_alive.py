@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.radio import Mode, RadioHandlerFPQR, RadioHandlerFRPY, RadioHandlerVel, RadioHandlerXYZ
-from crazychoir_fw.radio.poses import PoseGate
-from crazychoir_fw.radio.set_points import SetPointStream
+from crazychoir_fw.radio.poses import PoseThrottle
+from crazychoir_fw.radio.sender import SetPointStream
 
 HOVER = struct.pack("<Bffff", 8, 0, 0, 0, 0).hex(" ")
 
@@ -194,13 +194,13 @@ def test_a_stream_never_exceeds_its_rate_nor_forgets(steps):
 
 @given(st.floats(1.0, 99.0), st.floats(100.0, 400.0))
 def test_poses_are_thinned_out_by_time(wanted, source):
-    gate = PoseGate(wanted)
+    gate = PoseThrottle(wanted)
     passed = sum(gate.passes(i / source) for i in range(int(source * 20)))
     assert passed / 20 == pytest.approx(wanted, rel=0.02, abs=0.1)
 
 
 def test_poses_of_an_irregular_source_and_after_a_gap():
-    gate = PoseGate(50.0)
+    gate = PoseThrottle(50.0)
     assert gate.passes(0.0)
     assert not gate.passes(0.001)
     assert not gate.passes(0.019)
@@ -211,5 +211,5 @@ def test_poses_of_an_irregular_source_and_after_a_gap():
 
 
 def test_poses_at_exactly_the_rate_all_pass():
-    gate = PoseGate(100.0)
+    gate = PoseThrottle(100.0)
     assert all(gate.passes(0.1 * 3 + i * 0.01) for i in range(1000))

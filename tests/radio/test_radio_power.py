@@ -3,7 +3,7 @@
 import pytest
 
 from crazychoir_fw.common.errors import RadioError, StateError
-from crazychoir_fw.radio import RadioHandlerXYZ, power
+from crazychoir_fw.radio import RadioHandlerXYZ, connection
 from crazychoir_fw.radio import drone as drone_module
 from crazychoir_fw.radio.link import LinkState
 from crazychoir_fw.radio.modes import Mode
@@ -26,30 +26,30 @@ def switches(monkeypatch):
         def close(self):
             pressed.append("closed")
 
-    monkeypatch.setattr(power, "PowerSwitch", Switch)
+    monkeypatch.setattr(connection, "PowerSwitch", Switch)
     monkeypatch.setattr(drone_module, "BOOT_S", 0.0)
     return pressed
 
 
 @pytest.mark.parametrize(("uri", "can"), [("radio://0/80/2M/E7E7E7E701", True), ("udp://127.0.0.1:19850", False)])
 def test_only_a_radio_switches(switches, uri, can):
-    assert power.can_switch(uri) is can
+    assert connection.can_switch(uri) is can
     if can:
-        power.power_cycle("a", uri)
+        connection.power_cycle("a", uri)
         assert switches == [uri, "closed"]
     else:
         with pytest.raises(StateError, match="a: its power can be switched over radio:// only"):
-            power.power_cycle("a", uri)
+            connection.power_cycle("a", uri)
         assert switches == []
 
 
 def test_what_the_client_library_raises_is_a_sentence(switches):
     with pytest.raises(RadioError, match="b: the power could not be switched: no Crazyradio"):
-        power.power_cycle("b", "radio://nobody")
+        connection.power_cycle("b", "radio://nobody")
 
 
 def test_a_drone_is_switched_off_and_on_and_is_there_again(fly, air, switches, monkeypatch):
-    monkeypatch.setattr(power, "can_switch", lambda uri: True)
+    monkeypatch.setattr(connection, "can_switch", lambda uri: True)
     monkeypatch.setattr(drone_module, "can_switch", lambda uri: True)
     handler = fly(RadioHandlerXYZ)
     (drone,) = handler

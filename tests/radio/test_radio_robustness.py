@@ -6,7 +6,7 @@ import pytest
 
 from crazychoir_fw.common.errors import RadioError, RangeError, StateError
 from crazychoir_fw.radio import Mode, RadioHandler, RadioHandlerFPQR, RadioHandlerVel, RadioHandlerXYZ, ReconnectPolicy
-from crazychoir_fw.radio.outbox import Outbox
+from crazychoir_fw.radio.sender import Outbox
 
 STOP = (7, 0, "00")
 SOON = ReconnectPolicy(attempts=1000, first_wait_s=0.0, factor=1.0)

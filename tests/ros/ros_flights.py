@@ -15,9 +15,9 @@ from ros_domains import reserve_domain
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
 
-from crazychoir_fw.ros.hosting import READY
 from crazychoir_fw.ros.names import LATEST, qos
 from crazychoir_fw.ros.process import make_executor, take_leave
+from crazychoir_fw.ros.topic_experiment import READY
 
 ONLOOKER = "onlooker"
 PATIENCE = 240.0  # [s], of the wall clock, for what must come
@@ -36,7 +36,7 @@ class Flight:
             "from functools import partial; from crazychoir_fw.cli import app; from crazychoir_fw.ros import manager; "
             f"manager.RosOptions = partial(manager.RosOptions, deadline={PATIENCE}, patience={patience}); "
             # nor does the flight begin before the onlooker sees it
-            "from crazychoir_fw.ros.hosting import HostedExperiment as Host; alone = Host.wait_for; "
+            "from crazychoir_fw.ros.topic_experiment import TopicExperiment as Host; alone = Host.wait_for; "
             f"Host.wait_for = lambda host, names, *rest: alone(host, [*names, {ONLOOKER!r}], *rest); app()"
         )
         command = [sys.executable, "-c", code, "fly", str(self.file), "--ros", "--no-video", "--out", str(self.out)]

@@ -51,7 +51,7 @@ class Desk:
     def pose(self, time, *args, **options):
         """Tell a pose, and wait until it is there."""
         self.odom.publish(odometry(time, *args, **options))
-        self.bench.until(lambda: self.node.current_pose.time == time)
+        self.bench.until(lambda: self.node.current_pose.time == pytest.approx(time))
 
     def refer(self, message):
         """Tell a reference, and wait until it is there."""

@@ -23,13 +23,14 @@ from crazychoir_fw.common.errors import CrazychoirError, RangeError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight.access.ros import FEW_PLOTS, NO_ARM, NO_PARAMETERS, NO_TIME
 from crazychoir_fw.flight.agent import DronePhase
+from crazychoir_fw.gui import requests as asked
+from crazychoir_fw.gui.commands import Commands
 from crazychoir_fw.gui.opening import open_mission
 from crazychoir_fw.gui.session import Session
-from crazychoir_fw.ros.bundles import HostCard
 from crazychoir_fw.ros.conversions import pose_to_odometry
-from crazychoir_fw.ros.drone_states import EVENTS, read_event, read_states
-from crazychoir_fw.ros.names import LATEST
-from crazychoir_fw.ros.page import JoinedFlight, join
+from crazychoir_fw.ros.drone_states import EVENTS, STATES, STATES_QOS, read_event, read_states
+from crazychoir_fw.ros.joined_flight import JoinedFlight, join
+from crazychoir_fw.ros.topic_experiment import TopicExperiment
 
 pytest.importorskip("nicegui")
 
@@ -39,7 +40,7 @@ CHROMIUM_OPTIONS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader",
 
 
 class Served:
-    """`crazychoir gui --ros`, and a second page that has joined the same flight."""
+    """`crazychoir gui --ros`, and a session that has joined the same flight."""
 
     def __init__(self, folder):
         self.domain = reserve_domain()
@@ -161,21 +162,28 @@ def test_a_drawn_curve_is_flown(served):
 )
 def test_what_topics_do_not_carry_is_refused_in_a_sentence(served, command, sentence):
     on_the_floor(served)
-    answer = served.command(**command)
-    assert not answer["ok"]
-    assert sentence in answer["text"]
+    envelope = asked.read(asked.Envelope, {"id": uuid.uuid4().hex, "command": command})
+    with pytest.raises(CrazychoirError, match=re.escape(sentence)):
+        Commands(served.onlooker, None).send(envelope).result(PATIENCE)
 
 
-def test_the_page_knows_what_it_lacks(served):
-    setting = served.get("/api/setting").json()
-    assert setting["missing"] == {"arm": NO_ARM, "parameters": NO_PARAMETERS, "plots": FEW_PLOTS}
-    assert "position.z" in setting["log_names"]
-    answer = served.get("/api/parameters?drone=agent_0")
-    assert (answer.status_code, answer.json()["text"]) == (409, NO_PARAMETERS)
+def test_a_joined_page_knows_what_it_lacks(served):
+    access = served.onlooker.access
+    assert access.missing() == {"arm": NO_ARM, "parameters": NO_PARAMETERS, "plots": FEW_PLOTS}
+    assert "position.z" in access.log_names()
+    with pytest.raises(CrazychoirError, match=re.escape(NO_PARAMETERS)):
+        access.parameters(0)
     assert served.onlooker.no_rewind == NO_TIME
 
 
-def test_in_a_browser_drones_move_and_sentences_stand_for_what_is_missing(served):
+def test_the_page_of_the_host_pauses_and_does_not_rewind(served):
+    assert served.command(name="speed", factor=0.0)["text"] == "PAUSE"
+    answer = served.command(name="rewind", branch=0, time=1.0)
+    assert (answer["ok"], answer["text"]) == (False, TopicExperiment.no_rewind)
+    assert served.command(name="speed", factor=30.0)["ok"]
+
+
+def test_in_a_browser_drones_move_and_a_sentence_stands_for_what_is_missing(served):
     playwright = pytest.importorskip("playwright.sync_api")
     path = os.environ.get("CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
     if path is None:
@@ -191,11 +199,7 @@ def test_in_a_browser_drones_move_and_sentences_stand_for_what_is_missing(served
         page.wait_for_function("window.cc && cc.frame && cc.setting && cc.words.cards")
         page.get_by_text("TAKE-OFF", exact=True).click()
         page.wait_for_function("cc.frame.drones.every((d) => d.phase === 'flying' && d.position[2] > 0.8)")
-        assert page.get_by_test_id("no-arm").inner_text() == NO_ARM
-        assert page.get_by_text("REBOOT", exact=True).count() == 0
-        page.locator(".q-tab", has_text="Parameters").click()
-        page.get_by_test_id("no-parameters").wait_for()
-        assert page.evaluate("cc.words.no_rewind") == NO_TIME
+        assert page.evaluate("cc.words.no_rewind") == TopicExperiment.no_rewind
         page.keyboard.press("Escape")
         served.until(lambda: DronePhase.FLYING not in served.phases, "Esc is STOP")
         assert errors == []
@@ -205,7 +209,7 @@ def test_in_a_browser_drones_move_and_sentences_stand_for_what_is_missing(served
 def test_a_joined_page_leaves_the_flight_going_and_the_one_that_began_it_ends_it(served):
     on_the_floor(served)
     numbers = json.loads((served.out / "processes.json").read_text())
-    assert set(numbers) == {"host", "layers", "page"}
+    assert set(numbers) == {"host"}
     served.onlooker.close()
     # it goes on without it
     assert served.command(name="takeoff")["ok"]
@@ -227,16 +231,21 @@ def test_a_flight_that_is_not_there_is_not_joined():
 
 
 def test_a_flight_of_another_mission_is_not_joined(bench):
-    card = HostCard(["/agent_0/odom", "/agent_1/odom"], {})
-    bench.user.create_publisher(String, "/_swarm/host", LATEST).publish(String(data=card.text()))
-    with pytest.raises(CrazychoirError, match="has 2 drones, and the mission 4; give its --domain"):
-        join(open_mission(EXAMPLES / "draw.yaml"), int(os.environ["ROS_DOMAIN_ID"]), PATIENCE)
+    told = {"mission": "other", "backend": "sim", "time": 0.0, "drones": {}}
+    states = bench.user.create_publisher(String, STATES, STATES_QOS)
+    flight = JoinedFlight(open_mission(EXAMPLES / "draw.yaml"), int(os.environ["ROS_DOMAIN_ID"]))
+    try:
+        bench.until(lambda: states.get_subscription_count())
+        states.publish(String(data=json.dumps(told)))
+        with pytest.raises(CrazychoirError, match="has a flight of 'other' with 0 drones, and not of"):
+            flight.wait_until_found(PATIENCE)
+    finally:
+        flight.close()
 
 
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        (["--ros", "--speed", "0"], "--speed is 0, allowed with --ros: more than 0"),
         (["--ros", "--ros-join"], "give one of them"),
         (["--ros", "--processes", "none"], "--processes is none, allowed: per-node"),
     ],
@@ -253,7 +262,7 @@ def test_options_that_make_no_sense(options, sentence, capfd):
 
 def test_phases_are_guessed_where_no_host_tells_them(bench, monkeypatch):
     """A simulation of somebody else's has buttons and odometry, and no more."""
-    monkeypatch.setattr("crazychoir_fw.ros.page._TOLD_S", 0.3)
+    monkeypatch.setattr("crazychoir_fw.ros.joined_flight._TOLD_S", 0.3)
     flight = JoinedFlight(open_mission(EXAMPLES / "draw.yaml"), int(os.environ["ROS_DOMAIN_ID"]))
     try:
         odom = bench.user.create_publisher(Odometry, "/agent_0/odom", 10)
@@ -275,7 +284,7 @@ def test_phases_are_guessed_where_no_host_tells_them(bench, monkeypatch):
         agent = flight.agents[0]
         until(lambda: flight._watches_topics and flight.time > 0.0, 0.0)
         assert agent.phase is DronePhase.GROUND
-        until(lambda: flight._buttons["takeoff"].get_subscription_count() > 1, 0.0)
+        until(lambda: flight._buttons["takeoff", None].get_subscription_count() > 1, 0.0)
         flight.takeoff()
         until(lambda: pressed and agent.phase is DronePhase.FLYING, 0.0)
         with pytest.raises(CrazychoirError, match="nobody listens to /land on ROS domain"):
@@ -286,7 +295,7 @@ def test_phases_are_guessed_where_no_host_tells_them(bench, monkeypatch):
         until(lambda: agent.phase is DronePhase.LANDING, 0.8)
         assert "LAND was pressed elsewhere" in [happening.details for happening in flight.events]
         until(lambda: agent.phase is DronePhase.LANDED, 0.01)
-        until(lambda: flight._button_of["stop", 0].get_subscription_count() > 0, 0.01)
+        until(lambda: flight._buttons["stop", 0].get_subscription_count() > 0, 0.01)
         flight.stop(["agent_0"])
         until(lambda: single, 0.01)
     finally:

@@ -32,9 +32,11 @@ def test_what_cannot_be_made_is_said_in_a_sentence(restart, processes, tmp_path)
     wrong = ("--set", "layers.guidance.options.coupling=-1.0", "--processes", processes)
     flown = fly("mpc.yaml", tmp_path, *wrong, *restart)
     assert flown.returncode == 2, flown.stdout
-    assert re.search(r"\| layers\.guidance: agent \d: coupling is -1\.0, allowed: ", flown.stdout)
-    assert "Traceback" not in flown.stdout + flown.stderr
-    assert flown.stderr.splitlines()[-1].endswith(" cannot be made, see what it said")
+    text = flown.stdout + flown.stderr
+    assert "Traceback" not in text
+    assert re.search(r"layers\.guidance: agent \d: coupling is -1\.0, allowed: ", text)
+    # the host says it itself
+    assert processes == "one" or flown.stderr.splitlines()[-1].endswith(" cannot be made, see what it said")
 
 
 def test_a_process_that_ends_before_the_flight_is_not_waited_for(tmp_path):

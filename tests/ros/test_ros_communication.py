@@ -36,7 +36,7 @@ WARM_UP_ROUNDS = 10
 
 
 def test_neighbors_by_distance_and_losses_are_those_of_one_process(tmp_path):
-    flight = Flight(tmp_path, MISSION, "--processes", "one")
+    flight = Flight(tmp_path, MISSION, "--processes", "per-drone")
     try:
         flight.begin()
         assert flight.process.wait(PATIENCE) == 0, flight.log.read_text()[-3000:]

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message, serialize_message
+from std_msgs.msg import UInt8MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectoryPoint
 
 from crazychoir_fw.common.errors import RangeError, UnknownNameError
@@ -178,3 +179,12 @@ def test_frames_are_those_of_the_table():
     assert (message.header.frame_id, message.child_frame_id) == ("odom", "base_link")
     assert isinstance(message, Odometry) and message.pose.pose.orientation.w == 1.0
     assert to.pose_to_pose_stamped(Pose(np.zeros(3))).header.frame_id == "world"
+
+
+@given(st.integers(0, 10**18 - 1), st.binary(max_size=50))
+def test_labeled_bytes_survive(label, data):
+    message = deserialize_message(serialize_message(to.bytes_to_message(label, data)), UInt8MultiArray)
+    assert to.message_to_bytes(message) == (label, data)
+    message.layout.dim[0].label = "-1"
+    with pytest.raises(RangeError, match="without label"):
+        to.message_to_bytes(message)

@@ -1,4 +1,4 @@
-"""What the processes of a mission are made of: lock step, waits, bytes of messages, buttons, simulation, radio."""
+"""What the processes of a mission are made of: lock step, waits, buttons, simulation, radio."""
 
 import math
 import runpy
@@ -10,13 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped, Twist
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra.numpy import arrays
 from nav_msgs.msg import Odometry
-from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import BatteryState
-from std_msgs.msg import Bool, Empty, String, UInt8MultiArray
+from std_msgs.msg import Bool, Empty, String
 from std_srvs.srv import Trigger
 
 from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
@@ -31,88 +27,9 @@ from crazychoir_fw.ros.plugins import PluginHost
 from crazychoir_fw.ros.radio import RadioHandlerFPQR, RadioHandlerXYZ
 from crazychoir_fw.ros.simulation import PaceSettings, SimulationNode
 from crazychoir_fw.ros.wall_timeouts import WallTimeoutClock
-from crazychoir_fw.ros.wire import (
-    Rows,
-    label_and_data,
-    labeled_bytes,
-    odometry_layout,
-    odometry_pose,
-    twist_bytes,
-    twist_numbers,
-)
 from crazychoir_fw.simulation import DroneConfig, World
 
 ROOT = Path(__file__).resolve().parents[2]
-
-FINITE = st.floats(-1e6, 1e6)
-
-
-# ---------------------------------------------------------------- bytes of messages
-
-
-@given(arrays(float, 3, elements=FINITE), arrays(float, 6, elements=FINITE), st.integers(1, 2**60))
-def test_rows_are_what_rclpy_encodes(position, motion, nanoseconds):
-    rows = Rows(odometry_layout("odom", "base_link"), 2)
-    rows.stamp(nanoseconds)
-    rows.columns["position"][1], rows.columns["orientation"][1] = position, (0.0, 0.0, 0.6, 0.8)
-    rows.columns["velocity"][1], rows.columns["angular"][1] = motion[:3], motion[3:]
-    message = deserialize_message(rows.row(1), Odometry)
-    assert serialize_message(message) == rows.row(1)
-    assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec == nanoseconds
-    assert (message.header.frame_id, message.child_frame_id) == ("odom", "base_link")
-    pose = odometry_pose(rows.row(1))
-    np.testing.assert_array_equal(pose.position, position)
-    np.testing.assert_array_equal([*pose.velocity, *pose.angular], motion)
-    np.testing.assert_allclose(pose.orientation, (0.0, 0.0, 0.6, 0.8))
-    assert pose.time == pytest.approx(nanoseconds / 1e9)
-
-
-@given(st.text(max_size=9), st.text(max_size=9))
-def test_odometry_of_any_frames_is_read(frame, child):
-    message = Odometry(child_frame_id=child.replace("\0", ""))
-    message.header.frame_id = frame.replace("\0", "")
-    message.pose.pose.position.x = 3.0
-    message.twist.twist.angular.z = 4.0
-    message.pose.pose.orientation.w = 1.0
-    pose = odometry_pose(serialize_message(message))
-    assert (pose.position[0], pose.angular[2], pose.time) == (3.0, 4.0, None)
-
-
-def test_odometry_that_is_none_is_refused():
-    message = Odometry()
-    message.pose.pose.position.y = math.nan
-    with pytest.raises(RangeError, match="position"):
-        odometry_pose(serialize_message(message))
-    with pytest.raises(RangeError, match="too short"):
-        odometry_pose(serialize_message(Odometry())[:90])
-
-
-@given(arrays(float, 6, elements=FINITE))
-def test_a_twist_there_and_back(numbers):
-    data = twist_bytes(numbers[:3], numbers[3:])
-    assert twist_numbers(data) == tuple(numbers)
-    assert serialize_message(deserialize_message(data, Twist)) == data
-
-
-@given(st.integers(0, 2**53), st.binary(max_size=50))
-def test_labeled_bytes_are_what_rclpy_encodes(label, data):
-    message = deserialize_message(labeled_bytes(label, data), UInt8MultiArray)
-    (dimension,) = message.layout.dim
-    assert (dimension.label, dimension.size, dimension.stride) == (str(label), len(data), len(data))
-    assert bytes(message.data) == data
-    assert label_and_data(serialize_message(message)) == (label, data)
-
-
-@given(st.binary(max_size=60))
-def test_bytes_without_label_are_refused(data):
-    with pytest.raises(RangeError, match="without label"):
-        label_and_data(b"\0\1\0\0" + data[:3])
-    try:
-        label, content = label_and_data(b"\0\1\0\0" + data)
-    except RangeError:
-        return
-    assert label >= 0 and len(content) <= len(data)
-
 
 # ---------------------------------------------------------------- waiting
 
@@ -228,7 +145,7 @@ def test_drones_of_a_world_are_topics(bench, world):
     speak = bench.speaker(Twist, "/agent_1/cmd_vel")
     idle = bench.user.create_publisher(Bool, "/agent_1/idle", LATEST)
     bench.until(lambda: idle.get_subscription_count())
-    bench.until(lambda: node._odom[1].get_subscription_count() > 0)
+    bench.until(lambda: node._odometry.publishers[1].get_subscription_count() > 0)
     climb = Twist()
     climb.linear.z = 0.5
     start = world.time
@@ -307,7 +224,7 @@ def test_commands_buttons_and_poses_go_to_the_radio(bench):
     command = Twist()
     command.linear.z, command.angular.y = 0.3, 1.5
     bench.speaker(Twist, "/agent_4/cmd_vel").publish(command)
-    bench.until(lambda: ("cmd_vel", "agent_4", (0.0, 0.0, 0.3), (0.0, 1.5, 0.0)) in calls)
+    bench.until(lambda: ("cmd_vel", "agent_4", [0.0, 0.0, 0.3], [0.0, 1.5, 0.0]) in calls)
     pose = PoseStamped()
     pose.pose.position.x = 1.25
     pose.pose.orientation.w = 1.0
@@ -352,7 +269,7 @@ def test_radio_refuses_drones_without_number(bench):
 
 def test_a_mission_falls_into_processes():
     mission = load_mission(ROOT / "examples" / "bearing_formation.yaml")
-    assert [part.name for part in parts_of(mission, "one")] == ["layers"]
+    assert parts_of(mission, "one") == []
     assert [part.name for part in parts_of(mission, "per-drone")] == ["agent_0", "agent_1", "agent_2", "agent_3"]
     names = [part.name for part in parts_of(mission, "per-node")]
     assert len(names) == 10 and "agent_0/planning" in names and "agent_2/planning" not in names

@@ -16,8 +16,8 @@ from crazychoir_fw.flight.engine import fly
 from crazychoir_fw.guidance import Graph
 from crazychoir_fw.guidance.bearing import bearing_errors_deg, free_followers
 from crazychoir_fw.mission import load_mission
+from crazychoir_fw.ros.conversions import odometry_to_pose
 from crazychoir_fw.ros.names import qos
-from crazychoir_fw.ros.wire import odometry_pose
 
 MISSION = """
 name: near_the_goal
@@ -163,14 +163,14 @@ class Swarm:
         self.last_answer = 0.0  # of the watched one
         listen = flight.node.create_subscription
         for i in range(len(FORMATION)):
-            listen(Odometry, f"/agent_{i}/odom", self._place_taker(i), qos(10), raw=True)
+            listen(Odometry, f"/agent_{i}/odom", self._place_taker(i), qos(10))
             listen(String, f"/agent_{i}/lost_neighbors", self._word_taker(i), qos(10))
         listen(Empty, f"/agent_{watched}/answered", self._take_answer, qos(10))
         listen(Empty, "/experiment_trigger", self._take_trigger, qos(10))
 
     def _place_taker(self, i):
-        def take(data):
-            self.places[i] = odometry_pose(data).position
+        def take(message):
+            self.places[i] = odometry_to_pose(message).position
 
         return take
 

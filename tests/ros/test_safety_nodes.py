@@ -13,8 +13,8 @@ from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.control import FPQRSender, GeometryAttitudeCtrl, SafeFlatnessPositionCtrl
 from crazychoir_fw.control.safety import DoubleIntegratorCBF, SingleIntegratorCBF
 from crazychoir_fw.planning import PositionTraj
-from crazychoir_fw.ros.conversions import pose_to_odometry
-from crazychoir_fw.ros.neighbor_sensing import ClosestRobotGetter, closest_bytes, closest_of_bytes
+from crazychoir_fw.ros.conversions import bytes_to_message, pose_to_odometry
+from crazychoir_fw.ros.neighbor_sensing import ClosestRobotGetter, closest_to_message, message_to_closest
 from crazychoir_fw.ros.safety import (
     CollisionAvoidance,
     EveryRound,
@@ -30,13 +30,6 @@ def odometry(time, position, velocity=(0.0, 0.0, 0.0)):
     return pose_to_odometry(Pose(np.array(position, float), LEVEL, np.array(velocity, float), np.zeros(3), time))
 
 
-def raw(message):
-    """Return a message of closest_robots as numbers and poses."""
-    from rclpy.serialization import serialize_message
-
-    return closest_of_bytes(serialize_message(message))
-
-
 # ---------------------------------------------------------------- the message
 
 
@@ -44,7 +37,7 @@ def raw(message):
 def test_closest_robots_survive_the_way(count, nanoseconds):
     dice = np.random.default_rng(count)
     position, velocity = dice.uniform(-9, 9, (2, count, 3))
-    time, numbers, poses = closest_of_bytes(closest_bytes(nanoseconds / 1e9, range(count), position, velocity))
+    time, numbers, poses = message_to_closest(closest_to_message(nanoseconds / 1e9, range(count), position, velocity))
     assert time == pytest.approx(nanoseconds / 1e9)
     assert numbers.tolist() == list(range(count))
     np.testing.assert_array_equal(poses.position, position)
@@ -54,7 +47,7 @@ def test_closest_robots_survive_the_way(count, nanoseconds):
 @given(st.binary(max_size=80))
 def test_anything_else_is_refused(data):
     with pytest.raises(CrazychoirError):
-        closest_of_bytes(b"\x00\x01\x00\x00" + data)
+        message_to_closest(bytes_to_message(1, data))
 
 
 @pytest.mark.parametrize(
@@ -62,7 +55,7 @@ def test_anything_else_is_refused(data):
 )
 def test_numbers_that_are_none_are_refused(position, velocity):
     with pytest.raises(RangeError, match="closest_robots"):
-        closest_of_bytes(closest_bytes(1.0, [3], position, velocity))
+        message_to_closest(closest_to_message(1.0, [3], position, velocity))
 
 
 # ---------------------------------------------------------------- what belongs to one time
@@ -119,17 +112,17 @@ def test_everybody_is_told_who_is_near(bench):
             speakers[row].publish(odometry(now, place, (0.1, 0.0, 0.0)))
             bench.until(lambda row=row, now=now: node._stamp[row] == pytest.approx(now))
     bench.until(lambda: all(len(one) >= 2 for one in heard))
-    time, numbers, poses = raw(heard[0][-1])
+    time, numbers, poses = message_to_closest(heard[0][-1])
     assert time == pytest.approx(1.01)
     assert numbers.tolist() == [1]  # the other one lies on the floor
     np.testing.assert_allclose(poses.position, [[1.5, 0.0, 1.0]])
-    assert raw(heard[2][-1])[1].tolist() == [1, 0]
+    assert message_to_closest(heard[2][-1])[1].tolist() == [1, 0]
     # silent ones stand, and are gone at last
     speakers[0].publish(odometry(1.7, [0, 0, 1]))
     bench.until(lambda: node._stamp[0] > 1.6)
     bench.at(1.7)
-    bench.until(lambda: raw(heard[0][-1])[0] > 1.6)
-    assert not raw(heard[0][-1])[2].velocity.any()
+    bench.until(lambda: message_to_closest(heard[0][-1])[0] > 1.6)
+    assert not message_to_closest(heard[0][-1])[2].velocity.any()
 
 
 def test_a_filter_between_controller_and_drone(bench):
@@ -148,7 +141,7 @@ def test_a_filter_between_controller_and_drone(bench):
     bench.until(lambda: node.avoidance._desired is not None and node.avoidance.is_ready)
     bench.at(1.02)
     assert commands == []  # nobody has said who is near
-    closest.publish(closest_bytes(1.02, [1], np.array([[0.6, 0.0, 1.0]]), np.zeros((1, 3))))
+    closest.publish(closest_to_message(1.02, [1], np.array([[0.6, 0.0, 1.0]]), np.zeros((1, 3))))
     bench.until(lambda: node._sight.has_seen)
     bench.at(1.04)
     bench.until(lambda: len(commands) >= 1)
@@ -188,7 +181,7 @@ def test_a_safe_controller_stays_where_it_is_when_it_is_blind(bench):
     bench.until(lambda: node.current_pose.time == 1.0)
     assert commands == []
     nobody = np.zeros((0, 3))
-    closest.publish(closest_bytes(1.0, [], nobody, nobody))
+    closest.publish(closest_to_message(1.0, [], nobody, nobody))
     bench.until(lambda: node._sight.has_seen)
     bench.at(1.01)
     bench.until(lambda: len(commands) >= 1)

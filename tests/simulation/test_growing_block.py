@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.simulation import growing_block
-from crazychoir_fw.simulation.growing_block import GrowingBlock
+from crazychoir_fw.simulation import recorder
+from crazychoir_fw.simulation.recorder import GrowingBlock
 
 
 @pytest.mark.parametrize("count", [0, 1, 3, 4, 9])
 def test_rows_come_back_in_their_order_whatever_the_pieces(count, monkeypatch):
-    monkeypatch.setattr(growing_block, "_MAX_ROWS", 3)
+    monkeypatch.setattr(recorder, "_MAX_ROWS", 3)
     block = GrowingBlock((2, 2), np.int16)
     for k in range(count):
         block.add()[:] = [[k, 10 * k], [100 * k, -k]]
@@ -25,7 +25,7 @@ def test_rows_are_a_copy():
 
 
 def test_a_row_may_be_larger_than_a_piece(monkeypatch):
-    monkeypatch.setattr(growing_block, "_PIECE_BYTES", 8)
+    monkeypatch.setattr(recorder, "_PIECE_BYTES", 8)
     block = GrowingBlock((5,))
     for k in range(2):
         block.add()[:] = k

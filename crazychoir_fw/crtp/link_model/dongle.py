@@ -13,10 +13,8 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from crazychoir_fw.crtp.link_model.air_use import AirUse
-from crazychoir_fw.crtp.link_model.airtime import LARGEST_BYTES, NULL_BYTES, SETTLE_S, transmission
-from crazychoir_fw.crtp.link_model.config import RadioConfig
-from crazychoir_fw.crtp.link_model.delays import draw_delay
+from crazychoir_fw.crtp.link_model.airtime import LARGEST_BYTES, NULL_BYTES, SETTLE_S, AirUse, transmission
+from crazychoir_fw.crtp.link_model.config import RadioConfig, draw_delay
 from crazychoir_fw.crtp.link_model.link import Direction
 from crazychoir_fw.crtp.link_model.link_state import LinkState, QueuedPacket
 
@@ -33,7 +31,7 @@ class Dongle:
     def __init__(self, name: str, config: RadioConfig, drones: Sequence[str], seed: int, deliver: Deliver) -> None:
         self.name = name
         self.config = config
-        self.seats = [LinkState(drone) for drone in drones]
+        self.links = [LinkState(drone) for drone in drones]
         self.neighbors: list[Dongle] = []
         """Others that it can disturb."""
         self._deliver = deliver
@@ -43,7 +41,7 @@ class Dongle:
         self._null = 2 * self._half_turn + 2 * self._air[NULL_BYTES] + SETTLE_S
         self._broadcasts: deque[tuple[bytes, list[QueuedPacket]]] = deque()
         self._waiting = 0  # packets and broadcasts, all together
-        self._turn = 0  # seat that is next
+        self._turn = 0  # link that is next
         self._pause = config.idle_poll_ms / 1e3
         self._all_lost = False
         self._use = AirUse(self._air[NULL_BYTES], self._polls_per_second)
@@ -53,31 +51,31 @@ class Dongle:
 
     # ---------------------------------------------------------------- packets come
 
-    def put(self, now: float, seat: LinkState, direction: Direction, datagram: bytes, droppable: bool) -> None:
+    def put(self, now: float, link: LinkState, direction: Direction, datagram: bytes, droppable: bool) -> None:
         """Let a packet wait for its turn, or drop it."""
-        tally = seat.tallies[direction]
-        parcel = seat.new_parcel(direction, datagram, now)
-        waiting = seat.up if direction is Direction.UP else seat.down
+        tally = link.tallies[direction]
+        packet = link.new_packet(direction, datagram, now)
+        waiting = link.up if direction is Direction.UP else link.down
         if len(waiting) >= (self.config.queue if droppable else MAX_WAITING):
             tally.dropped += 1
             return
-        if direction is Direction.DOWN and seat.is_lost:
+        if direction is Direction.DOWN and link.is_lost:
             tally.lost += 1  # a drone without a link throws away what it has to say
             return
         self._wake(now)
-        waiting.append(parcel)
+        waiting.append(packet)
         self._waiting += 1
         tally.note_waiting(len(waiting))
 
     def broadcast(self, now: float, datagram: bytes) -> None:
         """Let a packet wait that is sent once, to all drones, and acknowledged by none."""
-        parcels = [seat.new_parcel(Direction.UP, datagram, now) for seat in self.seats]
+        packets = [link.new_packet(Direction.UP, datagram, now) for link in self.links]
         if len(self._broadcasts) >= self.config.queue:
-            for seat in self.seats:
-                seat.tallies[Direction.UP].dropped += 1
+            for link in self.links:
+                link.tallies[Direction.UP].dropped += 1
             return
         self._wake(now)
-        self._broadcasts.append((datagram, parcels))
+        self._broadcasts.append((datagram, packets))
         self._waiting += 1
 
     def _wake(self, now: float) -> None:
@@ -86,9 +84,9 @@ class Dongle:
         if not self._waiting and now > self._use.free_at:
             rest = self._random.random() / max(self._polls_per_second() * self._null, 1e-9)
             self._use.free_at = now + (rest * self._null if rest < 1.0 else 0.0)
-            self._turn = int(self._random.random() * len(self.seats))
-            for seat in self.seats:
-                seat.next_poll = now + self._pause * self._random.random() if self._pause else now
+            self._turn = int(self._random.random() * len(self.links))
+            for link in self.links:
+                link.next_poll = now + self._pause * self._random.random() if self._pause else now
         self._use.last_use = max(self._use.last_use, now)
 
     # ---------------------------------------------------------------- exchanges
@@ -100,8 +98,8 @@ class Dongle:
         if self._broadcasts:
             return max(self._use.free_at, self._broadcasts[0][1][0].sent)
         if not self._pause and not self._all_lost:
-            return self._use.free_at  # there is always somebody to ask
-        return max(self._use.free_at, min(seat.ready_at() for seat in self.seats))
+            return self._use.free_at  # there is always a drone to ask
+        return max(self._use.free_at, min(link.ready_at() for link in self.links))
 
     def first_possible_arrival(self) -> float:
         """Return a time before which nothing that waits can arrive (s)."""
@@ -114,9 +112,9 @@ class Dongle:
         if self._broadcasts:
             self._send_broadcast(start, clear, rate)
             return
-        seat = self._whose_turn(start)
-        up = seat.up[0] if seat.up else None
-        down = seat.down[0] if seat.down else None
+        link = self._whose_turn(start)
+        up = link.up[0] if link.up else None
+        down = link.down[0] if link.down else None
         up_air = self._air[len(up.datagram) if up else NULL_BYTES]
         down_air = self._air[len(down.datagram) if down else NULL_BYTES]
         wait = SETTLE_S + self._air[LARGEST_BYTES]
@@ -141,77 +139,77 @@ class Dongle:
         on_air = tries * up_air + answers * down_air
         is_of_use = up is not None or down is not None
         self._use.count(start, end, on_air, tries + answers, is_of_use)
-        seat.next_poll = end + (0.0 if up or down else self._pause)
+        link.next_poll = end + (0.0 if up or down else self._pause)
         if up is not None:
-            self._settle_up(seat, up, tries, heard_at, is_acknowledged)
+            self._settle_up(link, up, tries, heard_at, is_acknowledged)
         if down is not None:
-            self._settle_down(seat, down, answers, end, is_acknowledged)
-        self._judge_link(seat, start, end, is_acknowledged)
+            self._settle_down(link, down, answers, end, is_acknowledged)
+        self._judge_link(link, start, end, is_acknowledged)
 
     def _whose_turn(self, start: float) -> LinkState:
-        count = len(self.seats)
+        count = len(self.links)
         for step in range(count):
             number = (self._turn + step) % count
-            if self.seats[number].ready_at() <= start:
+            if self.links[number].ready_at() <= start:
                 self._turn = (number + 1) % count
-                return self.seats[number]
+                return self.links[number]
         raise AssertionError("an exchange without a drone")
 
-    def _settle_up(self, seat: LinkState, up: QueuedPacket, tries: int, heard_at: float, is_acknowledged: bool) -> None:
-        tally = seat.tallies[Direction.UP]
+    def _settle_up(self, link: LinkState, up: QueuedPacket, tries: int, heard_at: float, is_acknowledged: bool) -> None:
+        tally = link.tallies[Direction.UP]
         tally.repeated += tries - 1 + up.was_tried
         up.was_tried = True
         if heard_at < math.inf and not up.has_arrived:
             up.has_arrived = True
-            self._send_on(heard_at, seat, Direction.UP, up)
+            self._send_on(heard_at, link, Direction.UP, up)
         if is_acknowledged or not self.config.reliable:
-            seat.up.popleft()
+            link.up.popleft()
             self._waiting -= 1
             tally.lost += not up.has_arrived
 
     def _settle_down(
-        self, seat: LinkState, down: QueuedPacket, answers: int, end: float, is_acknowledged: bool
+        self, link: LinkState, down: QueuedPacket, answers: int, end: float, is_acknowledged: bool
     ) -> None:
         if not answers:
             return  # the drone was never asked
-        tally = seat.tallies[Direction.DOWN]
+        tally = link.tallies[Direction.DOWN]
         tally.repeated += answers - 1 + down.was_tried
         down.was_tried = True
         if is_acknowledged:
-            self._send_on(end, seat, Direction.DOWN, down)
+            self._send_on(end, link, Direction.DOWN, down)
         elif self.config.reliable:
             return
         else:
             tally.lost += 1
-        seat.down.popleft()
+        link.down.popleft()
         self._waiting -= 1
 
-    def _judge_link(self, seat: LinkState, start: float, end: float, is_acknowledged: bool) -> None:
+    def _judge_link(self, link: LinkState, start: float, end: float, is_acknowledged: bool) -> None:
         if is_acknowledged:
             self._all_lost = False
-            seat.note_acknowledged()
+            link.note_acknowledged()
             return
         self._unanswered += 1
-        seat.failed += 1
-        seat.failing_since = min(seat.failing_since, start)
-        if seat.failed >= self.config.link_tries or end - seat.failing_since >= self.config.link_timeout:
+        link.failed += 1
+        link.failing_since = min(link.failing_since, start)
+        if link.failed >= self.config.link_tries or end - link.failing_since >= self.config.link_timeout:
             # the drone is not asked any more until there is a packet for it
-            self._waiting -= seat.lose_link()
-            self._all_lost = all(other.is_lost for other in self.seats)
+            self._waiting -= link.lose_link()
+            self._all_lost = all(other.is_lost for other in self.links)
 
     def _send_broadcast(self, start: float, clear: float, rate: float) -> None:
-        datagram, parcels = self._broadcasts.popleft()
+        datagram, packets = self._broadcasts.popleft()
         self._waiting -= 1
         air = self._air[len(datagram)]
         heard_at = start + self._half_turn + air
-        for seat, parcel in zip(self.seats, parcels, strict=True):
+        for link, packet in zip(self.links, packets, strict=True):
             if self._gets_through(self.config.lost_up, air, clear, rate):
-                self._send_on(heard_at, seat, Direction.UP, parcel)
+                self._send_on(heard_at, link, Direction.UP, packet)
             else:
-                seat.tallies[Direction.UP].lost += 1
+                link.tallies[Direction.UP].lost += 1
         self._use.count(start, heard_at + self._half_turn, air, 1, True)
 
-    def _send_on(self, time: float, seat: LinkState, direction: Direction, parcel: QueuedPacket) -> None:
+    def _send_on(self, time: float, link: LinkState, direction: Direction, packet: QueuedPacket) -> None:
         """Let a packet that has left the air arrive, later by what hosts and processors need."""
         config = self.config
         arrival = time + draw_delay(config, self._random)
@@ -219,11 +217,11 @@ class Dongle:
             arrival += self._random.random() * config.reorder_ms / 1e3
         else:
             # whatever the jitter, nothing overtakes
-            arrival = max(arrival, seat.last_arrival[direction])
-            seat.last_arrival[direction] = arrival
-        self._deliver(arrival, seat, direction, parcel, False)
+            arrival = max(arrival, link.last_arrival[direction])
+            link.last_arrival[direction] = arrival
+        self._deliver(arrival, link, direction, packet, False)
         if config.duplicate and self._random.random() < config.duplicate:
-            self._deliver(arrival, seat, direction, parcel, True)
+            self._deliver(arrival, link, direction, packet, True)
 
     # ---------------------------------------------------------------- the air
 
@@ -247,7 +245,7 @@ class Dongle:
 
     def _polls_per_second(self) -> float:
         """Return how many null packets it sends while it has nothing else to do (1/s)."""
-        asked = sum(not seat.is_lost for seat in self.seats)
+        asked = sum(not link.is_lost for link in self.links)
         return min(1.0 / self._null, asked / (self._pause + self._null))
 
     # ---------------------------------------------------------------- figures
@@ -258,12 +256,12 @@ class Dongle:
         return {
             "channel": self.config.channel,
             "data_rate": self.config.data_rate,
-            "drones": [seat.drone for seat in self.seats],
+            "drones": [link.drone for link in self.links],
             "seconds": elapsed,
             "utilization": min(self._use.seconds_busy / elapsed, 1.0) if elapsed else 0.0,
             "on_air": min(self._use.seconds_on_air / elapsed, 1.0) if elapsed else 0.0,
             "exchanges": self._use.exchanges,
             "unanswered": self._unanswered,
             "collisions": self._collisions,
-            "lost_links": sum(seat.lost_links for seat in self.seats),
+            "lost_links": sum(link.lost_links for link in self.links),
         }

@@ -1,8 +1,8 @@
 """The radios of a flight without a server: what the mission asks of its drones goes through a link as packets.
 
-Requests leave by the carrier of each drone's uplink, and arrive between two steps, at the first tick that is not before
-their simulated arrival. What has arrived is delivered to the drone like any request, so that the journal has it and a
-replay needs no radio. Answers that a client reads from the drone are not disturbed, and nothing goes down.
+Requests leave by the transport of each drone's uplink, and arrive between two steps, at the first tick that is not
+before their simulated arrival. What has arrived is delivered to the drone like any request, so that the journal has it
+and a replay needs no radio. Answers that a client reads from the drone are not disturbed, and nothing goes down.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ class _Letter(bytes):
 class FlightRadio:
     """A link between the clients in this process and the drones of a world.
 
-    A world that goes back in time finds under way what was under way then: the link is made anew and told all that was
+    A world that goes back in time finds under way what was under way then: the link is made again and told all that was
     sent before. Requests of the very tick that it goes back to count as not yet sent, and so does everything in a world
     that restores the snapshot of another one. A fork takes along what is under way.
     """

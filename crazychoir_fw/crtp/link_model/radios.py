@@ -22,7 +22,7 @@ DEFAULT_CHANNELS = (*range(80, 126, 3), *range(77, -1, -3))
 
 
 class SimulatedRadios:
-    """Crazyradios with their drones: late, lossy, and with only so much time for everybody.
+    """Crazyradios with their drones: late, lossy, and with only so much time for all.
 
     The same packets at the same times arrive at the same times, however often and whenever `arrivals` is asked for.
     Drones that no radio serves have a perfect link. Not for two threads at once, except for `statistics`.
@@ -48,7 +48,7 @@ class SimulatedRadios:
             Dongle(name, config, ids, seed, self._deliver)
             for config, (name, ids) in zip(_tuned(configs), served.items(), strict=True)
         ]
-        self._places = {seat.drone: (dongle, seat) for dongle in self.dongles for seat in dongle.seats}
+        self._places = {link.drone: (dongle, link) for dongle in self.dongles for link in dongle.links}
         self._wired = {drone: LinkState(drone) for drone in drones if drone not in self._places}
         for dongle in self.dongles:
             dongle.neighbors = [other for other in self.dongles if other is not dongle and _disturb(dongle, other)]
@@ -67,16 +67,16 @@ class SimulatedRadios:
         self._advance(now)
         place = self._places.get(drone)
         if place is not None:
-            dongle, seat = place
-            dongle.put(self._now, seat, direction, datagram, droppable)
+            dongle, link = place
+            dongle.put(self._now, link, direction, datagram, droppable)
             return
         wired = self._wired.get(drone)
         if wired is None:
             raise UnknownNameError(f"no drone named '{drone}', there are: {', '.join([*self._places, *self._wired])}")
-        self._deliver(self._now, wired, direction, wired.new_parcel(direction, datagram, self._now), False)
+        self._deliver(self._now, wired, direction, wired.new_packet(direction, datagram, self._now), False)
 
     def broadcast(self, now: float, radio: str, datagram: bytes) -> None:
-        """Send a packet to all drones of a radio at once, which none of them acknowledges and nobody repeats.
+        """Send a packet to all drones of a radio at once, which is neither acknowledged nor repeated.
 
         Raises:
             UnknownNameError: If there is no such radio.
@@ -93,13 +93,13 @@ class SimulatedRadios:
         self._advance(now)
         arrived = []
         while self._arriving and self._arriving[0][0] <= self._now:
-            time, _, seat, direction, parcel, is_copy = heapq.heappop(self._arriving)
-            tally = seat.tallies[direction]
+            time, _, link, direction, packet, is_copy = heapq.heappop(self._arriving)
+            tally = link.tallies[direction]
             if is_copy:
                 tally.duplicated += 1
             else:
-                tally.note_arrival(parcel.number, time - parcel.sent)
-            arrived.append(Arrival(seat.drone, direction, parcel.datagram))
+                tally.note_arrival(packet.number, time - packet.sent)
+            arrived.append(Arrival(link.drone, direction, packet.datagram))
         return arrived
 
     def next_arrival(self) -> float:
@@ -116,8 +116,8 @@ class SimulatedRadios:
                 return
             dongle.exchange()
 
-    def _deliver(self, time: float, seat: LinkState, direction: Direction, parcel: QueuedPacket, is_copy: bool) -> None:
-        heapq.heappush(self._arriving, (time, self._count, seat, direction, parcel, is_copy))
+    def _deliver(self, time: float, link: LinkState, direction: Direction, packet: QueuedPacket, is_copy: bool) -> None:
+        heapq.heappush(self._arriving, (time, self._count, link, direction, packet, is_copy))
         self._count += 1
 
     # ---------------------------------------------------------------- figures
@@ -133,17 +133,17 @@ class SimulatedRadios:
         `on_air`, exchanges, those without an answer, collisions, lost links. ``drones``: by id, the name of the radio,
         lost links, and `up` and `down` with the counts of `Tally`.
         """
-        seats = [(dongle.name, seat) for dongle in self.dongles for seat in dongle.seats]
-        seats += [(None, seat) for seat in self._wired.values()]
+        links = [(dongle.name, link) for dongle in self.dongles for link in dongle.links]
+        links += [(None, link) for link in self._wired.values()]
         return {
             "radios": {dongle.name: dongle.as_dict(self._now) for dongle in self.dongles},
             "drones": {
-                seat.drone: {
+                link.drone: {
                     "radio": name,
-                    "lost_links": seat.lost_links,
-                    **{direction.value: tally.as_dict() for direction, tally in seat.tallies.items()},
+                    "lost_links": link.lost_links,
+                    **{direction.value: tally.as_dict() for direction, tally in link.tallies.items()},
                 }
-                for name, seat in seats
+                for name, link in links
             },
         }
 

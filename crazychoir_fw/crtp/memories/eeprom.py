@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.crtp.memories.core_memory import CoreMemory
-from crazychoir_fw.crtp.memories.memory import MemoryType
+from crazychoir_fw.crtp.memories.memory import CoreMemory, MemoryType
 from crazychoir_fw.onboard.core import check
 
 if TYPE_CHECKING:

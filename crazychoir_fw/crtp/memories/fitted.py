@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from crazychoir_fw.crtp.memories.deck_memory import DeckMemory
-from crazychoir_fw.crtp.memories.decks import LOCO, decks_of
+from crazychoir_fw.crtp.memories.core_memories import (
+    LedRingMemory,
+    LedTimingsMemory,
+    LighthouseMemory,
+    TesterMemory,
+    TrajectoryMemory,
+)
+from crazychoir_fw.crtp.memories.deck_memories import LOCO, DeckMemory, Loco2Memory, LocoMemory, OneWireMemory, decks_of
 from crazychoir_fw.crtp.memories.eeprom import EepromMemory
-from crazychoir_fw.crtp.memories.led_ring import LedRingMemory
-from crazychoir_fw.crtp.memories.led_timings import LedTimingsMemory
-from crazychoir_fw.crtp.memories.lighthouse import LighthouseMemory
-from crazychoir_fw.crtp.memories.loco import LocoMemory
-from crazychoir_fw.crtp.memories.loco_2 import Loco2Memory
 from crazychoir_fw.crtp.memories.memory import Memory
-from crazychoir_fw.crtp.memories.one_wire import OneWireMemory
-from crazychoir_fw.crtp.memories.tester import TesterMemory
-from crazychoir_fw.crtp.memories.trajectory import TrajectoryMemory
 from crazychoir_fw.crtp.service_context import ServiceContext
 
 _ALWAYS = (

@@ -41,7 +41,7 @@ class ConsoleService:
         context.closing.callback(self._stop_looking)
 
     def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
-        """Swallow it: nobody on board listens."""
+        """Swallow it: nothing on board listens."""
         return ()
 
     def begin_session(self) -> None:

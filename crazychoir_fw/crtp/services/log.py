@@ -6,17 +6,19 @@ docs/reference/crtp-cflib.md#8.
 from __future__ import annotations
 
 import errno
+import functools
 import threading
 from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.crtp.packet import Port
 from crazychoir_fw.crtp.service_context import ServiceContext
 from crazychoir_fw.crtp.services.log_sampler import Run, Value, sampler_of
-from crazychoir_fw.crtp.services.log_variables import log_variables
 from crazychoir_fw.crtp.services.reading_ahead import ReadingAhead
 from crazychoir_fw.crtp.services.service import Reply
-from crazychoir_fw.crtp.toc import LOG_BLOCKS, LOG_OPERATIONS, log_toc
+from crazychoir_fw.crtp.toc import LOG_BLOCKS, LOG_OPERATIONS, LOG_TYPES, log_toc
+from crazychoir_fw.simulation.clients.variables import is_computed_when_read
 
 TOC, CONTROL, DATA = range(3)
 """Channels."""
@@ -51,7 +53,7 @@ class LogService:
     """The log blocks of one drone.
 
     Blocks belong to the radio thread, which answers at once. A start is handed to the simulation thread, which samples;
-    stopping needs nobody's help, see `log_sampler`.
+    stopping is done at once, see `log_sampler`.
     """
 
     ports = (Port.LOG,)
@@ -204,3 +206,23 @@ def _entries(data: bytes) -> Iterator[tuple[int, int]]:
     """Read type to send and id of every complete entry."""
     for at in range(0, len(data) - _ENTRY_BYTES + 1, _ENTRY_BYTES):
         yield data[at] & 0x0F, data[at + 1] | data[at + 2] << 8
+
+
+class LogVariable(NamedTuple):
+    """Where a variable is, and what must be done to read it."""
+
+    offset: int
+    """Place within ``cf_t`` (bytes)."""
+    stored: int
+    """Type, as the log service numbers them."""
+    is_computed_when_read: bool
+    """Whether the log variables are brought up to date first."""
+
+
+@functools.cache
+def log_variables(provider: int) -> tuple[LogVariable, ...]:
+    """Return all log variables of drones with this provider."""
+    return tuple(
+        LogVariable(row.offset, LOG_TYPES[row.dtype.str[1:]], is_computed_when_read(row, provider))
+        for row in log_toc(provider).variables
+    )

@@ -1,7 +1,7 @@
 """Log blocks that run: sampled by simulated time, all drones of a world together.
 
 The simulation thread samples. The radio thread stops blocks and lengthens them while that happens: it changes a `Run`
-and then tells the sampler that something has changed, and the next sampling looks at all of it anew.
+and then tells the sampler that something has changed, and the next sampling looks at all of it again.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Value(NamedTuple):
     fetched: int
     """Type in the packet."""
     needs_refresh: bool
-    """Whether the drone computes it only when somebody reads it."""
+    """Whether the drone computes it only when it is read."""
 
 
 class Run:
@@ -121,7 +121,7 @@ class _Group:
         self._cancel = agenda.every(period, self._sample, phase)
 
     def begin_anew(self) -> None:
-        """Time has changed: nobody waits for a tick that may be far away now."""
+        """Time has changed: wait for no tick, which may be far away now."""
         for run in self.runs:
             run.first = 0
 

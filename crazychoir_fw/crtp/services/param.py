@@ -89,7 +89,7 @@ class ParamService:
         return payload
 
     def end_session(self) -> None:
-        """Tell nobody of changes any more."""
+        """Tell of changes no more."""
         self._reading.forget()
         self._values.forget_client()
 

@@ -1,10 +1,10 @@
 """A table of contents, sent ahead of its questions.
 
 A client asks for one item after the other, and each of the thirty clients of a swarm waits for its turn in one process
-before it sees the answer. So whoever has asked for some items in a row gets the following ones unasked. A question for
-one of these is answered already; the last item is sent only when it is asked for. In all every question has one answer,
-in the order of the questions, and a client that stops in between finds items that it does not wait for, which cflib
-ignores.
+before it sees the answer. So a client that has asked for some items in a row gets the following ones unasked. A
+question for one of these is answered already; the last item is sent only when it is asked for. In all every question
+has one answer, in the order of the questions, and a client that stops in between finds items that it does not wait for,
+which cflib ignores.
 
 Over UDP a client never asks twice. So when no question has followed for some time, the item that is waited for is sent
 again: if the client is only slow, it ignores the second copy.
@@ -23,7 +23,7 @@ AHEAD = 128
 """So many items are under way at most: the socket of a client holds 256 packets (docs/reference/crtp-cflib.md#3.4), a
 burst of log data among them."""
 IN_A_ROW = 4
-"""So many items somebody asks for, one after the other, before the next ones come unasked."""
+"""So many items a client asks for, one after the other, before the next ones come unasked."""
 LOOKS = 10
 """Looks of the radio without a question, after which an item is sent again: 0.2 s."""
 MAX_COPIES = 20
@@ -42,8 +42,8 @@ class ReadingAhead:
         self.forget()
 
     def forget(self) -> None:
-        """Begin anew, with another client."""
-        self._next = -1  # whoever asks for this one goes on in order
+        """Begin again, with another client."""
+        self._next = -1  # a question for this one goes on in order
         self._in_a_row = 0
         self._sent = 0  # items below are with the client or on their way
         self._looks = self._copies = 0
@@ -71,7 +71,7 @@ class ReadingAhead:
         first = max(self._sent, number)
         if first - number > AHEAD // 2:
             return ()
-        # the last one only when it is asked for: then nobody waits for anything any more
+        # the last one only when it is asked for: then no item is under way any more
         self._sent = max(first, min(number + AHEAD, self._last))
         return range(first, self._sent)
 

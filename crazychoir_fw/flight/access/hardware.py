@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from crazychoir_fw.common.errors import CrazychoirError, StateError
 from crazychoir_fw.flight.access.access import Access, DroneState, Variable
 from crazychoir_fw.flight.hardware_backend import SUPERVISOR
+from crazychoir_fw.radio.connection import can_switch
 from crazychoir_fw.radio.link import LinkState
-from crazychoir_fw.radio.power import can_switch
 from crazychoir_fw.radio.supervisor import CAN_BE_ARMED, IS_ARMED, IS_AUTO_ARMED, IS_LOCKED, supervisor_bits
 
 if TYPE_CHECKING:

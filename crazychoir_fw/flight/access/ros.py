@@ -26,7 +26,7 @@ NO_MEMORY = "over ROS 2 only drones with layers.planning take a drawn curve; the
 
 
 class RosAccess(Access):
-    """What the topics of a flight tell; the backend is that of `crazychoir_fw.ros.page`."""
+    """What the topics of a flight tell; the backend is that of `crazychoir_fw.ros.joined_flight`."""
 
     no_rewind = NO_TIME
     no_speed = NO_TIME

@@ -7,11 +7,11 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from crazychoir_fw.common.constraints import choice, number
 from crazychoir_fw.control import CrazyflieController, FPQRSender, FRPYSender, VelSender
 from crazychoir_fw.mission.factory import class_of
 from crazychoir_fw.mission.layers.values import Options, Rate, class_word, law_gains
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number
 
 SENDERS = {sender.__name__: sender.kind for sender in (FPQRSender, FRPYSender, VelSender)}
 """What each sender sends."""

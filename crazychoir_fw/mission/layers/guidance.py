@@ -7,6 +7,7 @@ from typing import Annotated
 
 from pydantic import Discriminator, Field, Tag
 
+from crazychoir_fw.common.constraints import choice, number, point
 from crazychoir_fw.guidance import CFGuidance
 from crazychoir_fw.mission.communication import Communication
 from crazychoir_fw.mission.factory import class_of
@@ -14,7 +15,6 @@ from crazychoir_fw.mission.fleet import LAYOUTS, places_in
 from crazychoir_fw.mission.layers.control import ControlLayer, PlanningLayer
 from crazychoir_fw.mission.layers.values import Gains, Name, Options, class_word
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number, point
 
 
 class Places(Section):

@@ -6,6 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from crazychoir_fw.common.constraints import choice, number
 from crazychoir_fw.mission.communication import Communication
 from crazychoir_fw.mission.layers.control import ControlLayer, PlanningLayer
 from crazychoir_fw.mission.layers.guidance import GuidanceEntries, GuidanceLayer
@@ -13,7 +14,6 @@ from crazychoir_fw.mission.layers.safety import SafetyLayer
 from crazychoir_fw.mission.layers.tables import DeliveryLayer, TasksLayer
 from crazychoir_fw.mission.layers.values import Rate
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number
 
 ODOMETRY = ("estimate", "truth", "mocap")
 

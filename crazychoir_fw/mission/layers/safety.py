@@ -6,11 +6,11 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
+from crazychoir_fw.common.constraints import choice, number
 from crazychoir_fw.control.safety import BarrierFilter
 from crazychoir_fw.mission.factory import class_of
 from crazychoir_fw.mission.layers.values import Options, Rate, class_word
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import choice, number
 
 
 class SafetyLayer(Section):

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import Field
 
+from crazychoir_fw.common.constraints import number, point, whole
 from crazychoir_fw.mission.section import Section
-from crazychoir_fw.mission.values import number, point, whole
 
 
 class TasksLayer(Section):

@@ -8,8 +8,9 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, ValidationInfo
 
+from crazychoir_fw.common.constraints import word
 from crazychoir_fw.mission.registry import installed_names, our_names
-from crazychoir_fw.mission.values import did_you_mean, existing_file, refusal, word
+from crazychoir_fw.mission.values import did_you_mean, existing_file, refusal
 
 RATES = (10, 20, 25, 50, 100)
 """Rounds per second (Hz): whole steps of every backend."""
@@ -28,7 +29,7 @@ def class_word(kind: str) -> BeforeValidator:
         file, _, class_name = value.rpartition(":")
         if not file.endswith(".py"):
             return value
-        return f"{existing_file(file, info, must)}:{class_name}"
+        return f"{existing_file(file, info, must).resolve()}:{class_name}"
 
     return BeforeValidator(check)
 

@@ -240,44 +240,78 @@ def _roll(sample: Any, kind: int, dice: np.random.Generator, now: int) -> None:
     spread = 5.0 if dice.random() < 1 / 12 else 0.02
     is_odd = dice.random() < 1 / 30
     x, y, z = (float(value) for value in dice.normal(0.0, spread, 3))
-    data = sample.data
-    if kind == lib.MeasurementTypeTDOA:
-        a, b = dice.uniform(-3.0, 3.0, 3), dice.uniform(-3.0, 3.0, 3)
-        b = a if is_odd else b
-        for point, place in ((data.tdoa.anchorPositions[0], a), (data.tdoa.anchorPositions[1], b)):
-            point.x, point.y, point.z = place.tolist()
-        data.tdoa.anchorIds = [0, 1]
-        data.tdoa.distanceDiff = float(np.linalg.norm(b) - np.linalg.norm(a)) + x
-        data.tdoa.stdDev = 0.15
-    elif kind == lib.MeasurementTypePosition:
-        data.position.x, data.position.y, data.position.z, data.position.stdDev = x, y, z, 0.01
-    elif kind == lib.MeasurementTypePose:
-        half = dice.normal(0.0, 0.02, 3)
-        data.pose.x, data.pose.y, data.pose.z = x, y, z
-        data.pose.quat.x, data.pose.quat.y, data.pose.quat.z = half.tolist()
-        data.pose.quat.w = float(np.sqrt(1.0 - half @ half))
-        data.pose.stdDevPos, data.pose.stdDevQuat = 0.01, 4.5e-3
-    elif kind == lib.MeasurementTypeDistance:
-        anchor = np.zeros(3) if is_odd else dice.uniform(-3.0, 3.0, 3)
-        data.distance.x, data.distance.y, data.distance.z = anchor.tolist()
-        data.distance.distance, data.distance.stdDev = float(np.linalg.norm(anchor)) + x, 0.25
-    elif kind == lib.MeasurementTypeTOF:
-        data.tof.timestamp, data.tof.distance = now, 0.0 if is_odd else abs(z) + 0.02
-        data.tof.stdDev, data.tof.coneHalfAngle = 0.0025, 0.2
-    elif kind == lib.MeasurementTypeAbsoluteHeight:
-        data.height.timestamp, data.height.height, data.height.stdDev = now, z, 0.01
-    elif kind == lib.MeasurementTypeFlow:
-        data.flow.timestamp, data.flow.dpixelx, data.flow.dpixely = now, 50.0 * x, 50.0 * y
-        data.flow.stdDevX = data.flow.stdDevY = 2.0
-        data.flow.dt = 0.0 if is_odd else 0.01
-    elif kind == lib.MeasurementTypeYawError:
-        data.yawError.timestamp, data.yawError.yawError, data.yawError.stdDev = now, x, 0.01
-    elif kind == lib.MeasurementTypeSweepAngle:
-        sweep = data.sweepAngle
-        sweep.timestamp, sweep.sensorId = now, int(dice.integers(4))
-        sweep.baseStationId, sweep.sweepId = int(dice.integers(2)), int(dice.integers(2))
-        sweep.t = lib.cf_lighthouse_tilt(sweep.sweepId)
-        sweep.measuredSweepAngle, sweep.stdDev = 0.1 * x, 1e-4
-    else:
-        data.barometer.baro.pressure, data.barometer.baro.temperature = 1000.0 + x, 25.0
-        data.barometer.baro.asl = 100.0 + z
+    _ROLLS[kind](sample.data, dice, now, is_odd, x, y, z)
+
+
+def _tdoa(data: Any, dice: np.random.Generator, now: int, is_odd: bool, x: float, y: float, z: float) -> None:
+    a, b = dice.uniform(-3.0, 3.0, 3), dice.uniform(-3.0, 3.0, 3)
+    b = a if is_odd else b
+    for point, place in ((data.tdoa.anchorPositions[0], a), (data.tdoa.anchorPositions[1], b)):
+        point.x, point.y, point.z = place.tolist()
+    data.tdoa.anchorIds = [0, 1]
+    data.tdoa.distanceDiff = float(np.linalg.norm(b) - np.linalg.norm(a)) + x
+    data.tdoa.stdDev = 0.15
+
+
+def _position(data: Any, dice: np.random.Generator, now: int, is_odd: bool, x: float, y: float, z: float) -> None:
+    data.position.x, data.position.y, data.position.z, data.position.stdDev = x, y, z, 0.01
+
+
+def _pose(data: Any, dice: np.random.Generator, now: int, is_odd: bool, x: float, y: float, z: float) -> None:
+    half = dice.normal(0.0, 0.02, 3)
+    data.pose.x, data.pose.y, data.pose.z = x, y, z
+    data.pose.quat.x, data.pose.quat.y, data.pose.quat.z = half.tolist()
+    data.pose.quat.w = float(np.sqrt(1.0 - half @ half))
+    data.pose.stdDevPos, data.pose.stdDevQuat = 0.01, 4.5e-3
+
+
+def _distance(data: Any, dice: np.random.Generator, now: int, is_odd: bool, x: float, y: float, z: float) -> None:
+    anchor = np.zeros(3) if is_odd else dice.uniform(-3.0, 3.0, 3)
+    data.distance.x, data.distance.y, data.distance.z = anchor.tolist()
+    data.distance.distance, data.distance.stdDev = float(np.linalg.norm(anchor)) + x, 0.25
+
+
+def _range(data: Any, dice: np.random.Generator, now: int, is_odd: bool, x: float, y: float, z: float) -> None:
+    data.tof.timestamp, data.tof.distance = now, 0.0 if is_odd else abs(z) + 0.02
+    data.tof.stdDev, data.tof.coneHalfAngle = 0.0025, 0.2
+
+
+def _height(data: Any, dice: np.random.Generator, now: int, is_odd: bool, x: float, y: float, z: float) -> None:
+    data.height.timestamp, data.height.height, data.height.stdDev = now, z, 0.01
+
+
+def _flow(data: Any, dice: np.random.Generator, now: int, is_odd: bool, x: float, y: float, z: float) -> None:
+    data.flow.timestamp, data.flow.dpixelx, data.flow.dpixely = now, 50.0 * x, 50.0 * y
+    data.flow.stdDevX = data.flow.stdDevY = 2.0
+    data.flow.dt = 0.0 if is_odd else 0.01
+
+
+def _yaw_error(data: Any, dice: np.random.Generator, now: int, is_odd: bool, x: float, y: float, z: float) -> None:
+    data.yawError.timestamp, data.yawError.yawError, data.yawError.stdDev = now, x, 0.01
+
+
+def _sweep_angle(data: Any, dice: np.random.Generator, now: int, is_odd: bool, x: float, y: float, z: float) -> None:
+    sweep = data.sweepAngle
+    sweep.timestamp, sweep.sensorId = now, int(dice.integers(4))
+    sweep.baseStationId, sweep.sweepId = int(dice.integers(2)), int(dice.integers(2))
+    sweep.t = lib.cf_lighthouse_tilt(sweep.sweepId)
+    sweep.measuredSweepAngle, sweep.stdDev = 0.1 * x, 1e-4
+
+
+def _barometer(data: Any, dice: np.random.Generator, now: int, is_odd: bool, x: float, y: float, z: float) -> None:
+    data.barometer.baro.pressure, data.barometer.baro.temperature = 1000.0 + x, 25.0
+    data.barometer.baro.asl = 100.0 + z
+
+
+_ROLLS = {
+    lib.MeasurementTypeTDOA: _tdoa,
+    lib.MeasurementTypePosition: _position,
+    lib.MeasurementTypePose: _pose,
+    lib.MeasurementTypeDistance: _distance,
+    lib.MeasurementTypeTOF: _range,
+    lib.MeasurementTypeAbsoluteHeight: _height,
+    lib.MeasurementTypeFlow: _flow,
+    lib.MeasurementTypeYawError: _yaw_error,
+    lib.MeasurementTypeSweepAngle: _sweep_angle,
+    lib.MeasurementTypeBarometer: _barometer,
+}

@@ -11,7 +11,7 @@ import numpy as np
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.onboard.trajectories import pack_compressed
 from crazychoir_fw.parity.cases.case import Case, CaseRequest, Outcome
-from crazychoir_fw.parity.fleet import example_compressed, example_pieces
+from crazychoir_fw.parity.manoeuvres import example_compressed, example_pieces
 from crazychoir_fw.parity.structs import columns, dtype_of
 
 _ALWAYS = (

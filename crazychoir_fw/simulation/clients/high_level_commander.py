@@ -100,7 +100,7 @@ class HighLevelCommander:
             duration_s: Duration (s).
             sideways: Fly to the left, with the nose along the radius, instead of forward along the path.
             clockwise: Turn to the right instead of to the left.
-            group_mask: Groups that are meant; 0 is everybody.
+            group_mask: Groups that are meant; 0 is all.
         """
         if not self._is_meant(group_mask):
             return

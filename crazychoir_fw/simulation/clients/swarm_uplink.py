@@ -46,7 +46,7 @@ class SwarmUplink:
         """
         chosen = np.ascontiguousarray(numbers, np.int32)
         uplinks = self._uplinks
-        # whoever else listens, or carries requests, gets them one by one
+        # other listeners, filters and transports get them one by one
         alone = [
             k
             for k, i in enumerate(chosen.tolist())

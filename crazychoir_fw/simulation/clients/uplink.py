@@ -27,7 +27,7 @@ _C_REQUESTS = re.compile(
     r"|cf_(takeoff|land|stop|go_to|spiral|takeoff_with_velocity|land_with_velocity)"
     r"|cf_(write|define|start)_trajectory|cf_write_memory"
 )
-"""C functions that clients ask for; a file may name others, which are not for everybody."""
+"""C functions that clients ask for; a file may name others, which clients may not call."""
 
 _POINTED_AT = {"cf_send_external_pose": 4, "cf_inject_gust": 3, "cf_spiral": 1, "cf_inject_imu": 1}
 """So many numbers or structs C reads behind the pointer that these requests hand over."""
@@ -74,7 +74,7 @@ class Uplink:
         return self.send(verb, *arguments)
 
     def send(self, verb: str, *arguments: Any) -> Any:
-        """Let a request go its way after the gate. Returns what it returns; ``CF_OK`` on a simulated radio."""
+        """Let a request go its way after the fault filter. Returns what it returns; ``CF_OK`` on a simulated radio."""
         if self.transport is not None:
             self.transport(verb, arguments)
             return lib.CF_OK
@@ -84,7 +84,7 @@ class Uplink:
         """Carry out a request on the drone, past the radio.
 
         Raises:
-            TypeError: If C cannot take an argument; nobody hears of the request then.
+            TypeError: If C cannot take an argument; no listener hears of the request then.
             OverflowError: The same, for a number that is too large.
         """
         handler = self._handlers.get(verb)

@@ -18,11 +18,11 @@ UpdateCallback = Callable[[str, str], None]
 """Called with the complete name of a parameter and its value as text."""
 
 _LAZY_LOG_GROUPS = ("stateEstimateZ.", "ctrltargetZ.", "sim.contacts")
-"""Log groups that the core computes only when somebody reads them (`cf_refresh_logs`)."""
+"""Log groups that the core computes only when they are read (`cf_refresh_logs`)."""
 
 
 def is_computed_when_read(variable: Variable, provider: int) -> bool:
-    """Tell whether whoever reads a log variable calls `cf_refresh_logs` first.
+    """Tell whether `cf_refresh_logs` is called before a log variable is read.
 
     Args:
         variable: One of `log_table(provider)`.
@@ -100,7 +100,7 @@ class Param(_Variables):
         uplink.handle("param", self._write)
         # what runs when a client writes is rare: drones without it are not asked
         self._is_heard = provider_functions(cf.config.provider).parameter_written != ffi.NULL
-        self._watched = watched  # of the world: the parameters that somebody listens to
+        self._watched = watched  # of the world: the parameters with callbacks
         self._callbacks: dict[str, list[UpdateCallback]] = {}
         self._reported: dict[str, float | int] = {}
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass, fields
 from typing import Any, ClassVar
 
 from crazychoir_fw._core import lib
+from crazychoir_fw.common.constraints import constrained, names, number, refusal_of
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.simulation.drone import Drone
-from crazychoir_fw.simulation.faults.rules import Names, Number, ruled
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,21 +30,20 @@ class Fault(ABC):
     is_instant: ClassVar[bool] = False
     """Whether it happens at once and has no end."""
 
-    at: float = ruled(Number(0.0, 1e6, "s"), 0.0)
+    at: float = constrained(number(0.0, 1e6, "s"), 0.0)
     """When it begins: simulated time (s) in a script, seconds since the first phase in a mission file."""
 
-    duration: float | None = ruled(Number(0.001, 1e6, "s"), None)
+    duration: float | None = constrained(number(0.001, 1e6, "s"), None)
     """How long it lasts (s); without it, to the end."""
 
-    drones: Sequence[str] | None = ruled(Names(), None)
+    drones: Sequence[str] | None = constrained(names(), None)
     """Ids of the drones that it befalls; without it, all."""
 
     def __post_init__(self) -> None:
         for member in fields(self):
             value = getattr(self, member.name)
-            rule = member.metadata["rule"]
-            if not (value is None and member.default is None) and not rule.allows(value):
-                raise RangeError(f"{self.kind}: {member.name} is {value!r}, allowed: {rule}")
+            if allowed := refusal_of(member, value):
+                raise RangeError(f"{self.kind}: {member.name} is {value!r}, allowed: {allowed}")
         if self.is_instant and self.duration is not None:
             raise RangeError(f"{self.kind}: duration is {self.duration!r}, but it happens at once and has no end")
 

@@ -6,12 +6,12 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+from crazychoir_fw.common.constraints import Constraint, choice, constrained, number, point, switch, whole
 from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.onboard.core import check
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.faults.fault import Fault, longest_delay
-from crazychoir_fw.simulation.faults.rules import Number, Switch, Vector, Whole, Word, ruled
 
 MOTORS = 4
 
@@ -20,16 +20,20 @@ _M_PER_S2_PER_G = 9.81
 _SENSORS = {"gyro": (0, _RAD_PER_DEG), "acc": (3, _M_PER_S2_PER_G)}  # first bit of its axes, SI units in its own
 
 
+def _within(largest: float, unit: str) -> Constraint:
+    return point("x", "y", "z", low=-largest, high=largest, unit=unit)
+
+
 @dataclass(frozen=True, kw_only=True)
 class MotorFault(Fault):
     """A motor gives a share of its thrust and torque; with none at all it also stops turning."""
 
     kind: ClassVar[str] = "motor"
 
-    motor: int | None = ruled(Whole(1, MOTORS), None)
+    motor: int | None = constrained(whole(1, MOTORS), None)
     """1 front right, 2 back right, 3 back left, 4 front left; without it, all four."""
 
-    efficiency: float = ruled(Number(0.0, 2.0), 0.0)
+    efficiency: float = constrained(number(0.0, 2.0), 0.0)
     """Share of thrust and torque that is left; 0 stops the rotor."""
 
     def begin(self, drone: Drone, seed: int) -> None:
@@ -54,19 +58,19 @@ class ImuFault(Fault):
 
     kind: ClassVar[str] = "imu"
 
-    sensor: str = ruled(Word(("gyro", "acc")), "gyro")
+    sensor: str = constrained(choice("gyro", "acc"), "gyro")
     """``gyro`` or ``acc``."""
 
-    axis: str = ruled(Word(("x", "y", "z", "all")), "all")
+    axis: str = constrained(choice("x", "y", "z", "all"), "all")
     """``x``, ``y``, ``z`` or ``all``."""
 
-    stuck: bool = ruled(Switch(), False)
+    stuck: bool = constrained(switch(), False)
     """The first reading of the fault is given again and again."""
 
-    bias: float = ruled(Number(-4000.0, 4000.0, "deg/s or g"), 0.0)
+    bias: float = constrained(number(-4000.0, 4000.0, "deg/s or g"), 0.0)
     """Added to the readings (deg/s, or g)."""
 
-    noise: float = ruled(Number(0.0, 4000.0, "deg/s or g"), 0.0)
+    noise: float = constrained(number(0.0, 4000.0, "deg/s or g"), 0.0)
     """Standard deviation of white noise that is added to each reading, 1000 times a second (deg/s, or g)."""
 
     def __post_init__(self) -> None:
@@ -101,10 +105,10 @@ class PositioningFault(Fault):
 
     kind: ClassVar[str] = "positioning"
 
-    lost: bool = ruled(Switch(), False)
+    lost: bool = constrained(switch(), False)
     """No measurement at all."""
 
-    delay: float = ruled(Number(0.0, 1.0, "s"), 0.0)
+    delay: float = constrained(number(0.0, 1.0, "s"), 0.0)
     """Added to the latency (s): at 100 poses per second at most 0.31 with the latency of 0.008 that there is."""
 
     def __post_init__(self) -> None:
@@ -155,13 +159,13 @@ class BatteryFault(Fault):
 
     kind: ClassVar[str] = "battery"
 
-    charge: float | None = ruled(Number(0.0, 1.0), None)
+    charge: float | None = constrained(number(0.0, 1.0), None)
     """State of charge that the battery jumps to."""
 
-    resistance: float = ruled(Number(0.0, 10.0, "Ohm"), 0.0)
+    resistance: float = constrained(number(0.0, 10.0, "Ohm"), 0.0)
     """Resistance of the bad contact (Ohm)."""
 
-    cut: bool = ruled(Switch(), False)
+    cut: bool = constrained(switch(), False)
     """The battery falls off."""
 
     def __post_init__(self) -> None:
@@ -214,13 +218,13 @@ class Kick(Fault):
     kind: ClassVar[str] = "kick"
     is_instant: ClassVar[bool] = True
 
-    impulse: tuple[float, float, float] = ruled(Vector(1.0, "N s"), (0.0, 0.0, 0.0))
+    impulse: tuple[float, float, float] = constrained(_within(1.0, "N s"), (0.0, 0.0, 0.0))
     """Force times time (N s): 0.03 moves a Crazyflie of 30 g by 1 m/s."""
 
-    point: tuple[float, float, float] = ruled(Vector(1.0, "m"), (0.0, 0.0, 0.0))
+    point: tuple[float, float, float] = constrained(_within(1.0, "m"), (0.0, 0.0, 0.0))
     """Where it hits (m, body frame); off the center of mass it also turns the drone."""
 
-    frame: str = ruled(Word(("world", "body")), "world")
+    frame: str = constrained(choice("world", "body"), "world")
     """Frame of the impulse: ``world`` or ``body``."""
 
     def __post_init__(self) -> None:
@@ -239,10 +243,10 @@ class Gust(Fault):
 
     kind: ClassVar[str] = "gust"
 
-    duration: float = ruled(Number(0.001, 3600.0, "s"), 1.0)
+    duration: float = constrained(number(0.001, 3600.0, "s"), 1.0)
     """From calm to calm (s)."""
 
-    velocity: tuple[float, float, float] = ruled(Vector(50.0, "m/s"), (0.0, 0.0, 0.0))
+    velocity: tuple[float, float, float] = constrained(_within(50.0, "m/s"), (0.0, 0.0, 0.0))
     """Of the air at its height (m/s, world)."""
 
     def __post_init__(self) -> None:

@@ -14,13 +14,13 @@ from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
+from crazychoir_fw.common.constraints import constrained, number, switch
 from crazychoir_fw.common.errors import CrazychoirError, RangeError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.onboard.core import check
 from crazychoir_fw.simulation.clients.uplink import FaultFilter
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.faults.fault import Fault, longest_delay
-from crazychoir_fw.simulation.faults.rules import Number, Switch, ruled
 from crazychoir_fw.simulation.world_base import WorldBase
 
 
@@ -34,13 +34,13 @@ class RadioFault(Fault):
 
     kind: ClassVar[str] = "radio"
 
-    loss: float = ruled(Number(0.0, 1.0), 0.0)
+    loss: float = constrained(number(0.0, 1.0), 0.0)
     """Share of the requests that never arrive, after all tries of the link; 1 is silence."""
 
-    latency: float = ruled(Number(0.0, 10.0, "s"), 0.0)
+    latency: float = constrained(number(0.0, 10.0, "s"), 0.0)
     """Added to the time that a request takes (s)."""
 
-    poses: bool = ruled(Switch(), True)
+    poses: bool = constrained(switch(), True)
     """Whether poses of the motion capture suffer as well."""
 
     def __post_init__(self) -> None:

@@ -11,16 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 from crazychoir_fw.common.attitude import angle_rates, legacy_rates, quaternion_xyzw, rotation, wrapped
 from crazychoir_fw.common.errors import RangeError, UnknownNameError
 from crazychoir_fw.onboard.core import platform_names
-from crazychoir_fw.simulation.integrator.disturbance import RandomForce
 from crazychoir_fw.simulation.integrator.loops import GRAVITY, AttitudeLoop, GoToLoop, Loop, VelocityLoop
-from crazychoir_fw.simulation.integrator.odometry import Odometry
 from crazychoir_fw.simulation.integrator.platforms import platform_drag, platform_mass
-from crazychoir_fw.simulation.integrator.runge_kutta import euler, rk4
+from crazychoir_fw.simulation.integrator.stepping import Odometry, RandomForce, euler, rk4
 
 Array = NDArray[np.float64]
 
 DEFAULT_MASS = 0.038
-"""Mass of the vehicle where nobody names another or a platform (kg): that of the original."""
+"""Mass of the vehicle where neither a mass nor a platform is given (kg): that of the original."""
 
 _LEGACY_GRAVITY = 9.80665  # m/s^2, by which the numbers of the original come out
 _STATES = 9

@@ -31,8 +31,8 @@ class MotorCtrl(Devices):
             def step(self):
                 self.command(self.weight - 0.3 * self.velocity[2], *(-4.0 * self.roll_pitch_yaw))
 
-    The subclasses beside this file bring a `command` each. Whoever wants another setpoint of the firmware's commander
-    writes it with `send`. A subclass that raises stops its own drone: motors off, `Drone.failure` says why.
+    The subclasses in `commands.py` bring a `command` each. Another setpoint of the firmware's commander is written
+    with `send`. A subclass that raises stops its own drone: motors off, `Drone.failure` says why.
 
     The last setpoint and the latch of `stop` live in the drone, so that a restored snapshot flies on with the same
     bits. What a subclass remembers itself is its own affair: `init` is called again when the world is reset,
@@ -126,7 +126,7 @@ class MotorCtrl(Devices):
     def resume(self) -> None:
         """Take commands again. What was commanded before the stop is forgotten."""
         if self.is_stopped:
-            # without its stamp it is nobody's: not repeated, and no latch
+            # without its stamp it is not ours: not repeated, and no latch
             self._request(_NULL)
             # the planner, at rest, keeps the watchdog quiet until the next command
             self.drone.uplink.request("cf_notify_setpoint_stop")

@@ -104,7 +104,7 @@ static void test_no_rows(float a) {
 
 static void test_grid(float a, float b) {
   cf_peer_grid_t  grid;
-  cf_seen_drone_t nearest[CF_PEER_GRID_MOST];
+  cf_seen_drone_t nearest[CF_PEER_GRID_MAX];
   CHECK(cf_peer_grid_new(&grid, 40));
   for (int again = 0; again < 2; again++) {
     cf_peer_grid_clear(&grid);
@@ -115,9 +115,9 @@ static void test_grid(float a, float b) {
     cf_peer_grid_sort(&grid);
     CHECK(grid.count <= grid.capacity);
     const float at[3] = {a, b, 0.0f};
-    for (int most = -1; most <= CF_PEER_GRID_MOST + 1; most++) {
+    for (int most = -1; most <= CF_PEER_GRID_MAX + 1; most++) {
       const int count = cf_peer_grid_nearest(&grid, at, 3, nearest, most);
-      CHECK(count >= 0 && count <= (most > 0 ? most : 0) && count <= CF_PEER_GRID_MOST);
+      CHECK(count >= 0 && count <= (most > 0 ? most : 0) && count <= CF_PEER_GRID_MAX);
       for (int k = 0; k < count; k++) {
         CHECK(nearest[k].index != 3 && nearest[k].index < 50);
       }

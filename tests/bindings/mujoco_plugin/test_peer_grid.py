@@ -140,7 +140,7 @@ def test_nobody_is_asked_for():
 def test_most_is_limited():
     positions = scattered(30, 1.0)
     with Grid(positions) as grid:
-        assert grid.nearest(0, 20) == neighbors(positions, 0, lib.CF_PEER_GRID_MOST)
+        assert grid.nearest(0, 20) == neighbors(positions, 0, lib.CF_PEER_GRID_MAX)
 
 
 def test_grid_may_be_filled_again():

@@ -269,4 +269,4 @@ def test_the_radio_is_used_by_all_drones_in_turn():
     world.step(10)
     assert all(up(radio, drone.id)["delivered"] == 1 for drone in world.drones)
     assert radio.link.next_arrival() == math.inf
-    assert Direction.UP in radio.link.dongles[0].seats[0].tallies
+    assert Direction.UP in radio.link.dongles[0].links[0].tallies

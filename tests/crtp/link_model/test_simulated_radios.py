@@ -151,7 +151,7 @@ def test_a_link_is_lost_after_so_many_tries_or_so_much_time(tries, timeout, afte
 def test_a_drone_out_of_reach_takes_no_time_of_the_others_once_its_link_is_lost():
     link = radios(2)
     (dongle,) = link.dongles
-    dongle.seats[1].is_lost = True
+    dongle.links[1].is_lost = True
     for _ in range(50):
         link.send(0.0, "cf1", UP, bytes(18))
     last = max(time for time, _ in drain(link, 0.0))
