@@ -1,13 +1,14 @@
 """Make the pictures of docs/viewer.md: `python docs/make_viewer_pictures.py`.
 
-The picture of the window needs Xvfb, that of the page viser and Chromium; what is missing is left as it is.
+The picture of the window needs Xvfb, that of the page NiceGUI, playwright and Chromium; what is missing stays as it is.
 """
 
 import os
+import queue
 import shutil
 import subprocess
 import sys
-import tempfile
+import threading
 import time
 from pathlib import Path
 
@@ -83,34 +84,36 @@ def picture_of_window() -> None:
 
 def picture_of_page() -> None:
     """Take a picture of the page in a Chromium without a screen."""
-    from crazychoir_fw.cli import view_web
+    from playwright.sync_api import sync_playwright
 
-    browser, servers = [], []
-    profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
-    real = view_web.Page.__init__
+    from crazychoir_fw.cli.view_web import open_page
 
-    def remember(page, server, world) -> None:
-        servers.append(server)
-        real(page, server, world)
+    told: queue.Queue[str] = queue.Queue()
+    is_open, is_over = threading.Event(), threading.Event()
 
-    view_web.Page.__init__ = remember
+    def browse() -> None:
+        with sync_playwright() as driver:
+            options = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+            browser = driver.chromium.launch(executable_path=shutil.which("chromium"), args=options)
+            page = browser.new_page(viewport={"width": 900, "height": 560})
+            page.goto(told.get())
+            page.wait_for_function("window.cc && cc.frame && cc.setting", timeout=60_000)
+            is_open.set()
+            is_over.wait()
+            time.sleep(4.0)  # a page without a graphics card is slow
+            page.screenshot(path=IMAGES / "page.png")
 
-    def browse(line: str) -> None:
-        options = ["--headless=new", "--no-sandbox", "--window-size=900,560", "--enable-unsafe-swiftshader"]
-        command = [shutil.which("chromium"), *options, f"--user-data-dir={profile.name}", line.split()[2]]
-        browser.append(subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL))
+    thread = threading.Thread(target=browse)
+    thread.start()
+    with open_page(lambda line: told.put(line.split()[2])) as show:
 
-    try:
-        with view_web.open_page(browse) as show:
-            fly(show)
-            time.sleep(8.0)  # a page without a graphics card is slow
-            client = next(iter(servers[0].get_clients().values()))
-            save("page.png", client.get_render(450, 800)[..., :3])
-    finally:
-        for one in browser:
-            one.terminate()
-            one.wait()
-        profile.cleanup()
+        def watched(world: World, progress: Progress) -> None:
+            show(world, progress)
+            is_open.wait()
+
+        fly(watched)
+        is_over.set()
+        thread.join()
 
 
 if __name__ == "__main__":

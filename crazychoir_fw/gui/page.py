@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -34,28 +36,50 @@ _TOASTS = '<div id="cc-toasts" aria-live="assertive"></div>'
 
 
 def mount(app: Any, session: Session) -> None:
-    """Add the page to an application; NiceGUI knows one per process."""
+    """Add the page to an application; NiceGUI knows one per process at a time."""
+    _mount(app, session.mission.name, lambda: build(session.mission.name))
 
-    @ui.page("/", title=f"{session.mission.name} - crazychoir")
-    def page() -> None:
-        build(session)
 
+def mount_view(app: Any, title: str) -> None:
+    """Add a page to look at to an application."""
+    _mount(app, title, lambda: build_view(title))
+
+
+def _mount(app: Any, title: str, build_one: Callable[[], None]) -> None:
+    ui.page("/", title=f"{title} - crazychoir")(build_one)
     nicegui_app.add_static_files("/static", _STATIC)
+    nicegui_app.middleware_stack = None  # that of a page which this process had before
     # what a browser has missed for so long it asks for anew; the flight does not care
     ui.run_with(app, title="crazychoir", dark=None, reconnect_timeout=30.0, show_welcome_message=False)
 
 
-def build(session: Session) -> None:
-    """Build the page for one browser."""
+@contextmanager
+def _head(title: str) -> Iterator[None]:
+    """Build the head of a page, and let more be put into it."""
     ui.add_head_html(_HEAD)
     ui.add_body_html(_TOASTS)
-    names = [name for name, _ in TABS]
     with ui.header(elevated=False).classes("cc-head"):
-        ui.label(session.mission.name).classes("cc-title")
+        ui.label(title).classes("cc-title")
         ui.label("The drones get ready").classes("cc-status").props('role="status"')
         ui.button(icon="contrast").props('flat round dense color=grey aria-label="Light or dark"').on(
             "click", js_handler="() => cc.toggleDark()"
         )
+        yield
+    ui.run_javascript("cc.beginHead();")
+
+
+def build_view(title: str) -> None:
+    """Build a page to look at for one browser."""
+    with _head(title):
+        pass
+    with ui.element("div").classes("cc-only"):
+        parts.SwarmView()
+
+
+def build(title: str) -> None:
+    """Build the page for one browser."""
+    names = [name for name, _ in TABS]
+    with _head(title):
         ui.button("STOP", icon="dangerous").props(
             'color=negative unelevated aria-label="Stop all motors at once" data-testid="stop"'
         ).classes("cc-stop").on("click", js_handler="() => cc.stop()").tooltip("All motors off at once. Key: Esc")
@@ -82,9 +106,7 @@ def build(session: Session) -> None:
             parts.ParameterTable()
         with ui.tab_panel("Console"):
             parts.ConsoleLog()
-    ui.run_javascript(
-        f"cc.beginHead(); cc.tabs = {names!r}; cc.on('tab', (k) => document.querySelectorAll('.q-tab')[k]?.click());"
-    )
+    ui.run_javascript(f"cc.tabs = {names!r}; cc.on('tab', (k) => document.querySelectorAll('.q-tab')[k]?.click());")
 
 
 def _two(left: Any, right: Any) -> ui.element:

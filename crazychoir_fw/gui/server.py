@@ -9,7 +9,9 @@ from crazychoir_fw.common.errors import MissingLibraryError, RangeError
 from crazychoir_fw.gui.guard import Guard, is_loopback, is_token, new_token
 
 if TYPE_CHECKING:
+    from crazychoir_fw.gui.live import Live
     from crazychoir_fw.gui.session import Session
+    from crazychoir_fw.gui.viewing import Viewing
 
 
 def require_nicegui() -> None:
@@ -40,10 +42,11 @@ def make_app(session: Session, folder: Path | None = None, token: str | None = N
     from crazychoir_fw.gui.drawings import Drawings
     from crazychoir_fw.gui.live import Live
     from crazychoir_fw.gui.previews import Previews
+    from crazychoir_fw.gui.words import Words
 
     drawings = Drawings(session.names, Path("drawings") if folder is None else folder)
     previews = Previews(session.mission, drawings)
-    live = Live(session, drawings)
+    live = Live(session, Words(session, drawings))
     api = Api(session, Commands(session, previews), drawings, previews, live)
     app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
     app.router.routes.extend(api.routes())
@@ -93,9 +96,33 @@ def make_server(
     folder: Path | None = None,
 ) -> Any:
     """Return a uvicorn server, not started yet."""
+    return _server(make_app(session, folder, token), host, port)
+
+
+def make_view_server(viewing: Viewing) -> tuple[Any, Live]:
+    """Return a server of a page to look at, not started yet, and what tells its browsers."""
+    from fastapi import FastAPI
+    from starlette.responses import JSONResponse
+    from starlette.routing import Route, WebSocketRoute
+
+    from crazychoir_fw.gui.live import Live
+    from crazychoir_fw.gui.page import mount_view
+
+    live = Live(viewing, viewing.words)
+
+    async def setting(request: Any) -> JSONResponse:
+        del request
+        return JSONResponse({"ok": True, "ready": True, **viewing.setting()})
+
+    app = FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+    app.router.routes.extend([Route("/api/setting", setting), WebSocketRoute("/api/live", live.serve)])
+    mount_view(app, viewing.title)
+    return _server(Guard(app)), live
+
+
+def _server(app: Any, host: str = "127.0.0.1", port: int = 0) -> Any:
     import uvicorn
 
-    app = make_app(session, folder, token)
     config = uvicorn.Config(
         app, host=host, port=port, log_level="warning", ws_max_size=1_000_000, timeout_graceful_shutdown=2
     )

@@ -12,7 +12,6 @@ import time as wall
 from collections import OrderedDict, deque
 from collections.abc import Callable
 from concurrent.futures import Future
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +23,8 @@ from crazychoir_fw.flight.access import Access, open_access
 from crazychoir_fw.flight.agents import graph_of
 from crazychoir_fw.flight.engine import make_experiment
 from crazychoir_fw.gui.branches import Branches, Moment, Sample
+from crazychoir_fw.gui.feed import FRAME_S, PHASES, Feed, Frame
+from crazychoir_fw.gui.room import Room
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.experiment import Experiment
@@ -32,8 +33,6 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-FRAME_S = 1.0 / 15.0
-"""Between two frames for browsers (s, by the clock on the wall)."""
 SAMPLE_S = 0.1
 """Between two samples of the past (s, of the flight)."""
 MOMENT_S = 0.5
@@ -46,45 +45,8 @@ _WAIT_S = 0.05
 _STILL_S = 0.5  # between two frames of a pause, unless something is asked for
 _TOLD = ("takeoff", "start", "land", "stop")  # by the command that asked for it
 
-PHASES = ("ground", "flying", "landing", "landed", "failed")
 
-
-@dataclass(frozen=True)
-class Frame:
-    """What the drones do at an instant, for whoever watches."""
-
-    number: int
-    time: float
-    """Of the flight (s)."""
-    rate: float
-    """Simulated seconds per second, of late."""
-    position: Array
-    """(N, 3), m, world."""
-    orientation: Array
-    """(N, 4), xyzw."""
-    reference: Array
-    """(N, 3), m, world; NaN where there is none."""
-    phase: NDArray[np.int8]
-    """Numbers of `PHASES`, (N,)."""
-
-
-@dataclass(frozen=True)
-class Line:
-    """A line of the console."""
-
-    number: int
-    time: float
-    kind: str
-    drone: str
-    text: str
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as plain data."""
-        return {"number": self.number, "time": round(self.time, 2), "kind": self.kind, "drone": self.drone,
-                "text": self.text}  # fmt: skip
-
-
-class Session:
+class Session(Feed):
     """A flight that waits for commands."""
 
     def __init__(
@@ -100,8 +62,8 @@ class Session:
             speed: Simulated seconds per second at first; 0 is a pause.
             make: Makes the flight, in its thread.
         """
+        super().__init__([drone.id for drone in mission.fleet])
         self.mission = mission
-        self.names = [drone.id for drone in mission.fleet]
         self.graph = [(int(i), int(j)) for i, j in graph_of(mission).pairs]
         self.speed = speed
         self.error: str | None = None
@@ -111,12 +73,8 @@ class Session:
         self.access: Access | None = None
         self.branches = Branches()
         self.flying: Flying | None = None
-        self.frame: Frame | None = None
-        self.lines: deque[Line] = deque(maxlen=2000)
-        self.watched: dict[object, tuple[tuple[int, str], ...]] = {}
-        """Log variables that browsers plot, by browser: (drone, name)."""
-        self.plotted: deque[tuple[float, dict[tuple[int, str], float]]] = deque(maxlen=4000)
-        """Time (s) and values of watched variables."""
+        self.room = Room(None)
+        """What stands around the drones."""
         self.no_rewind: str | None = None
         """Why time cannot be turned back, a sentence."""
         self._make = make
@@ -132,7 +90,6 @@ class Session:
         self._pace: deque[tuple[float, float]] = deque(maxlen=30)
         self._console: dict[int, str] = {}
         self._shown = 0
-        self._lines_told = 0
 
     # ---------------------------------------------------------------- for all threads
 
@@ -192,23 +149,13 @@ class Session:
                 self._answers.popitem(last=False)
             return future
 
-    def say(self, kind: str, text: str, drone: str = "", time: float | None = None) -> None:
-        """Write a line to the console."""
-        frame = self.frame
-        at = (0.0 if frame is None else frame.time) if time is None else time
-        self._lines_told += 1
-        self.lines.append(Line(self._lines_told, at, kind, drone, text))
-
-    def lines_since(self, number: int) -> list[dict[str, Any]]:
-        """Return the lines of the console after one."""
-        return [line.as_dict() for line in list(self.lines) if line.number > number]
-
     # ---------------------------------------------------------------- the thread of the flight
 
     def _run(self) -> None:
         try:
             self.experiment = self._make(self.mission)
             self.access = open_access(self.experiment.backend)
+            self.room = Room(getattr(self.experiment.backend, "world", None), self.names)
             # a log of everything grows by megabytes a second, and nobody asked for one
             self.experiment.backend.record = lambda extra: None  # type: ignore[method-assign]
             self.no_rewind = self.access.no_rewind or self.experiment.no_rewind
@@ -409,7 +356,8 @@ class Session:
         rate = (now - t0) / elapsed if elapsed > 0.0 else 0.0
         del c0
         self.frame = Frame(
-            self._shown, now, rate, pose.position.copy(), pose.orientation.copy(), self._references(), phase
+            self._shown, now, rate, pose.position.copy(), pose.orientation.copy(), self._references(), phase,
+            self.room.poses(),
         )  # fmt: skip
 
     def listen_to_consoles(self) -> None:

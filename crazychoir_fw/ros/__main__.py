@@ -55,7 +55,7 @@ def simulation(
     from crazychoir_fw.flight.backends import make_backend
     from crazychoir_fw.ros.parts import one_command
     from crazychoir_fw.ros.process import make_executor
-    from crazychoir_fw.ros.simulation import PaceSettings, SimulationNode
+    from crazychoir_fw.ros.simulation import Pace, SimulationNode
 
     loaded = _load(mission)
     rclpy.init(args=[])
@@ -66,7 +66,7 @@ def simulation(
         make_backend(loaded),
         command=one_command(loaded),
         rate=loaded.layers.rate,
-        pace=PaceSettings(speed or None, lockstep),
+        pace=Pace(speed or None, lockstep),
     )
     executor.add_node(node)
     try:

@@ -6,7 +6,6 @@ One drone at a time: arrays of shape (3,). Times are seconds of the node's clock
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -30,7 +29,53 @@ _LARGEST_TIME = 2**31  # [s], of the 32 bits that messages have
 _MAX_DIGITS = 18  # of a label
 
 
-# ---------------------------------------------------------------- times
+# ---------------------------------------------------------------- numbers
+
+
+def _vector(name: str, values: ArrayLike | None, length: int = 3) -> Array:
+    """Return finite numbers, shape (length,).
+
+    Raises:
+        RangeError: If they are none; the message names them.
+    """
+    if values is None:
+        raise RangeError(f"{name} is not given, allowed: {length} finite numbers")
+    numbers = np.asarray(values, float)
+    if numbers.shape != (length,):
+        raise RangeError(f"{name} has shape {numbers.shape}, allowed: ({length},)")
+    if not math.isfinite(numbers.sum()) and not np.isfinite(numbers).all():
+        raise RangeError(f"{name} is {numbers.tolist()}, allowed: finite numbers")
+    return numbers
+
+
+def _xyz(name: str, message: Any) -> Array:
+    return _vector(name, (message.x, message.y, message.z))
+
+
+def _unit(name: str, values: ArrayLike) -> Array:
+    """Return a quaternion (xyzw) of length 1."""
+    numbers = np.asarray(values, float)
+    norm = math.sqrt(float(numbers @ numbers))
+    if not (math.isfinite(norm) and norm >= _MIN_NORM):
+        raise RangeError(f"{name} is {numbers.tolist()}, allowed: a quaternion of length 1")
+    return numbers / norm
+
+
+def _number(name: str, value: Any) -> float:
+    number = 0.0 if value is None else float(value)
+    if not math.isfinite(number):
+        raise RangeError(f"{name} is {number}, allowed: a finite number")
+    return number
+
+
+def to_vector3(name: str, values: ArrayLike | None) -> Vector3:
+    """Return three finite numbers as a message.
+
+    Raises:
+        RangeError: If they are none; the message names them.
+    """
+    x, y, z = _vector(name, values).tolist()
+    return Vector3(x=x, y=y, z=z)
 
 
 def seconds(stamp: Time | Duration) -> float:
@@ -48,11 +93,7 @@ def to_stamp(time: float) -> Time:
 
 
 def to_duration(time: float) -> Duration:
-    """Return seconds as a duration, to the nanosecond.
-
-    Raises:
-        RangeError: If they are negative, or do not fit.
-    """
+    """Return seconds as a duration; see `to_stamp`."""
     return Duration(**_sec_nanosec("duration", time))
 
 
@@ -66,6 +107,18 @@ def _sec_nanosec(name: str, time: float) -> dict[str, int]:
 # ---------------------------------------------------------------- poses
 
 
+def _fill_pose(message: Any, place: Any, pose: Pose, frame_id: str) -> None:
+    """Fill the header of a message, and place and attitude somewhere in it; what is not known stays as it is."""
+    message.header.frame_id = frame_id
+    if pose.time is not None:
+        message.header.stamp = to_stamp(pose.time)
+    x, y, z = _vector("position", pose.position).tolist()
+    place.position = Point(x=x, y=y, z=z)
+    if pose.orientation is not None:
+        x, y, z, w = _vector("orientation", pose.orientation, 4).tolist()
+        place.orientation = Quaternion(x=x, y=y, z=z, w=w)
+
+
 def pose_to_odometry(pose: Pose, frame_id: str = ODOM_FRAME, child_frame_id: str = BODY_FRAME) -> Odometry:
     """Return a pose as odometry; its time becomes the stamp, and what is not known stays zero (identity attitude).
 
@@ -73,11 +126,7 @@ def pose_to_odometry(pose: Pose, frame_id: str = ODOM_FRAME, child_frame_id: str
         RangeError: If a number is not finite, or the pose has no position.
     """
     message = Odometry(child_frame_id=child_frame_id)
-    message.header.frame_id = frame_id
-    if pose.time is not None:
-        message.header.stamp = to_stamp(pose.time)
-    message.pose.pose.position = _point("position", pose.position)
-    message.pose.pose.orientation = _quaternion("orientation", pose.orientation)
+    _fill_pose(message, message.pose.pose, pose, frame_id)
     if pose.velocity is not None:
         message.twist.twist.linear = to_vector3("velocity", pose.velocity)
     if pose.angular is not None:
@@ -95,26 +144,14 @@ def odometry_to_pose(message: Odometry) -> Pose:
 
 
 def pose_to_pose_stamped(pose: Pose, frame_id: str = WORLD_FRAME) -> PoseStamped:
-    """Return position and attitude, as motion capture publishes them.
-
-    Raises:
-        RangeError: If a number is not finite, or the pose has no position.
-    """
+    """Return position and attitude, as motion capture publishes them; see `pose_to_odometry`."""
     message = PoseStamped()
-    message.header.frame_id = frame_id
-    if pose.time is not None:
-        message.header.stamp = to_stamp(pose.time)
-    message.pose.position = _point("position", pose.position)
-    message.pose.orientation = _quaternion("orientation", pose.orientation)
+    _fill_pose(message, message.pose, pose, frame_id)
     return message
 
 
 def pose_stamped_to_pose(message: PoseStamped) -> Pose:
-    """Return position and attitude, without velocities.
-
-    Raises:
-        RangeError: If a number is not finite, or the quaternion is none.
-    """
+    """Return position and attitude, without velocities; see `odometry_to_pose`."""
     return checked_pose("pose", decode_pose_stamped(message))
 
 
@@ -125,14 +162,13 @@ def checked_pose(who: str, pose: Pose) -> Pose:
         RangeError: If a number is not finite, or the quaternion is none, as those of lost samples are.
     """
     for name in ("position", "velocity", "angular"):
-        values = getattr(pose, name)
-        if values is not None and not math.isfinite(values.sum()):
-            _finite(who, name, values)
-    pose.orientation = _unit(who, pose.orientation)
+        if getattr(pose, name) is not None:
+            _vector(f"{who}: {name}", getattr(pose, name))
+    pose.orientation = _unit(f"{who}: orientation", pose.orientation)
     return pose
 
 
-# ---------------------------------------------------------------- commands
+# ---------------------------------------------------------------- commands and references
 
 
 def twist_to_message(twist: Twist) -> TwistMessage:
@@ -145,18 +181,8 @@ def twist_to_message(twist: Twist) -> TwistMessage:
 
 
 def message_to_twist(message: TwistMessage) -> Twist:
-    """Return the message of a command.
-
-    Raises:
-        RangeError: If a number is not finite.
-    """
-    return Twist(
-        linear=_finite("cmd_vel", "linear", _xyz(message.linear)),
-        angular=_finite("cmd_vel", "angular", _xyz(message.angular)),
-    )
-
-
-# ---------------------------------------------------------------- references
+    """Return the message of a command; see `twist_to_message`."""
+    return Twist(_xyz("cmd_vel: linear", message.linear), _xyz("cmd_vel: angular", message.angular))
 
 
 def reference_to_message(reference: Reference, kind: str) -> Vector3 | MultiDOFJointTrajectoryPoint:
@@ -167,22 +193,17 @@ def reference_to_message(reference: Reference, kind: str) -> Vector3 | MultiDOFJ
         UnknownNameError: If there is no such kind.
     """
     _check_kind(kind)
-    if kind == "position":
-        return to_vector3("position", reference.position)
-    if kind == "acceleration":
-        return to_vector3("acceleration", reference.acceleration)
-    yaw = 0.0 if reference.yaw is None else _number("yaw", reference.yaw)
+    if kind != "fullstate":
+        return to_vector3(kind, getattr(reference, kind))
+    yaw = _number("yaw", reference.yaw)
     rotation = Quaternion(z=math.sin(0.5 * yaw), w=math.cos(0.5 * yaw))
     message = MultiDOFJointTrajectoryPoint(
         transforms=[Transform(translation=to_vector3("position", reference.position), rotation=rotation)]
     )
     if reference.velocity is not None or reference.yaw_rate is not None:
-        twist = TwistMessage()
-        if reference.velocity is not None:
-            twist.linear = to_vector3("velocity", reference.velocity)
-        if reference.yaw_rate is not None:
-            twist.angular.z = _number("yaw_rate", reference.yaw_rate)
-        message.velocities = [twist]
+        speed = np.zeros(3) if reference.velocity is None else reference.velocity
+        turn = Vector3(z=_number("yaw_rate", reference.yaw_rate))
+        message.velocities = [TwistMessage(linear=to_vector3("velocity", speed), angular=turn)]
     if reference.acceleration is not None:
         message.accelerations = [TwistMessage(linear=to_vector3("acceleration", reference.acceleration))]
     return message
@@ -196,22 +217,21 @@ def message_to_reference(message: Vector3 | MultiDOFJointTrajectoryPoint, kind: 
         UnknownNameError: If there is no such kind.
     """
     _check_kind(kind)
-    if kind == "position":
-        return Reference(position=_finite("reference", "position", _xyz(message)))
-    if kind == "acceleration":
-        return Reference(acceleration=_finite("reference", "acceleration", _xyz(message)))
-    transform = _only("transforms", message.transforms, 1)
-    twist = _only("velocities", message.velocities, 0)
-    acceleration = _only("accelerations", message.accelerations, 0)
-    x, y, z, w = _attitude("fullstate", transform.rotation)
-    yaw = math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-    return Reference(
-        position=_finite("fullstate", "position", _xyz(transform.translation)),
-        velocity=None if twist is None else _finite("fullstate", "velocity", _xyz(twist.linear)),
-        acceleration=None if acceleration is None else _finite("fullstate", "acceleration", _xyz(acceleration.linear)),
-        yaw=yaw,
-        yaw_rate=None if twist is None else _number("fullstate: yaw rate", twist.angular.z),
-    )
+    if kind != "fullstate":
+        return Reference(**{kind: _xyz(f"reference: {kind}", message)})
+    counts = {"transforms": "one", "velocities": "none or one", "accelerations": "none or one"}
+    for name, allowed in counts.items():
+        if len(getattr(message, name)) not in ((1,) if allowed == "one" else (0, 1)):
+            raise RangeError(f"fullstate: {len(getattr(message, name))} {name}, allowed: {allowed}")
+    place, turn = message.transforms[0].translation, message.transforms[0].rotation
+    x, y, z, w = _unit("fullstate: orientation", (turn.x, turn.y, turn.z, turn.w))
+    parts: dict[str, Any] = {"yaw": math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))}
+    for twist in message.velocities:
+        parts["velocity"] = _xyz("fullstate: velocity", twist.linear)
+        parts["yaw_rate"] = _number("fullstate: yaw rate", twist.angular.z)
+    for twist in message.accelerations:
+        parts["acceleration"] = _xyz("fullstate: acceleration", twist.linear)
+    return Reference(_xyz("fullstate: position", place), **parts)
 
 
 def _check_kind(kind: str) -> None:
@@ -219,33 +239,22 @@ def _check_kind(kind: str) -> None:
         raise UnknownNameError(f"kind of reference is {kind!r}, allowed: {', '.join(REFERENCES)}")
 
 
-def _only(name: str, items: Sequence[Any], least: int) -> Any:
-    if not least <= len(items) <= 1:
-        allowed = "one" if least else "none or one"
-        raise RangeError(f"fullstate: {len(items)} {name}, allowed: {allowed}")
-    return items[0] if items else None
-
-
 # ---------------------------------------------------------------- trajectories
 
+_FIELDS = {"positions": "position", "velocities": "velocity", "accelerations": "acceleration", "effort": "jerk"}
+"""Of a `JointTrajectoryPoint`, by what is in them: the jerk travels in the field effort."""
 
-def points_to_joint_trajectory(points: Sequence[TrajectoryPoint], agent_id: int) -> JointTrajectory:
-    """Return points for the topic ``traj_params``; the jerk travels in the field effort.
+
+def points_to_joint_trajectory(points: list[TrajectoryPoint], agent_id: int) -> JointTrajectory:
+    """Return points for the topic ``traj_params``.
 
     Raises:
         RangeError: If a number is not finite, or a time is negative.
     """
     message = JointTrajectory(joint_names=[f"Agent_{agent_id}"])
     for point in points:
-        message.points.append(
-            JointTrajectoryPoint(
-                positions=_three("position", point.position).tolist(),
-                velocities=_three("velocity", point.velocity).tolist(),
-                accelerations=_three("acceleration", point.acceleration).tolist(),
-                effort=_three("jerk", point.jerk).tolist(),
-                time_from_start=to_duration(point.time_s),
-            )
-        )
+        fields = {field: _vector(name, getattr(point, name)).tolist() for field, name in _FIELDS.items()}
+        message.points.append(JointTrajectoryPoint(time_from_start=to_duration(point.time_s), **fields))
     return message
 
 
@@ -259,21 +268,15 @@ def joint_trajectory_to_points(message: JointTrajectory) -> list[TrajectoryPoint
         raise RangeError("traj_params has no point, allowed: one or more")
     points = []
     for index, point in enumerate(message.points):
-        who = f"traj_params: point {index}"
-        if point.time_from_start.sec < 0:
-            raise RangeError(f"{who}: time is {seconds(point.time_from_start)} s, allowed: 0 s or more")
+        who, time = f"traj_params: point {index}", seconds(point.time_from_start)
+        if time < 0.0:
+            raise RangeError(f"{who}: time is {time} s, allowed: 0 s or more")
         vectors = {}
-        for name, values in (
-            ("velocity", point.velocities),
-            ("acceleration", point.accelerations),
-            ("jerk", point.effort),
-        ):
-            vectors[name] = _sized(who, name, values) if len(values) else np.zeros(3)
-        points.append(
-            TrajectoryPoint(
-                time_s=seconds(point.time_from_start), position=_sized(who, "position", point.positions), **vectors
-            )
-        )
+        for field, name in _FIELDS.items():
+            values = getattr(point, field)
+            is_left_out = name != "position" and not len(values)
+            vectors[name] = np.zeros(3) if is_left_out else _vector(f"{who}: {name}", values)
+        points.append(TrajectoryPoint(time_s=time, **vectors))
     return points
 
 
@@ -296,75 +299,3 @@ def message_to_bytes(message: UInt8MultiArray) -> tuple[int, bytes]:
     if len(dimensions) != 1 or not (dimensions[0].label.isdecimal() and len(dimensions[0].label) <= _MAX_DIGITS):
         raise RangeError(f"{len(message.data)} bytes without label, allowed: one labeled dimension")
     return int(dimensions[0].label), bytes(message.data)
-
-
-# ---------------------------------------------------------------- vectors
-
-
-def to_vector3(name: str, values: ArrayLike | None) -> Vector3:
-    """Return three finite numbers as a message.
-
-    Raises:
-        RangeError: If they are none; the message names them.
-    """
-    x, y, z = _three(name, values).tolist()
-    return Vector3(x=x, y=y, z=z)
-
-
-def _point(name: str, values: ArrayLike | None) -> Point:
-    x, y, z = _three(name, values).tolist()
-    return Point(x=x, y=y, z=z)
-
-
-def _quaternion(name: str, values: ArrayLike | None) -> Quaternion:
-    if values is None:
-        return Quaternion()
-    x, y, z, w = _shaped("", name, values, 4).tolist()
-    return Quaternion(x=x, y=y, z=z, w=w)
-
-
-def _three(name: str, values: ArrayLike | None) -> Array:
-    if values is None:
-        raise RangeError(f"{name} is not given, allowed: three finite numbers")
-    return _shaped("", name, values, 3)
-
-
-def _sized(who: str, name: str, values: ArrayLike) -> Array:
-    return _shaped(f"{who}: ", name, values, 3)
-
-
-def _shaped(who: str, name: str, values: ArrayLike, length: int) -> Array:
-    numbers = np.asarray(values, float)
-    if numbers.shape != (length,):
-        raise RangeError(f"{who}{name} has shape {numbers.shape}, allowed: ({length},)")
-    if not np.all(np.isfinite(numbers)):
-        raise RangeError(f"{who}{name} is {numbers.tolist()}, allowed: finite numbers")
-    return numbers
-
-
-def _xyz(message: Any) -> Array:
-    return np.array((message.x, message.y, message.z))
-
-
-def _finite(who: str, name: str, numbers: Array) -> Array:
-    if not np.all(np.isfinite(numbers)):
-        raise RangeError(f"{who}: {name} is {numbers.tolist()}, allowed: finite numbers")
-    return numbers
-
-
-def _attitude(who: str, message: Quaternion) -> Array:
-    return _unit(who, np.array((message.x, message.y, message.z, message.w)))
-
-
-def _unit(who: str, values: Array) -> Array:
-    norm = math.sqrt(float(values @ values))
-    if not (math.isfinite(norm) and norm >= _MIN_NORM):
-        raise RangeError(f"{who}: orientation is {values.tolist()}, allowed: a quaternion of length 1")
-    return values / norm
-
-
-def _number(name: str, value: Any) -> float:
-    number = float(value)
-    if not math.isfinite(number):
-        raise RangeError(f"{name} is {number}, allowed: a finite number")
-    return number

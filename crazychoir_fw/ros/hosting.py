@@ -25,7 +25,6 @@ from crazychoir_fw.ros.guidance_node import ANSWERED
 from crazychoir_fw.ros.names import LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.parts import Part, has_table, layers_of_drone, one_command
 from crazychoir_fw.ros.remote import (
-    HostedDrones,
     RemoteGroup,
     RemoteGuidance,
     RemotePlanner,
@@ -33,7 +32,7 @@ from crazychoir_fw.ros.remote import (
     points_taker,
     reference_taker,
 )
-from crazychoir_fw.ros.simulation import PaceSettings, SimulationNode
+from crazychoir_fw.ros.simulation import CommandInbox, Pace, SimulationNode
 from crazychoir_fw.ros.statistics import RemoteCommunicator, StatisticsCollector
 from crazychoir_fw.ros.tasks import EVERYTHING, HAPPENINGS, LAST_TABLE, MEMORY
 from crazychoir_fw.ros.topic_experiment import TopicExperiment
@@ -68,7 +67,7 @@ class HostedExperiment(TopicExperiment):
         mission: Any,
         backend: Any,
         executor: Any,
-        pace: PaceSettings,
+        pace: Pace,
         observe: Any = None,
         context: Context | None = None,
     ) -> None:
@@ -88,13 +87,7 @@ class HostedExperiment(TopicExperiment):
         if kind != "xyz":
             answers["cmd_vel"] = range(count)
         node = SimulationNode(
-            HostedDrones(backend),
-            command=kind,
-            rate=mission.layers.rate,
-            pace=pace,
-            answers=answers,
-            obeys_idle=False,
-            context=context,
+            backend, command=None, rate=mission.layers.rate, pace=pace, answers=answers, context=context
         )
         remote = [RemoteGuidance.of(mission, i) for i in range(count)]
         agents = []
@@ -104,7 +97,7 @@ class HostedExperiment(TopicExperiment):
                 points = node.announce(TRAJ_PARAMS, node.topic_of(i, TRAJ_PARAMS.name))
                 planner = RemotePlanner(remote[i], points, i)
             agents.append(Agent(i, name, remote[i], planner, is_only_watched(mission, i)))
-        self._remote = None if kind == "xyz" else RemoteGroup(node, kind)
+        self._remote = None if kind == "xyz" else RemoteGroup(CommandInbox(node, count), kind)
         groups = [] if self._remote is None else [self._remote]
         super().__init__(node, executor, mission, backend, agents, groups, observe=observe)
         self._command_timeout = mission.layers.command_timeout_s

@@ -18,12 +18,12 @@ from rclpy.signals import SignalHandlerOptions
 from std_msgs.msg import Bool, Empty, String
 from std_srvs.srv import Trigger
 
-from crazychoir_fw.common.errors import CrazychoirError, MissionError, StateError, UnknownNameError
+from crazychoir_fw.common.errors import CrazychoirError, MissionError, StateError
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.flight.access import DroneState
 from crazychoir_fw.flight.agent import Agent, DronePhase
 from crazychoir_fw.flight.agents import names_of, starts_of, what_it_follows
-from crazychoir_fw.flight.experiment import TOUCHDOWN_M, Event, Names
+from crazychoir_fw.flight.experiment import TOUCHDOWN_M, Event, Experiment, Names
 from crazychoir_fw.ros.conversions import message_to_reference, points_to_joint_trajectory
 from crazychoir_fw.ros.drone_states import EVENTS, EVENTS_QOS, STATES, STATES_QOS, ToldDrone, read_event, read_states
 from crazychoir_fw.ros.joined_drones import NEWEST, JoinedDrones
@@ -166,15 +166,7 @@ class JoinedFlight:
     def _spin(self) -> None:
         self._executor.spin_once(timeout_sec=_ROUND_S)
 
-    def _chosen(self, drones: Names) -> list[Agent]:
-        if drones is None:
-            return list(self.agents)
-        wanted = [drones] if isinstance(drones, str) else list(drones)
-        known = {agent.name: agent for agent in self.agents}
-        for name in wanted:
-            if name not in known:
-                raise UnknownNameError(f"there is no drone '{name}', allowed: {', '.join(known)}")
-        return [known[name] for name in wanted]
+    _chosen = Experiment._chosen
 
     # ---------------------------------------------------------------- rounds
 

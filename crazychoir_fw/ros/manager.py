@@ -24,7 +24,7 @@ from crazychoir_fw.common.errors import CrazychoirError, MissionError, RangeErro
 from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.ros.parts import Part, parts_of
 from crazychoir_fw.ros.process import NOT_MADE, run_part
-from crazychoir_fw.ros.simulation import PaceSettings
+from crazychoir_fw.ros.simulation import Pace
 from crazychoir_fw.ros.supervise import Supervisor
 
 PROCESSES = ("per-node", "per-drone", "one")
@@ -208,7 +208,7 @@ def hosting(options: RosOptions) -> Iterator[Callable[..., Any]]:
     rclpy.init(args=[], context=context, signal_handler_options=SignalHandlerOptions.NO)
     executor = make_executor(context)
     nodes: list[Any] = []
-    pace = PaceSettings(options.speed, options.lockstep, options.deadline, unattended=True)
+    pace = Pace(options.speed, options.lockstep, options.deadline, unattended=True)
 
     def look() -> None:
         """Nobody need wait for a process that will not come; those that are started again are read over."""

@@ -24,8 +24,7 @@ from crazychoir_fw.ros.conversions import (
 )
 from crazychoir_fw.ros.names import CMD_VEL, LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.parts import one_command
-from crazychoir_fw.ros.remote import HostedDrones
-from crazychoir_fw.ros.simulation import PaceSettings, SimulationNode
+from crazychoir_fw.ros.simulation import Pace, SimulationNode
 from crazychoir_fw.ros.statistics import EVERYBODY, STATISTICS, TELL_EVERY, told_of
 from crazychoir_fw.ros.topic_experiment import TopicExperiment
 
@@ -38,13 +37,13 @@ class OneProcessExperiment(TopicExperiment):
         mission: Any,
         backend: Any,
         executor: Any,
-        pace: PaceSettings,
+        pace: Pace,
         observe: Callable[[Any], None] | None = None,
         context: Context | None = None,
     ) -> None:
         """Make layers and node of a mission; arguments as of `HostedExperiment`."""
         kind, count = one_command(mission), len(mission.fleet)
-        node = SimulationNode(HostedDrones(backend), command=None, rate=mission.layers.rate, pace=pace, context=context)
+        node = SimulationNode(backend, command=None, rate=mission.layers.rate, pace=pace, context=context)
         agents = make_agents(mission, lambda: backend.time, backend.true_positions)
         groups = make_groups(mission, list(backend.masses), getattr(backend, "true_poses", None))
         services = make_services(mission, agents)

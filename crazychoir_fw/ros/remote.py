@@ -15,7 +15,7 @@ from crazychoir_fw.flight.agents import guidance_class, takeoff_time_of, what_it
 from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points, message_to_reference, points_to_joint_trajectory
 from crazychoir_fw.ros.parts import one_command
-from crazychoir_fw.ros.simulation import SimulationNode
+from crazychoir_fw.ros.simulation import CommandInbox
 from crazychoir_fw.ros.statistics import RemoteCommunicator
 
 
@@ -72,11 +72,11 @@ class RemotePlanner:
 class RemoteGroup:
     """The controllers of all drones, somewhere else."""
 
-    def __init__(self, node: SimulationNode, kind: str) -> None:
-        """Take commands of a node."""
-        self._node = node
+    def __init__(self, commands: CommandInbox, kind: str) -> None:
+        """Take commands of a kind."""
+        self._commands = commands
         self.kind = kind
-        self.indices = np.arange(len(node.host.names))
+        self.indices = np.arange(len(commands.is_new))
         self.commanded = np.full(len(self.indices), -np.inf)
         """When the latest command was passed on, or the motors did not turn (s), shape (N,)."""
         self.unheard: set[int] = set()
@@ -92,7 +92,7 @@ class RemoteGroup:
     ) -> tuple[NDArray[np.intp], Twist] | None:
         """Return who has sent commands, of those whose motors turn, and these."""
         del agents, accelerations, poses
-        indices, twist = self._node.take_commands()
+        indices, twist = self._commands.take()
         chosen = turning[indices]
         if self.unheard:
             chosen &= ~np.isin(indices, list(self.unheard))
@@ -100,38 +100,6 @@ class RemoteGroup:
         if not chosen.any():
             return None
         return indices[chosen], Twist(twist.linear[chosen], twist.angular[chosen])
-
-
-class HostedDrones:
-    """A backend as the node sees it: it says how things are; the experiment does the rest."""
-
-    def __init__(self, backend: Any) -> None:
-        """Look at a backend."""
-        self._backend = backend
-        self.names = backend.names
-
-    @property
-    def time(self) -> float:
-        """Time (s)."""
-        return float(self._backend.time)
-
-    def poses(self) -> Pose:
-        """Return where all drones are, stacked."""
-        poses = self._backend.poses()
-        # a drone that nobody has seen of late has no odometry; what is not finite is refused by whoever reads it
-        return poses
-
-    def send(self, indices: Sequence[int], twist: Twist, kind: str) -> None:
-        """Commands go through the experiment."""
-
-    def go_to(self, index: int, point: TrajectoryPoint) -> None:
-        """So do points."""
-
-    def advance(self, seconds: float) -> None:
-        """So does time."""
-
-    def stop(self, indices: Sequence[int]) -> None:
-        """So does this."""
 
 
 def neighbors_taker(guidance: RemoteGuidance, numbers: dict[str, int]) -> Any:

@@ -74,7 +74,7 @@ class Host(Protocol):
 
 
 @dataclass(frozen=True)
-class PaceSettings:
+class Pace:
     """How fast simulated time goes on."""
 
     speed: float | None = 1.0
@@ -85,6 +85,37 @@ class PaceSettings:
     """Longest wait in a step (s, wall clock); who has not answered then counts as silent."""
     unattended: bool = False
     """Whether time goes on although nobody listens. In real time it always does."""
+
+
+class CommandInbox:
+    """The latest commands of drones on ``cmd_vel``."""
+
+    def __init__(self, node: SimulationNode, count: int) -> None:
+        """Listen to so many drones."""
+        self._node = node
+        self._linear, self._angular = np.zeros((count, 3)), np.zeros((count, 3))
+        self.is_new = np.zeros(count, bool)
+        """Who has sent one since the last look, shape (N,)."""
+        for i in range(count):
+            node.listen(CMD_VEL, self._taker(i), node.topic_of(i, CMD_VEL.name))
+
+    def _taker(self, i: int) -> Callable[[Any], None]:
+        node = self._node
+
+        def take(message: Any) -> None:
+            twist = message_to_twist(message)
+            self._linear[i], self._angular[i], self.is_new[i] = twist.linear, twist.angular, True
+            if node.latencies is not None:
+                node.latencies.append(time.perf_counter() - node.last_step_wall)
+            node.answer((i, CMD_VEL.name))
+
+        return take
+
+    def take(self, wanted: Any = True) -> tuple[NDArray[np.intp], Twist]:
+        """Return who has sent commands since the last call, of those wanted, and these, arrays of shape (n, 3)."""
+        indices = np.flatnonzero(self.is_new & wanted)
+        self.is_new[:] = False
+        return indices, Twist(self._linear[indices], self._angular[indices])
 
 
 class SimulationNode(LayerNode):
@@ -99,12 +130,11 @@ class SimulationNode(LayerNode):
         *,
         command: str | None = "fpqr",
         rate: float = 100.0,
-        pace: PaceSettings = PaceSettings(),
+        pace: Pace = Pace(),
         answers: Mapping[str, Sequence[int]] | None = None,
         imu: bool = False,
         mocap_noise: float | None = None,
         seed: int = 0,
-        obeys_idle: bool = True,
         namespace_pattern: str = NAMESPACE_PATTERN,
         context: Context | None = None,
     ) -> None:
@@ -113,7 +143,7 @@ class SimulationNode(LayerNode):
         Args:
             host: What flies.
             command: What the drones take: ``fpqr``, ``frpy`` or ``vel`` on ``cmd_vel``, ``xyz`` on ``traj_params``;
-                None: the node publishes only.
+                None: whoever made the node takes commands, and buttons.
             rate: Odometry per simulated second (Hz), a divisor of 1000.
             pace: How fast time goes on.
             answers: In lockstep, topics (``cmd_vel``, ``acceleration``, …, or ``guidance`` on ``answered``) by whose
@@ -122,7 +152,6 @@ class SimulationNode(LayerNode):
             mocap_noise: Standard deviation (m) of the poses of motion capture on ``/vicon/cf{i}/cf{i}``; None: there is
                 no motion capture.
             seed: Of that noise.
-            obeys_idle: Whether the motors of a drone rest while its guidance says so on ``idle``.
             namespace_pattern: Namespace of drone i.
             context: Context of rclpy.
 
@@ -145,20 +174,22 @@ class SimulationNode(LayerNode):
         """Called now and then while answers are waited for."""
         self.latencies: list[float] | None = None
         """From an odometry to the command that answers it (s, wall), if somebody put a list here."""
-        self.when_stepped: list[Callable[[float], None]] = []
-        """Called with the time after each step, before the odometry goes out."""
         self._kind = command
-        self._obeys_idle = obeys_idle
         self._stopping = False
         self._stopped = False
         count = len(host.names)
-        self._linear, self._angular = np.zeros((count, 3)), np.zeros((count, 3))
-        self._fresh = np.zeros(count, bool)
-        self._refused: list[str] = []
         self._publish_topics(count, imu, mocap_noise, seed)
-        self.answers = Answers(())
+        if answers is None:
+            answers = {} if command in (None, "xyz") else {CMD_VEL.name: range(count)}
+        self.answers = Answers((i, topic) for topic, drones in answers.items() for i in drones)
+        for topic, drones in answers.items():
+            if topic != CMD_VEL.name:  # which is heard anyway
+                for i in drones:
+                    self._listen_for_answers(i, topic)
+        self.commands = None if command in (None, "xyz") else CommandInbox(self, count)
+        """What was heard on ``cmd_vel``."""
         if command is not None:
-            self._subscribe_topics(count, answers)
+            self._subscribe_topics(count)
         self._looked = -1e9
         self._due: float | None = None
 
@@ -174,25 +205,12 @@ class SimulationNode(LayerNode):
             self._random = np.random.default_rng(seed)
             self._mocap = [self.announce(MOCAP_POSE, MOCAP_POSE.name.format(d=i)) for i in range(count)]
 
-    def _subscribe_topics(self, count: int, answers: Mapping[str, Sequence[int]] | None) -> None:
-        command_topic = TRAJ_PARAMS if self._kind == "xyz" else CMD_VEL
-        if answers is None:
-            answers = {} if self._kind == "xyz" else {CMD_VEL.name: range(count)}
-        self.answers = Answers((i, topic) for topic, drones in answers.items() for i in drones)
-        self._command_topics = [self.topic_of(i, command_topic.name) for i in range(count)]
-        for i, topic in enumerate(self._command_topics):
-            if self._kind == "xyz":
-                self.listen(TRAJ_PARAMS, self._point_taker(i), topic)
-            else:
-                self.listen(CMD_VEL, self._command_taker(i), topic)
-        for topic, drones in answers.items():
-            if topic != CMD_VEL.name:
-                for i in drones:
-                    self._listen_for_answers(i, topic)
+    def _subscribe_topics(self, count: int) -> None:
         self._idle = np.zeros(count, bool)
-        if self._obeys_idle:
-            for i in range(count):
-                self.create_subscription(Bool, self.topic_of(i, "idle"), self._idle_taker(i), LATEST)
+        for i in range(count):
+            if self._kind == "xyz":
+                self.listen(TRAJ_PARAMS, self._point_taker(i), self.topic_of(i, TRAJ_PARAMS.name))
+            self.create_subscription(Bool, self.topic_of(i, "idle"), self._idle_taker(i), LATEST)
         self.listen(STOP, lambda _: self.stop_all())
         serve_trigger(self, "/resume", lambda: self.resume_all(), "the drones take commands again")
         self.create_subscription(STOP.type, "/resume", lambda _: self.resume_all(), 10)
@@ -200,7 +218,7 @@ class SimulationNode(LayerNode):
     def _listen_for_answers(self, index: int, topic: str) -> None:
         party = (index, topic)
         kind = REFERENCES[topic].type if topic in REFERENCES else Empty
-        self.create_subscription(kind, self.topic_of(index, topic), lambda _: self._answer(party), 10, raw=True)
+        self.create_subscription(kind, self.topic_of(index, topic), lambda _: self.answer(party), 10, raw=True)
 
     def _idle_taker(self, index: int) -> Callable[[Bool], None]:
         """A guidance says whether its drone shall rest: motors off, whatever its controller asks for."""
@@ -211,20 +229,6 @@ class SimulationNode(LayerNode):
             elif self._idle[index] and not message.data and not self._stopped:
                 self._resume([index])
             self._idle[index] = message.data
-            self._fresh[index] = False
-
-        return take
-
-    def _command_taker(self, index: int) -> Callable[[Any], None]:
-        party = (index, CMD_VEL.name)
-
-        def take(message: Any) -> None:
-            twist = message_to_twist(message)
-            self._linear[index], self._angular[index] = twist.linear, twist.angular
-            self._fresh[index] = not self._idle[index]
-            if self.latencies is not None:
-                self.latencies.append(time.perf_counter() - self.last_step_wall)
-            self._answer(party)
 
         return take
 
@@ -235,19 +239,16 @@ class SimulationNode(LayerNode):
 
         return take
 
-    def _answer(self, party: tuple[int, str]) -> None:
+    def answer(self, party: tuple[int, str]) -> None:
+        """Take note that a party has answered the latest odometry."""
         if self.answers.take(party):
             self.get_logger().warning(f"{self.host.names[party[0]]}: answers again on {party[1]}")
-
-    def _refuse(self, sentence: str) -> None:
-        self.get_logger().warning(sentence, throttle_duration_sec=1.0)
 
     # ---------------------------------------------------------------- buttons
 
     def stop_all(self) -> None:
         """Motors of all drones off, until `resume_all`."""
         self._stopped = True
-        self._fresh[:] = False
         self.host.stop(range(len(self.host.names)))
 
     def resume_all(self) -> None:
@@ -262,24 +263,17 @@ class SimulationNode(LayerNode):
 
     # ---------------------------------------------------------------- time
 
-    def take_commands(self) -> tuple[NDArray[np.intp], Twist]:
-        """Return who has sent commands since the last call, and these, arrays of shape (n, 3)."""
-        indices = np.flatnonzero(self._fresh)
-        self._fresh[:] = False
-        return indices, Twist(self._linear[indices], self._angular[indices])
-
     def step(self) -> None:
         """Hand the commands over that have come, go on by one period, and say how things are."""
-        indices, twist = self.take_commands()
-        if indices.size and not self._stopped:
-            try:
-                self.host.send(indices.tolist(), twist, self._kind)
-            except CrazychoirError as error:
-                self._refuse(str(error))
+        if self.commands is not None:
+            indices, twist = self.commands.take(False if self._stopped else ~self._idle)
+            if indices.size:
+                try:
+                    self.host.send(indices.tolist(), twist, self._kind)
+                except CrazychoirError as error:
+                    self.get_logger().warning(str(error), throttle_duration_sec=1.0)
         self.host.advance(self.period)
         self.steps += 1
-        for callback in self.when_stepped:
-            callback(self.host.time)
         self.publish()
 
     def publish(self) -> None:

@@ -49,10 +49,10 @@ def test_a_run_can_be_watched(monkeypatch, words, way):
 
 
 def test_a_run_is_watched_on_a_page_without_a_display(monkeypatch):
-    pytest.importorskip("viser")
+    pytest.importorskip("nicegui")
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    monkeypatch.setattr("crazychoir_fw.cli.view_web._wait_for_somebody", lambda server, patience_s: None)
+    monkeypatch.setattr("crazychoir_fw.cli.view_web._wait_for_somebody", lambda live, patience_s: None)
     result = run(MODEL, "--seconds", "0.1", "--view")
     assert result.exit_code == 0, result.output
     assert "Watch at http://127.0.0.1:" in result.output

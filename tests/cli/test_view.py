@@ -2,10 +2,12 @@
 
 import contextlib
 import os
+import queue
 import shutil
 import socket
 import subprocess
 import sys
+import threading
 import types
 import urllib.request
 
@@ -88,10 +90,10 @@ def test_a_display_that_does_not_answer_is_none(monkeypatch):
 
 
 @pytest.mark.usefixtures("no_display")
-def test_a_page_without_viser_is_one_sentence(monkeypatch):
-    monkeypatch.setitem(sys.modules, "viser", None)
+def test_a_page_without_nicegui_is_one_sentence(monkeypatch):
+    monkeypatch.setitem(sys.modules, "nicegui", None)
     with (
-        pytest.raises(CrazychoirError, match=r"the page needs viser: run pip install 'crazychoir-fw\[viz\]'"),
+        pytest.raises(CrazychoirError, match=r"the page needs NiceGUI: run pip install 'crazychoir-fw\[gui\]'"),
         view.open_view("auto", print),
     ):
         pass
@@ -233,110 +235,123 @@ def test_a_flight_is_shown_in_a_window(screen):
 # ---------------------------------------------------------------- the page
 
 
-@pytest.fixture
-def viser():
-    return pytest.importorskip("viser", reason="viser is not installed (pip install 'crazychoir-fw[viz]')")
-
-
-def test_the_page_is_on_this_machine_only(viser, monkeypatch):
+def test_the_page_is_on_this_machine_only(monkeypatch, capfd):
     from crazychoir_fw.cli import view_web
 
-    servers = []
-    monkeypatch.setattr(view_web, "_wait_for_somebody", lambda server, _: servers.append(server))
+    monkeypatch.setattr(view_web, "_wait_for_somebody", lambda live, patience_s: None)
     world, said = swarm(2), []
     with view_web.open_page(said.append) as show:
         show(world, Progress(0.0, 1.0, 0.0))
-        show(world, Progress(0.05, 1.0, 0.0))
-        port = servers[0].get_port()
+        show(world, Progress(0.07, 1.0, 0.0))
+        port = int(said[0].split("/")[2].rpartition(":")[2])
         assert said == [
             f"Watch at http://127.0.0.1:{port}/ (this machine only); "
             "the flight begins when the page is open, or in 60 s"
         ]
-        with urllib.request.urlopen(f"http://127.0.0.1:{port}/", timeout=10) as answer:
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}/", timeout=60) as answer:
             assert b"<html" in answer.read().lower()
         # a server on all interfaces would answer on every address of the loopback
         with pytest.raises(OSError), socket.create_connection(("127.0.0.2", port), timeout=2):
             pass
+    assert capfd.readouterr().out == ""
 
 
-def test_the_page_prints_one_line(viser, monkeypatch, capfd):
-    from crazychoir_fw.cli import view_web
+def test_a_browser_watches():
+    """The flight waits for the page, shows what moves, takes no commands, and goes on when the page is closed."""
+    from playwright.sync_api import sync_playwright
 
-    with view_web.open_page(print, patience_s=0.0) as show:
-        show(swarm(1), Progress(0.0, 1.0, 0.0))
-    assert capfd.readouterr().out.count("\n") == 1
-
-
-def test_a_browser_watches(viser, tmp_path):
-    """The flight waits for the page, and goes on when it is closed."""
     from crazychoir_fw.cli import view_web
 
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if chromium is None:
         pytest.skip("Chromium is not installed (Debian: apt install chromium)")
-    browsers = []
+    world = swarm(2)
+    told, requests, errors = queue.Queue(), [], []
+    is_seen, is_over = threading.Event(), threading.Event()
 
-    def browse(line: str) -> None:
-        address = line.split()[2]
-        # root has no sandbox
-        options = ["--headless=new", "--no-sandbox", "--disable-gpu-sandbox", f"--user-data-dir={tmp_path}", address]
-        quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-        browsers.append(subprocess.Popen([chromium, *options], **quiet))
+    def browse():
+        with sync_playwright() as driver:
+            options = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+            page = driver.chromium.launch(executable_path=chromium, args=options).new_page()
+            page.on("request", lambda request: requests.append(request.url))
+            page.on("pageerror", lambda error: errors.append(str(error)))
+            address = told.get(timeout=60.0)
+            page.goto(address, timeout=90_000)
+            page.wait_for_function("window.cc && cc.frame && cc.setting && cc.frame.time > 0", timeout=90_000)
+            page.keyboard.press("Escape")
+            page.keyboard.press("t")
+            names, frame = page.evaluate("[cc.setting.names, cc.frame]")
+            page.get_by_text("follow").click(timeout=90_000)
+            told.put((names, frame["drones"][1]["position"], page.get_by_test_id("view").count()))
+            is_seen.set()
+        is_over.set()
 
-    world, seen = swarm(2), []
-    real = view_web._wait_for_somebody
-
-    def wait(server, patience_s):
-        real(server, patience_s)
-        seen.append(len(server.get_clients()))
-
-    try:
-        with pytest.MonkeyPatch.context() as patch, view_web.open_page(browse, patience_s=60.0) as show:
-            patch.setattr(view_web, "_wait_for_somebody", wait)
-            show(world, Progress(0.0, 1.0, 0.0))
-            browsers[0].terminate()
-            browsers[0].wait()
-            show(world, Progress(0.1, 1.0, 0.0))
-    finally:
-        for browser in browsers:
-            browser.kill()
-            browser.wait()
-    assert seen == [1]
-
-
-def test_drones_are_drawn_in_batches_with_their_colors(viser):
-    from crazychoir_fw.cli.web_scene import body_mesh, drone_batches
-
-    world = World([DroneConfig("cf1"), DroneConfig("cf2", (1.0, 0.0)), DroneConfig("bl", platform="cf21bl")])
-    model = world.model
-    batches = drone_batches(model, [model.body(drone.id).id for drone in world.drones])
-    assert sorted(drone for batch in batches for drone in batch.drones) == [0, 0, 1, 1, 2, 2]
-    own = [batch.colors for batch in batches if batch.colors is not None and len(batch.drones) == 2]
-    assert len(own) == 1 and not np.array_equal(own[0][0], own[0][1])
-    for batch in batches:
-        # a Crazyflie is a hand wide, and its body is its middle
-        assert 0.05 < np.ptp(batch.mesh.vertices, axis=0).max() < 0.2
-        assert np.abs(batch.mesh.bounds.mean(axis=0)).max() < 0.03
-    floor = body_mesh(model, 0)
-    assert floor.bounds[1, 2] == pytest.approx(0.0, abs=1e-3) and np.ptp(floor.bounds[:, 0]) == 40.0
+    thread = threading.Thread(target=browse)
+    with view_web.open_page(lambda line: told.put(line.split()[2])) as show:
+        thread.start()
+        while not is_seen.is_set():
+            show(world, Progress(world.time, 1.0, 0.0))
+            world.step(10)
+        is_over.wait(60.0)
+        show(world, Progress(world.time, 1.0, 0.0))
+    thread.join(60.0)
+    names, position, views = told.get_nowait()
+    assert (names, views, errors) == (["cf0", "cf1"], 1, [])
+    np.testing.assert_allclose(position[:2], [0.4, 0.0], atol=1e-6)
+    assert 0.0 < position[2] <= 1.0  # it falls
+    assert not [url for url in requests if "/api/command" in url or "127.0.0.1" not in url]
 
 
-@pytest.mark.parametrize(
-    ("kind", "size", "extent"),
-    [
-        ("box", "0.1 0.2 0.3", (0.2, 0.4, 0.6)),
-        ("sphere", "0.1", (0.2, 0.2, 0.2)),
-        ("ellipsoid", "0.1 0.2 0.3", (0.2, 0.4, 0.6)),
-        ("cylinder", "0.1 0.3", (0.2, 0.2, 0.6)),
-        ("capsule", "0.1 0.3", (0.2, 0.2, 0.8)),
-        ("plane", "0.1 0.3 1", (0.2, 0.6, 0.0002)),
-    ],
-)
-def test_shapes_have_the_size_and_place_of_their_geom(viser, kind, size, extent):
-    from crazychoir_fw.cli.web_scene import body_mesh
+ROOM = """<mujoco>
+  <asset>
+    <texture name="half" type="2d" builtin="flat" rgb1="1 0 0" width="2" height="2"/>
+    <material name="cloth" texture="half" rgba="0.5 1 1 1"/>
+    <mesh name="wedge" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/>
+  </asset>
+  <worldbody>
+    <geom type="plane" size="0 0 1"/>
+    <geom type="box" size="1 1 1" group="3"/>
+    <geom type="box" size="1 1 1" rgba="1 1 1 0"/>
+    <geom type="ellipsoid" size="0.1 0.2 0.3" pos="1 2 3" rgba="0 1 0 0.5"/>
+    <geom type="plane" size="0.1 0.3 1" material="cloth"/>
+    <body pos="0 0 1"><geom type="mesh" mesh="wedge"/></body>
+    <body name="ball" pos="4 5 6" euler="0 0 180">
+      <freejoint/><geom type="sphere" size="0.1" pos="0 0 0.5"/><geom type="capsule" size="0.1 0.2"/>
+    </body>
+  </worldbody>
+</mujoco>"""
 
-    xml = f'<mujoco><worldbody><geom type="{kind}" size="{size}" pos="1 2 3" rgba="1 0 0 1"/></worldbody></mujoco>'
-    mesh = body_mesh(mujoco.MjModel.from_xml_string(xml), 0)
-    np.testing.assert_allclose(np.ptp(mesh.bounds, axis=0), extent, atol=2e-3)
-    np.testing.assert_allclose(mesh.bounds.mean(axis=0), [1, 2, 3], atol=2e-3)
-    assert mesh.visual.vertex_colors[0].tolist() == [255, 0, 0, 255]
+
+def test_the_room_is_shown_with_shapes_colors_and_what_moves():
+    from crazychoir_fw.gui.room import Room
+
+    model = mujoco.MjModel.from_xml_string(ROOM)
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    room = Room(types.SimpleNamespace(model=model, data=data))
+    shapes = [thing["shape"] for thing in room.things]
+    assert shapes == ["ellipsoid", "plane", "mesh", "sphere", "capsule"]
+    ellipsoid, plane, mesh, sphere, _ = room.things
+    assert (ellipsoid["size"], ellipsoid["position"], ellipsoid["color"]) == (
+        [0.1, 0.2, 0.3],
+        [1, 2, 3],
+        [0, 1, 0, 0.5],
+    )
+    assert (plane["size"][:2], plane["color"]) == ([0.1, 0.3], [0.5, 0.0, 0.0, 1.0])
+    corners = np.array(mesh["corners"]).reshape(-1, 3)
+    assert len(corners) == 4 * 3
+    turn = np.zeros(9)  # MuJoCo turns meshes to their principal axes
+    mujoco.mju_quat2Mat(turn, mesh["quat"])
+    placed = corners @ turn.reshape(3, 3).T + mesh["position"]
+    np.testing.assert_allclose([placed.min(axis=0), placed.max(axis=0)], [[0, 0, 1], [1, 1, 2]], atol=1e-3)
+    assert [thing["body"] for thing in room.things] == [None, None, None, 0, 0]
+    assert sphere["position"] == [0.0, 0.0, 0.5]
+    data.qpos[:3] = 7.0, 8.0, 9.0
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(room.poses(), [[7, 8, 9, 0, 0, 1, 0]], atol=1e-12)
+
+
+def test_an_empty_room_has_nothing():
+    from crazychoir_fw.gui.room import Room
+
+    assert Room(None).things == [] and Room(None).poses().shape == (0, 7)

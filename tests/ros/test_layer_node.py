@@ -6,6 +6,7 @@ import rclpy
 from geometry_msgs.msg import Vector3
 from std_msgs.msg import Empty
 
+from crazychoir_fw import ros
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.ros.conversions import message_to_reference
 from crazychoir_fw.ros.names import ACCELERATION, TOPICS
@@ -164,3 +165,7 @@ def test_the_table_is_that_of_the_original():
     assert depths["odom"] == (10, 10) and depths["cmd_vel"] == (1, 1) and depths["acceleration"] == (1, 1)
     assert depths["traj_params"] == (1, 10) and depths["/takeoff"] == (10, 10)
     assert depths["/visualization_marker"] == (1, 1)
+
+
+def test_every_name_of_the_package_is_there():
+    assert {name for name in ros.__all__ if not hasattr(ros, name)} == set()

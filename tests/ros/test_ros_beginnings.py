@@ -17,6 +17,15 @@ class Dies(BearingFormation):
     def __init__(self, *arguments, **options):
         os._exit(3)
 """
+REFUSES = """
+from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.guidance import BearingFormation
+
+class Refuses(BearingFormation):
+    def __init__(self, *arguments, **options):
+        super().__init__(*arguments, **options)
+        raise RangeError(f"agent {self.agent_id} will not fly, allowed: those that do")
+"""
 
 
 def fly(mission, folder, *options):
@@ -29,12 +38,13 @@ def fly(mission, folder, *options):
 @pytest.mark.parametrize("restart", [(), ("--restart",)], ids=["once", "restarted"])
 @pytest.mark.parametrize("processes", ["per-node", "one"])
 def test_what_cannot_be_made_is_said_in_a_sentence(restart, processes, tmp_path):
-    wrong = ("--set", "layers.guidance.options.coupling=-1.0", "--processes", processes)
-    flown = fly("mpc.yaml", tmp_path, *wrong, *restart)
-    assert flown.returncode == 2, flown.stdout
+    (tmp_path / "refuses.py").write_text(REFUSES)
+    law = f"layers.guidance.class={tmp_path / 'refuses.py'}:Refuses"
+    flown = fly("bearing_formation.yaml", tmp_path, "--set", law, "--processes", processes, *restart)
     text = flown.stdout + flown.stderr
+    assert flown.returncode == 2, text
     assert "Traceback" not in text
-    assert re.search(r"layers\.guidance: agent \d: coupling is -1\.0, allowed: ", text)
+    assert re.search(r"layers\.guidance: agent \d will not fly, allowed: ", text), text
     # the host says it itself
     assert processes == "one" or flown.stderr.splitlines()[-1].endswith(" cannot be made, see what it said")
 

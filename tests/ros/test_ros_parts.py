@@ -25,7 +25,7 @@ from crazychoir_fw.ros.names import BUTTONS, LATEST
 from crazychoir_fw.ros.parts import parts_of
 from crazychoir_fw.ros.plugins import PluginHost
 from crazychoir_fw.ros.radio import RadioHandlerFPQR, RadioHandlerXYZ
-from crazychoir_fw.ros.simulation import PaceSettings, SimulationNode
+from crazychoir_fw.ros.simulation import Pace, SimulationNode
 from crazychoir_fw.ros.wall_timeouts import WallTimeoutClock
 from crazychoir_fw.simulation import DroneConfig, World
 
@@ -138,9 +138,7 @@ def world():
 
 
 def test_drones_of_a_world_are_topics(bench, world):
-    node = bench.add(
-        SimulationNode(PluginHost(world), command="vel", pace=PaceSettings(None, True), context=bench.context)
-    )
+    node = bench.add(SimulationNode(PluginHost(world), command="vel", pace=Pace(None, True), context=bench.context))
     odometry = bench.hear(Odometry, "/agent_1/odom")
     speak = bench.speaker(Twist, "/agent_1/cmd_vel")
     idle = bench.user.create_publisher(Bool, "/agent_1/idle", LATEST)
@@ -151,7 +149,7 @@ def test_drones_of_a_world_are_topics(bench, world):
     start = world.time
     while world.time < start + 1.0 - 1e-9:
         speak.publish(climb)
-        bench.until(lambda: node._fresh[1])
+        bench.until(lambda: node.commands.is_new[1])
         node.step()
     bench.until(lambda: len(odometry) == 100)
     last = odometry[-1]
@@ -166,7 +164,7 @@ def test_drones_of_a_world_are_topics(bench, world):
     bench.until(lambda: node._idle[1])
     speak.publish(climb)
     bench.drain()
-    assert world["agent_1"].motor_ctrl.is_stopped and not node._fresh.any()
+    assert world["agent_1"].motor_ctrl.is_stopped and not node.commands.take(~node._idle)[0].size
     idle.publish(Bool(data=False))
     bench.until(lambda: not node._idle[1])
     assert not world["agent_1"].motor_ctrl.is_stopped
@@ -179,8 +177,8 @@ def test_a_command_that_is_not_finite_reaches_no_drone(bench, world):
     for message in (bad, good):
         speak = bench.speaker(Twist, f"/agent_{0 if message is bad else 1}/cmd_vel")
         speak.publish(message)
-    bench.until(lambda: node._fresh[1])
-    assert not node._fresh[0]
+    bench.until(lambda: node.commands.is_new[1])
+    assert not node.commands.is_new[0]
 
 
 def test_the_simulation_stops_at_the_button_until_it_may_go_on(bench, world):

@@ -3,7 +3,8 @@
 They talk to the server through `static/crazychoir.js` alone, so that they live on when the page reconnects.
 """
 
-# NiceGUI serves three.js to pages that may have a scene
+# NiceGUI serves ECharts and three.js to pages that may have charts and scenes
+import nicegui.elements.echart
 import nicegui.elements.scene  # noqa: F401
 from nicegui.element import Element
 

@@ -1,4 +1,6 @@
 // Plots of any log variables of any drones, while they fly.
+import { plot, endPlots } from "/static/plot.js";
+
 const MOST_S = 30;
 export default {
   template: `
@@ -9,7 +11,7 @@ export default {
       </div>
       <div v-if="few" class="cc-hint" data-testid="few-plots">{{ few }}</div>
       <div v-for="variable in variables" :key="variable" class="cc-live">
-        <canvas class="cc-plot" :data-variable="variable" role="img" :aria-label="'Plot of ' + variable"></canvas>
+        <div class="cc-plot" :data-variable="variable" role="img" :aria-label="'Plot of ' + variable"></div>
         <q-btn dense flat round icon="close" :aria-label="'Remove ' + variable" @click="remove(variable)" />
       </div>
     </div>`,
@@ -23,6 +25,7 @@ export default {
     ];
     this.begin();
   },
+  beforeUnmount() { endPlots(this.$el); },
   unmounted() { this.mark.end(); this.offs.forEach((off) => off()); },
   methods: {
     begin() {
@@ -43,7 +46,7 @@ export default {
       });
     },
     add(name) { if (name && !this.variables.includes(name)) { this.variables = [...this.variables, name].slice(-6); this.tell(); } },
-    remove(name) { this.variables = this.variables.filter((one) => one !== name); this.tell(); },
+    remove(name) { endPlots(this.$el.querySelector(`.cc-live:has([data-variable="${name}"])`)); this.variables = this.variables.filter((one) => one !== name); this.tell(); },
     tell() {
       const watch = !this.isShown ? [] : this.variables.flatMap((name) => this.drones.map((drone) => [this.names.indexOf(drone), name]));
       cc.setWatch(watch.slice(0, 64));
@@ -51,24 +54,24 @@ export default {
     },
     take({ times, rows, names }) {
       names.forEach((name, k) => {
-        const series = (this.data[name] = this.data[name] || { times: [], values: [] });
+        const points = (this.data[name] = this.data[name] || []);
         times.forEach((time, row) => {
-          const last = series.times[series.times.length - 1];
-          if (last !== undefined && time <= last) { if (time > last - 0.5) return; series.times = []; series.values = []; }
-          series.times.push(time); series.values.push(rows[row][k]);
+          const last = points.at(-1)?.[0];
+          if (time <= last) { if (time > last - 0.5) return; points.length = 0; }
+          points.push([time, rows[row][k]]);
         });
-        while (series.times.length && series.times[0] < series.times[series.times.length - 1] - MOST_S) { series.times.shift(); series.values.shift(); }
+        while (points.length && points[0][0] < points.at(-1)[0] - MOST_S) points.shift();
       });
       this.mark();
     },
     draw() {
-      for (const canvas of this.$el.querySelectorAll("canvas")) {
-        const variable = canvas.dataset.variable;
+      for (const box of this.$el.querySelectorAll(".cc-plot")) {
+        const variable = box.dataset.variable;
         const series = this.drones.map((drone) => {
-          const i = this.names.indexOf(drone), known = this.data[`${i}:${variable}`] || { times: [], values: [] };
-          return { name: drone, color: cc.color(i), ...known };
+          const i = this.names.indexOf(drone);
+          return { name: drone, color: cc.color(i), points: this.data[`${i}:${variable}`] || [] };
         });
-        cc.plot(canvas, { title: variable, series, room: 30 });
+        plot(box, { title: variable, series });
       }
     },
   },

@@ -1,5 +1,9 @@
 // All parameters of a drone: search, edit; one drone or all.
-const MOST_ROWS = 200;
+const COLUMNS = [
+  { name: "name", label: "Parameter", field: "name", align: "left", sortable: true },
+  { name: "type", label: "Type", field: "type", align: "left", sortable: true },
+  { name: "value", label: "Value", field: "value", align: "left" },
+];
 export default {
   template: `
     <div v-if="missing" class="cc-panel"><div class="cc-note" data-testid="no-parameters">{{ missing }}</div></div>
@@ -11,30 +15,23 @@ export default {
         <q-btn dense outline icon="refresh" label="READ" @click="load" />
       </div>
       <div class="cc-hint">{{ note }}</div>
-      <div class="cc-scroll">
-        <table class="cc-table" data-testid="parameters">
-          <thead><tr><th>Parameter</th><th>Type</th><th>Value</th></tr></thead>
-          <tbody>
-            <tr v-for="row in shown" :key="row.name">
-              <td>{{ row.name }}</td><td>{{ row.type }}</td>
-              <td v-if="row.read_only">{{ row.value }}</td>
-              <td v-else><input :value="text(row.value)" :aria-label="row.name" inputmode="decimal" @keydown.enter="$event.target.blur()" @change="write(row, $event)" /></td>
-            </tr>
-          </tbody>
-        </table>
-      </div>
+      <q-table class="cc-table" data-testid="parameters" dense flat virtual-scroll hide-bottom :rows-per-page-options="[0]" row-key="name" :columns="columns" :rows="found">
+        <template #body-cell-value="{ row }"><q-td>
+          <template v-if="row.read_only">{{ row.value }}</template>
+          <input v-else :value="text(row.value)" :aria-label="row.name" inputmode="decimal" @keydown.enter="$event.target.blur()" @change="write(row, $event)" />
+        </q-td></template>
+      </q-table>
     </div>`,
-  data: () => ({ drone: null, names: [], rows: [], search: "", isForAll: false, problem: "", missing: "" }),
+  data: () => ({ drone: null, names: [], rows: [], search: "", isForAll: false, problem: "", missing: "", columns: COLUMNS }),
   computed: {
     found() {
       const words = (this.search || "").toLowerCase().split(/\s+/).filter(Boolean);
       return this.rows.filter((row) => words.every((word) => row.name.toLowerCase().includes(word)));
     },
-    shown() { return this.found.slice(0, MOST_ROWS); },
     note() {
       if (this.problem) return this.problem;
       if (!this.rows.length) return "This backend has no parameters: its drones have no onboard software.";
-      return `${this.found.length} of ${this.rows.length} parameters${this.found.length > MOST_ROWS ? `; the first ${MOST_ROWS} are shown` : ""}. Enter writes.`;
+      return `${this.found.length} of ${this.rows.length} parameters. Enter writes.`;
     },
   },
   mounted() {

@@ -1,4 +1,6 @@
 // What would be flown: how drawings become curves, what these ask for, and FLY.
+import { plot, endPlots } from "/static/plot.js";
+
 export default {
   template: `
     <div class="cc-preview">
@@ -26,10 +28,10 @@ export default {
       </div>
       <div class="cc-plots">
         <q-select v-if="preview && preview.parts.length > 1" dense v-model="chosen" :options="preview.parts.map((part) => part.drone)" label="Drone" @update:model-value="mark" />
-        <canvas ref="path" class="cc-plot cc-tall" role="img" aria-label="Curves from above"></canvas>
-        <canvas ref="position" class="cc-plot" role="img" aria-label="Position over time"></canvas>
-        <canvas ref="velocity" class="cc-plot" role="img" aria-label="Velocity over time"></canvas>
-        <canvas ref="acceleration" class="cc-plot" role="img" aria-label="Acceleration over time"></canvas>
+        <div ref="path" class="cc-plot" role="img" aria-label="Curves from above"></div>
+        <div ref="position" class="cc-plot" role="img" aria-label="Position over time"></div>
+        <div ref="velocity" class="cc-plot" role="img" aria-label="Velocity over time"></div>
+        <div ref="acceleration" class="cc-plot" role="img" aria-label="Acceleration over time"></div>
       </div>
     </div>`,
   data: () => ({ method: "spline", distance: 0.2, scale: 5, stretch: true, preview: null, dry: null, problem: "", chosen: null, isRunning: false, flying: null }),
@@ -43,6 +45,7 @@ export default {
       cc.on("shown", (tab) => { if (tab === "Preview" && (this.isStale || !this.preview)) this.soon(); this.mark(); }),
     ];
   },
+  beforeUnmount() { endPlots(this.$el); },
   unmounted() { this.mark.end(); this.sizes.disconnect(); this.offs.forEach((off) => off()); },
   methods: {
     soon() { clearTimeout(this.timer); this.timer = setTimeout(() => this.make(), 250); },
@@ -70,32 +73,22 @@ export default {
       const part = this.preview && this.preview.parts.find((one) => one.drone === this.chosen);
       const colors = ["#e0524d", "#3aa655", "#3d7fe0"];
       for (const [name, unit, order] of [["position", "m"], ["velocity", "m/s", "speed"], ["acceleration", "m/s²", "force"]]) {
-        const series = !part ? [] : ["x", "y", "z"].map((axis, k) => ({ name: axis, color: colors[k], times: part.times, values: part[name].map((row) => row[k]) }));
-        if (part && order) series.push({ name: "magnitude", color: cc.ink(0.9), times: part.times, values: part[order] });
+        const series = !part ? [] : ["x", "y", "z"].map((axis, k) => ({ name: axis, color: colors[k], points: part[name].map((row, at) => [part.times[at], row[k]]) }));
+        if (part && order) series.push({ name: "magnitude", color: cc.ink(0.9), points: part[order].map((value, at) => [part.times[at], value]) });
         const limit = part && (name === "velocity" ? part.limits.speed : name === "acceleration" ? part.limits.acceleration : null);
         const spans = part ? part.violations[name === "velocity" ? "speed" : name] || [] : [];
-        cc.plot(this.$refs[name], { title: `${name}${part ? " of " + part.drone : ""}`, unit, series, spans, limits: limit ? [{ value: limit, name: `limit ${limit} ${unit}` }] : [] });
+        plot(this.$refs[name], { title: `${name}${part ? " of " + part.drone : ""}`, unit, series, spans, limits: limit ? [{ value: limit, name: `limit ${limit} ${unit}` }] : [] });
       }
       this.drawPath();
     },
     drawPath() {
-      const { context: c, width, height } = cc.canvas(this.$refs.path);
-      c.font = "12px system-ui, sans-serif"; c.fillStyle = cc.ink(0.85);
-      c.fillText("from above: drawn (pale), fitted (dark), dry run (dashes)", 10, 15);
-      if (!this.preview) return;
-      const drawn = cc.drawings.drawings, all = drawn.flatMap((d) => d.points).concat(this.preview.parts.flatMap((p) => p.position));
-      const xs = all.map((p) => p[0]), ys = all.map((p) => p[1]);
-      const low = [Math.min(...xs), Math.min(...ys)], high = [Math.max(...xs), Math.max(...ys)];
-      const scale = Math.min((width - 30) / Math.max(0.5, high[0] - low[0]), (height - 44) / Math.max(0.5, high[1] - low[1]));
-      const at = ([x, y]) => [width / 2 + (x - (low[0] + high[0]) / 2) * scale, height / 2 + 10 - (y - (low[1] + high[1]) / 2) * scale];
-      const line = (points, color, wide, dash) => {
-        c.strokeStyle = color; c.lineWidth = wide; c.setLineDash(dash || []); c.lineJoin = "round"; c.beginPath();
-        points.forEach((p, k) => { const [x, y] = at(p); if (k) c.lineTo(x, y); else c.moveTo(x, y); });
-        c.stroke(); c.setLineDash([]);
-      };
-      drawn.forEach((d) => line(d.points, cc.ink(0.2), 6));
-      this.preview.parts.forEach((part) => line(part.position, cc.color(cc.setting.names.indexOf(part.drone)), 2));
-      if (this.dry) this.dry.parts.forEach((part) => line(part.path, cc.ink(0.9), 1, [4, 4]));
+      const lines = !this.preview ? [] : [
+        ...cc.drawings.drawings.map((drawn) => ({ points: drawn.points, color: cc.ink(0.2), width: 6 })),
+        ...this.preview.parts.map((part) => ({ points: part.position, color: cc.color(cc.setting.names.indexOf(part.drone)), width: 2 })),
+        ...(this.dry ? this.dry.parts : []).map((part) => ({ points: part.path, color: cc.ink(0.9), width: 1, dash: [4, 4] })),
+      ];
+      const series = lines.map((line) => ({ ...line, points: line.points.map(([x, y]) => [x, y]) }));
+      plot(this.$refs.path, { title: "from above: drawn (pale), fitted (dark), dry run (dashes)", series, isMap: true });
     },
   },
 };

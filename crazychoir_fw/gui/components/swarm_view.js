@@ -2,6 +2,20 @@
 import { THREE, OrbitControls, CSS2DRenderer, CSS2DObject } from "nicegui-scene";
 
 const MOST_LABELS = 40;
+const shapes = { // by half sizes (m), as MuJoCo has them
+  box: (a, b, c) => new THREE.BoxGeometry(2 * a, 2 * b, 2 * c),
+  plane: (a, b) => new THREE.PlaneGeometry(2 * a, 2 * b),
+  sphere: (a) => new THREE.SphereGeometry(a, 24, 16),
+  ellipsoid: (a, b, c) => new THREE.SphereGeometry(1, 24, 16).scale(a, b, c),
+  cylinder: (a, b) => new THREE.CylinderGeometry(a, a, 2 * b, 24).rotateX(Math.PI / 2),
+  capsule: (a, b) => new THREE.CapsuleGeometry(a, 2 * b, 8, 16).rotateX(Math.PI / 2),
+  mesh: (a, b, c, corners) => {
+    const geometry = new THREE.BufferGeometry();
+    geometry.setAttribute("position", new THREE.Float32BufferAttribute(corners, 3));
+    geometry.computeVertexNormals();
+    return geometry;
+  },
+};
 
 export default {
   template: `
@@ -14,7 +28,7 @@ export default {
       </div>
       <div v-if="problem" class="cc-view-problem">{{ problem }}</div>
     </div>`,
-  data: () => ({ show: { names: true, trails: true, references: true, graph: true, obstacles: true }, problem: "" }),
+  data: () => ({ show: { names: true, trails: true, references: true, graph: true, obstacles: true, follow: false }, problem: "" }),
   mounted() {
     this.canvas = this.$el.querySelector("canvas");
     try {
@@ -58,6 +72,7 @@ export default {
       scene.add(room);
       const grid = (this.three.grid = new THREE.GridHelper(20, 20));
       grid.rotation.x = Math.PI / 2;
+      grid.position.z = 0.005; // over mats on the floor
       grid.material.transparent = true;
       grid.material.opacity = 0.35;
       room.add(grid);
@@ -81,19 +96,16 @@ export default {
       this.three.others.material.opacity = 0.35;
       room.add(this.three.trails, this.three.graph, this.three.others);
       this.three.obstacles = new THREE.Group();
+      this.three.moving = []; // bodies that frames place
       for (const thing of cc.setting.obstacles) {
-        const [a, b, h] = thing.size;
-        const geometry =
-          thing.shape === "box" ? new THREE.BoxGeometry(2 * a, 2 * b, 2 * h)
-          : thing.shape === "sphere" ? new THREE.SphereGeometry(a, 24, 16)
-          : new THREE.CylinderGeometry(a, a, 2 * b, 24).rotateX(Math.PI / 2);
-        const [r, g, bl, alpha] = thing.color;
-        const mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({
-          color: new THREE.Color(r, g, bl), transparent: alpha < 1, opacity: alpha }));
+        const [r, g, b, alpha] = thing.color;
+        const mesh = new THREE.Mesh(shapes[thing.shape](...thing.size, thing.corners), new THREE.MeshLambertMaterial({
+          color: new THREE.Color().setRGB(r, g, b, THREE.SRGBColorSpace), transparent: alpha < 1, opacity: alpha }));
         const [w, x, y, z] = thing.quat;
         mesh.position.set(...thing.position);
         mesh.quaternion.set(x, y, z, w);
-        this.three.obstacles.add(mesh);
+        if (thing.body !== null && !this.three.moving[thing.body]) this.three.obstacles.add((this.three.moving[thing.body] = new THREE.Group()));
+        (thing.body === null ? this.three.obstacles : this.three.moving[thing.body]).add(mesh);
       }
       const area = cc.setting.safety_area;
       if (area) {
@@ -108,6 +120,8 @@ export default {
         const text = document.createElement("div");
         text.className = "cc-label";
         text.textContent = name;
+        text.style.pointerEvents = "auto";
+        text.onclick = (event) => cc.select(name, !event.shiftKey);
         const label = new CSS2DObject(text);
         room.add(label);
         return label;
@@ -170,6 +184,7 @@ export default {
         camera.aspect = width / height;
         camera.updateProjectionMatrix();
       }
+      this.follow(frame);
       const matrix = new THREE.Matrix4(), place = new THREE.Vector3(), turn = new THREE.Quaternion();
       const one = new THREE.Vector3(big, big, big), none = new THREE.Vector3(0, 0, 0);
       frame.drones.forEach((drone, i) => {
@@ -186,6 +201,7 @@ export default {
       this.three.bodies.forEach((mesh) => { mesh.instanceMatrix.needsUpdate = true; });
       this.three.ghosts.instanceMatrix.needsUpdate = true;
       this.three.obstacles.visible = this.show.obstacles;
+      this.three.moving.forEach((body, k) => { body.position.fromArray(frame.moving[k].position); body.quaternion.fromArray(frame.moving[k].quat); });
       this.putMarks();
       // trails grow ten times a second, and are the most work
       const newest = `${cc.trails.length} ${cc.trails.length ? cc.trails[cc.trails.length - 1].time : 0} ${this.show.trails} ${Object.keys(cc.ghosts)}`;
@@ -206,6 +222,18 @@ export default {
         const gl = this.renderer.getContext();
         gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));
       }
+    },
+    follow(frame) { // the camera goes along with the drones that are chosen, or with all
+      const places = frame.drones.filter((drone, i) => !cc.selection.size || cc.selection.has(cc.setting.names[i]))
+        .map((drone) => new THREE.Vector3(...drone.position)).filter((place) => Number.isFinite(place.x));
+      const whom = [...cc.selection].join(), middle = new THREE.Vector3();
+      places.forEach((place) => middle.addScaledVector(place, 1 / places.length));
+      if (this.show.follow && places.length && this.followed?.whom === whom) {
+        const way = middle.clone().sub(this.followed.middle);
+        this.three.controls.target.add(way);
+        this.three.camera.position.add(way);
+      }
+      this.followed = { whom, middle };
     },
     spread(camera, width, height) { // of labels over each other the nearest is shown
       const labels = [...this.three.names.filter((label) => label.visible), ...this.three.marks.children.filter((thing) => thing.isCSS2DObject)];

@@ -1,7 +1,7 @@
 // What all parts of the page share: the live connection, commands, the selection, and keys.
 (() => {
   const listeners = {};
-  const NUMBERS = 11; // of each drone in a frame, as live.py packs them
+  const NUMBERS = 11; // of each drone in a frame, as feed.py packs them
   const PHASES = ["ground", "flying", "landing", "landed", "failed"];
   const TRAIL_S = 15;
 
@@ -97,10 +97,9 @@
 
   const readFrame = (buffer) => {
     const values = new Float32Array(buffer);
-    const count = Math.floor((values.length - 3) / NUMBERS);
-    const drones = [];
+    const count = values[3], drones = [], moving = [];
     for (let i = 0; i < count; i++) {
-      const at = 3 + i * NUMBERS;
+      const at = 4 + i * NUMBERS;
       drones.push({
         position: [values[at], values[at + 1], values[at + 2]],
         quat: [values[at + 3], values[at + 4], values[at + 5], values[at + 6]],
@@ -108,7 +107,9 @@
         phase: PHASES[values[at + 10]],
       });
     }
-    return { number: values[0], time: values[1], rate: values[2], drones };
+    for (let at = 4 + count * NUMBERS; at < values.length; at += 7)
+      moving.push({ position: values.subarray(at, at + 3), quat: values.subarray(at + 3, at + 7) });
+    return { number: values[0], time: values[1], rate: values[2], drones, moving };
   };
 
   const keepTrail = (frame) => {
@@ -184,7 +185,7 @@
 
   const isTyping = (target) => target.closest && target.closest("input, textarea, select, [contenteditable]");
   document.addEventListener("keydown", (event) => {
-    if (event.repeat) return;
+    if (event.repeat || cc.setting?.is_watched) return;
     if (event.key === "Escape") {
       if (!document.querySelector(".q-menu, .q-dialog__inner")) { event.preventDefault(); cc.stop(); }
     } else if (!isTyping(event.target) && !event.ctrlKey && !event.metaKey && !event.altKey) {
@@ -260,101 +261,5 @@
     return { context, width, height };
   };
 
-  // ---------------------------------------------------------------- plots
-
-  const nice = (range, count) => {
-    const raw = range / Math.max(1, count), power = 10 ** Math.floor(Math.log10(raw));
-    return power * ([1, 2, 5, 10].find((m) => m * power >= raw) || 10);
-  };
-
-  // room: pixels at the right of the title that something else takes; series: [{name, color, times, values, dash}]; limits: [{value, name}]; spans: [[begin, end]]
-  cc.plot = (canvas, { series, limits = [], spans = [], title = "", unit = "", from, to, room = 0 }) => {
-    const { context: c, width, height } = cc.canvas(canvas);
-    const left = 54, right = 10, top = 24, bottom = 22;
-    let t0 = Infinity, t1 = -Infinity, low = Infinity, high = -Infinity;
-    for (const { times, values } of series) {
-      for (let k = 0; k < times.length; k++) {
-        const value = values[k];
-        if (value === null || value === undefined || Number.isNaN(value)) continue;
-        t0 = Math.min(t0, times[k]); t1 = Math.max(t1, times[k]);
-        low = Math.min(low, value); high = Math.max(high, value);
-      }
-    }
-    for (const { value } of limits) { low = Math.min(low, value); high = Math.max(high, value); }
-    if (from !== undefined) t0 = from;
-    if (to !== undefined) t1 = to;
-    c.font = "12px system-ui, sans-serif";
-    c.fillStyle = cc.ink(0.85);
-    c.textBaseline = "alphabetic"; c.textAlign = "left";
-    c.fillText(title + (unit ? ` (${unit})` : ""), left, 15);
-    if (!(t1 > t0) || !Number.isFinite(low)) {
-      c.fillStyle = cc.ink(0.5);
-      c.fillText("no data yet", left + 8, height / 2);
-      return;
-    }
-    const pad = Math.max((high - low) * 0.06, 1e-6 * Math.max(1, Math.abs(high)), high === low ? 0.5 : 0);
-    low -= pad; high += pad;
-    const x = (t) => left + ((t - t0) / (t1 - t0)) * (width - left - right);
-    const y = (v) => height - bottom - ((v - low) / (high - low)) * (height - top - bottom);
-    for (const [a, b] of spans) {
-      c.fillStyle = "rgba(220,40,40,0.22)";
-      c.fillRect(x(a), top, Math.max(2, x(b) - x(a)), height - top - bottom);
-    }
-    c.strokeStyle = cc.ink(0.12); c.lineWidth = 1;
-    c.fillStyle = cc.ink(0.65);
-    const stepY = nice(high - low, (height - top - bottom) / 32);
-    const digits = Math.min(8, Math.max(0, -Math.floor(Math.log10(stepY) + 1e-9)));
-    c.textAlign = "right"; c.textBaseline = "middle";
-    for (let v = Math.ceil(low / stepY) * stepY; v <= high; v += stepY) {
-      c.beginPath(); c.moveTo(left, y(v)); c.lineTo(width - right, y(v)); c.stroke();
-      c.fillText(v.toFixed(digits), left - 5, y(v));
-    }
-    const stepX = nice(t1 - t0, (width - left - right) / 70);
-    c.textAlign = "center"; c.textBaseline = "top";
-    for (let t = Math.ceil(t0 / stepX) * stepX; t <= t1; t += stepX) {
-      const text = `${Number(t.toPrecision(6))} s`;
-      c.fillText(text, Math.min(x(t), width - c.measureText(text).width / 2 - 2), height - bottom + 5);
-    }
-    for (const { value, name } of limits) {
-      c.strokeStyle = "rgb(220,40,40)"; c.setLineDash([6, 4]);
-      c.beginPath(); c.moveTo(left, y(value)); c.lineTo(width - right, y(value)); c.stroke();
-      c.setLineDash([]);
-      c.fillStyle = "rgb(220,40,40)"; c.textAlign = "right"; c.textBaseline = "bottom";
-      c.fillText(name, width - right - 2, y(value) - 1);
-    }
-    c.save();
-    c.beginPath(); c.rect(left, top, width - left - right, height - top - bottom); c.clip();
-    for (const { times, values, color, dash } of series) {
-      c.strokeStyle = color; c.lineWidth = 1.6; c.setLineDash(dash || []);
-      c.beginPath();
-      let isDown = false;
-      for (let k = 0; k < times.length; k++) {
-        const value = values[k];
-        if (value === null || value === undefined || Number.isNaN(value)) { isDown = false; continue; }
-        if (isDown) c.lineTo(x(times[k]), y(value)); else c.moveTo(x(times[k]), y(value));
-        isDown = true;
-      }
-      c.stroke();
-    }
-    c.setLineDash([]);
-    c.restore();
-    // the legend stays right of the title, and never over it
-    let at = left + c.measureText(title + (unit ? ` (${unit})` : "")).width + 16;
-    c.textAlign = "left"; c.textBaseline = "alphabetic";
-    const named = series.filter(({ name }) => name).slice(0, 12), end = width - right - room;
-    const wide = (name) => c.measureText(name).width + 22;
-    // where there is no room for agent_0 and agent_1, there may be for 0 and 1
-    const shared = named.length > 1 ? named.reduce((known, { name }) => { let k = 0; while (k < known.length && known[k] === name[k]) k++; return known.slice(0, k); }, named[0].name).replace(/[^_ -]*$/, "") : "";
-    const isTight = at + named.reduce((sum, { name }) => sum + wide(name), 0) > end;
-    for (const { name, color } of named) {
-      const text = (isTight && name.slice(shared.length)) || name;
-      if (at + wide(text) > end) break;
-      c.fillStyle = color; c.fillRect(at, 10, 12, 3);
-      c.fillStyle = cc.ink(0.8); c.fillText(text, at + 15, 15);
-      at += wide(text);
-    }
-  };
-
   connect();
-  cc.loadDrawings();
 })();

@@ -1,0 +1,71 @@
+"""What browsers are told twice a second of a flight that they may command: cards, marks, branches."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+from typing import TYPE_CHECKING, Any
+
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.gui.marks import Marks
+
+if TYPE_CHECKING:
+    from crazychoir_fw.gui.drawings import Drawings
+    from crazychoir_fw.gui.session import Session
+
+
+class Words:
+    """Says what changes slowly; asked in the loop of the server."""
+
+    def __init__(self, session: Session, drawings: Drawings) -> None:
+        self._session = session
+        self._drawings = drawings
+        self._marks: Marks | None = None
+
+    async def __call__(self) -> dict[str, Any]:
+        """Return what changes slowly."""
+        session = self._session
+        words: dict[str, Any] = {
+            "speed": session.speed,
+            "error": session.error,
+            "ready": session.is_ready,
+            "drawings": self._drawings.version,
+            "branch": session.branches.present.number,
+            "branches": session.branches.about(),
+            "no_rewind": session.no_rewind,
+            "flying": None,
+        }
+        flying = session.flying
+        if flying is not None:
+            words["flying"] = {"name": flying.name, "phase": flying.phase, "started": flying.started,
+                               "duration": round(flying.duration, 1)}  # fmt: skip
+        if session.is_ready and session.error is None:
+            try:
+                if self._marks is None:
+                    self._marks = Marks(session)
+                marks = self._marks
+                told = session.ask(lambda: (_cards(session), marks.now()))
+                words["cards"], words["marks"] = await asyncio.wait_for(asyncio.wrap_future(told), 2.0)
+            except (CrazychoirError, TimeoutError, asyncio.TimeoutError):
+                pass  # a flight that makes real drones ready answers later
+        return words
+
+
+def _cards(session: Session) -> list[dict[str, Any]]:
+    session.listen_to_consoles()
+    cards = []
+    for agent in session.experiment.agents:
+        state = session.access.state(agent.index)
+        guidance = getattr(getattr(agent.guidance, "phase", None), "value", "")
+        cards.append(
+            {
+                "phase": agent.phase.value,
+                "guidance": f"{type(agent.guidance).__name__} {guidance}".strip(),
+                "supervisor": state.supervisor,
+                "battery": round(state.battery_v, 3) if math.isfinite(state.battery_v) else None,
+                "estimate_error": round(state.estimate_error_m, 4) if math.isfinite(state.estimate_error_m) else None,
+                "link": state.link,
+                "failure": agent.failure or state.failure,
+            }
+        )
+    return cards
