@@ -70,18 +70,11 @@ class GuidanceGroup(Stateful):
         self._law = None
 
     @classmethod
-    def of(cls, agents: Sequence[CFGuidance], sends: bool | None = None) -> GuidanceGroup | None:
-        """Return a group of agents, or None where one has a law that no group knows.
-
-        Args:
-            agents: All that talk to each other.
-            sends: Whether messages travel in every round; None: where their communicators lose some.
-        """
+    def of(cls, agents: Sequence[CFGuidance]) -> GuidanceGroup | None:
+        """Return a group of all agents that talk to each other, or None where one has a law that no group knows."""
         if not agents or any(type(agent) is not BearingFormation for agent in agents):
             return None
-        if sends is None:
-            sends = not all(agent.communicator.is_lossless for agent in agents)  # type: ignore[attr-defined]
-        return cls(agents, sends=sends)
+        return cls(agents, sends=not all(agent.communicator.is_lossless for agent in agents))  # type: ignore[attr-defined]
 
     def _knows(self, agent: CFDistributedFeedback) -> bool:
         """Return whether a group can decide for an agent: by the law that it knows."""
