@@ -6,6 +6,7 @@ import hashlib
 import os
 import signal
 import sys
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import pytest
@@ -13,16 +14,18 @@ from hypothesis import settings
 from hypothesis.internal.conjecture import providers
 
 TESTS = Path(__file__).resolve().parent
+if core := os.environ.get("CRAZYCHOIR_CORE"):  # the build of CMakeLists.txt, with sanitizers, instead of the usual one
+    sys.modules["crazychoir_fw._core"] = module_from_spec(spec_from_file_location("crazychoir_fw._core", core))
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        os.environ.pop("LD_PRELOAD", None)  # compilers that tests call need no sanitizer
 sys.path.append(str(TESTS / "firmware"))  # for the miniature checkout
 from miniature import lay_out  # noqa: E402
 
 from crazychoir_fw.firmware.build import build_provider  # noqa: E402
 
 # The gate tries the same cases every time, so that it fails for a change and never by luck; and no test may fail
-# because a machine is slow. `HYPOTHESIS_PROFILE=explore pytest` looks for new cases, ten times as many.
-settings.register_profile("gate", deadline=None, derandomize=True)
-# for counting which lines of C are executed: nearly all are, after the first few examples
-settings.register_profile("lines", deadline=None, derandomize=True, max_examples=20)
+# because a machine is slow. `HYPOTHESIS_PROFILE=explore pytest` looks for new cases, twenty times as many.
+settings.register_profile("gate", deadline=None, derandomize=True, max_examples=50)
 settings.register_profile("explore", deadline=None, max_examples=1000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "gate"))
 
@@ -43,11 +46,13 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(items):
-    """Mark tests of files that take long: `pytest -m "not slow"` is for in between."""
+    """Mark tests of files that take long: `pytest -m "not slow"` is for in between. Several workers begin with them."""
     slow = {TESTS / name for name in (TESTS / "slow.txt").read_text().split()}
     for item in items:
         if item.path in slow:
             item.add_marker(pytest.mark.slow)
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        items.sort(key=lambda item: item.path not in slow)
     missing = [path.name for path in slow if not path.is_file()]
     if missing:
         raise pytest.UsageError(f"tests/slow.txt names files that are not there: {', '.join(missing)}")

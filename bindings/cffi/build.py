@@ -6,6 +6,7 @@ CMakeLists.txt reads the same list, so that the two builds cannot drift apart.
 import importlib.util
 import os
 import re
+import sys
 from pathlib import Path
 
 from cffi import FFI
@@ -59,3 +60,8 @@ ffi.set_source(
     extra_link_args=[*LINKING, *CFLAGS, "-pthread"],
     depends=[str(path) for path in sorted(BINDINGS.rglob("*.h"))],
 )
+
+if __name__ == "__main__":
+    # for CMake: the source of the extension, and where MuJoCo's headers are
+    ffi.emit_c_code(sys.argv[1])
+    print(mujoco_include())

@@ -2,7 +2,7 @@
  *
  * The dynamic loader gives the same object twice when it is asked twice for the same file, so every
  * copy is a new file: in memory, or where the system has no such files, one that is deleted as soon
- * as it is loaded. Nobody can change it behind our back either. */
+ * as it is loaded. It cannot be changed behind our back either. */
 #ifndef CF_LOADER_LIBRARY_COPY_H
 #define CF_LOADER_LIBRARY_COPY_H
 

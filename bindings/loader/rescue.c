@@ -45,7 +45,7 @@ static void hand_on(const struct sigaction *action, int signal, siginfo_t *info,
 static void handle(int signal, siginfo_t *info, void *context) {
   sigjmp_buf *way_out = rescue;
   if (way_out != NULL) {
-    rescue = NULL;  // a crash on the way out is nobody's business
+    rescue = NULL;  // a crash on the way out is not caught
     siglongjmp(*way_out, signal);
   }
   for (size_t i = 0; i < SIGNAL_COUNT; i++) {

@@ -1,7 +1,7 @@
 /* When code of a provider library crashes, its thread goes on somewhere safe.
  *
  * A crash is one of the signals SIGSEGV, SIGBUS, SIGFPE, SIGILL and SIGTRAP, or SIGABRT, by which
- * assert() ends. Whoever handled them before still gets those that concern nobody here. */
+ * assert() ends. Earlier handlers still get those that are not ours. */
 #ifndef CF_LOADER_RESCUE_H
 #define CF_LOADER_RESCUE_H
 

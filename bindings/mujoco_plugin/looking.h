@@ -1,7 +1,7 @@
 /* What the ranging decks of drones see: scenery, bodies that move, and other drones. Internal to
  * the plugin.
  *
- * Nothing of it is state: it is made anew from positions in every step, and only when a drone asks.
+ * Nothing of it is state: it is made from positions in every step, and only when a drone asks.
  * Bodies that move are seen where MuJoCo's kinematics had them, at the start of the step. */
 #ifndef CF_MUJOCO_PLUGIN_LOOKING_H
 #define CF_MUJOCO_PLUGIN_LOOKING_H
@@ -51,7 +51,7 @@ typedef struct {
 bool cf_looking_new(struct swarm_s *swarm, const mjModel *model);
 void cf_looking_free(struct swarm_s *swarm);
 
-// Starts a step, after the motions of all drones have been sampled. Nobody else may run meanwhile.
+// Starts a step, after the motions of all drones have been sampled. Nothing else may run meanwhile.
 void cf_looking_begin(struct swarm_s *swarm, const mjData *data);
 
 // Distance [m] for the drone `self`, or for nobody (-1); see surroundings.h. Several threads may

@@ -1,6 +1,6 @@
 /* Who is near whom: the drones that a ground station sees, sorted into square columns.
  *
- * A grid is scratch, made anew from positions whenever it is asked for; it is not part of any
+ * A grid is scratch, made from positions whenever it is asked for; it is not part of any
  * state. To fill it costs a time in proportion to the drones, to ask it about one drone a time that
  * depends on its neighborhood only. Columns have a side of 1 m and no end in height. */
 #ifndef CF_MUJOCO_PLUGIN_PEER_GRID_H
@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define CF_PEER_GRID_REACH 10  // [m], whoever is farther away is nobody's neighbor
+#define CF_PEER_GRID_REACH 10  // [m], what is farther away is no neighbor
 
 typedef struct {
   float   position[3];  // [m], world
@@ -22,7 +22,7 @@ typedef struct {
   int count;
   int bucket_bits;  // there are 2^bits buckets
 
-  int32_t low[2];   // columns that hold somebody
+  int32_t low[2];   // columns that hold a drone
   int32_t high[2];  // inclusive
 
   cf_seen_drone_t *added;   // [capacity], in the order of their coming

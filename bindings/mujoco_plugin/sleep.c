@@ -30,7 +30,7 @@
 #define MIN_TWIST 3000.0  // [rad/s^2], three of them at a corner
 
 // A drone that was let go leaves its place when it is this far away and not slow. A heap creeps at
-// a few mm/s: if that were enough, its drones would set each other free for ever.
+// a few mm/s: if that were enough, its drones would wake each other without end.
 #define MIN_DISPLACEMENT 1e-3  // [m]
 
 // Every number within the limit; false for NaN.

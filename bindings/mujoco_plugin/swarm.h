@@ -31,7 +31,7 @@ typedef struct {
   double inverse_inertia[9];  // [1/(kg m^2)]
 } drone_t;
 
-// What a drone's ticks start from and what they lead to. Not state: it is made anew in every step.
+// What a drone's ticks start from and what they lead to. Not state: each step makes it again.
 typedef struct {
   double      coordinates[13];  // pose (7) and twist (6) that the rest belongs to
   cf_motion_t motion;
@@ -69,7 +69,7 @@ struct swarm_s {
   // drones with running rotors, see downwash.h
   cf_peer_grid_t blowing;
   float         *strengths;     // [count], by drone
-  bool           has_downwash;  // somebody feels it
+  bool           has_downwash;  // a drone feels it
   bool           is_look;       // these ticks start with a look around
 
   // what does not move, what drones see, and whom they have run into

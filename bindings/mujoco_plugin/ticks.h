@@ -13,7 +13,7 @@
 // overlapping.
 void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm);
 
-// Reads the poses of all drones as they are, for whoever looks between two steps.
+// Reads the poses of all drones as they are, for a look between two steps.
 void cf_ticks_sample(swarm_t *swarm, const mjModel *model, mjData *data);
 
 // Finishes the ticks, then adds the forces of all drones to qfrc_passive.

@@ -6,7 +6,7 @@
 
 // From the harmless to what wakes; the strongest counts.
 enum {
-  CF_TOUCH_NONE  = 0,  // nobody, or what never moves: the floor
+  CF_TOUCH_NONE  = 0,  // nothing, or what never moves: the floor
   CF_TOUCH_DRONE = 1,  // another drone whose rotors do not push
   CF_TOUCH_HELD  = 2,  // a drone around it was just held, and pushes it no more
   CF_TOUCH_LEFT  = 3,  // a drone that may have carried it has left its place

@@ -6,9 +6,9 @@ from typing import Annotated
 import typer
 
 from crazychoir_fw.cli.attempt import FlightRequest, attempt
-from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Restart, UriBase, need_ros
+from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Provider, Restart, Seed, Threads, UriBase, need_ros
 from crazychoir_fw.cli.signals import unwind_at_signals
-from crazychoir_fw.cli.view import VIEW_HELP, require_way
+from crazychoir_fw.cli.view import View, require_way
 
 
 def fly(
@@ -20,18 +20,15 @@ def fly(
         str,
         typer.Option(help="Camera of flight.mp4: follow, fpv:DRONE, chase:DRONE or one of the scene.", metavar="NAME"),
     ] = "follow",
-    view: Annotated[
-        str | None,
-        typer.Option(help=VIEW_HELP, metavar="[native|web]"),
-    ] = None,
+    view: View = None,
     out: Annotated[Path | None, typer.Option(help="Output folder; otherwise out/ and the mission's name.")] = None,
-    seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
+    seed: Seed = None,
     changes: Annotated[
         list[str] | None,
         typer.Option("--set", help="A value of the mission, such as layers.rate=50; repeatable.", metavar="KEY=VALUE"),
     ] = None,
-    provider: Annotated[str | None, typer.Option(help="Provider of the onboard software.")] = None,
-    threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,
+    provider: Provider = None,
+    threads: Threads = None,
     app: Annotated[
         list[Path] | None,
         typer.Option(help="C file with a controller or an estimator of yours; repeatable."),

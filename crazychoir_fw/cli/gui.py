@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of, console
-from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Restart, UriBase, need_ros
+from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Restart, Seed, UriBase, need_ros
 from crazychoir_fw.cli.signals import stop_at_signals
 
 if TYPE_CHECKING:
@@ -20,47 +20,52 @@ DEFAULT_PORT = 8080
 """Where the page is if nobody says otherwise."""
 
 _READY_S = 240.0  # whatever keeps drones from being ready for so long says so itself
+Host = Annotated[str, typer.Option(help="Address to listen at; from other machines browsers need the token.")]
+Token = Annotated[
+    str | None,
+    typer.Option(help="What browsers must know; made for other hosts and real drones."),
+]
+Backend = Annotated[
+    str | None,
+    typer.Option(help="Where the drones are, instead of the mission's.", metavar="sim|integrator|hardware"),
+]
+LogFile = Annotated[
+    Path | None,
+    typer.Option(help="File in which the flight is logged when the page ends.", metavar="FILE.mcap|csv|npz"),
+]
+Ros = Annotated[
+    bool,
+    typer.Option("--ros", help="Fly the layers as ROS 2 nodes in processes of their own, beside the page."),
+]
+RosJoin = Annotated[
+    bool, typer.Option("--ros-join", help="Show a flight that others have started over ROS 2, and leave it going.")
+]
+Domain = Annotated[
+    int | None,
+    typer.Option(
+        help="ROS domain; otherwise a free one with --ros, and that of ROS_DOMAIN_ID with --ros-join.",
+        min=0,
+        max=232,
+    ),
+]
 
 
 def gui(
     mission: Annotated[Path, typer.Argument(help="Mission file (YAML).", metavar="MISSION.yaml")],
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0 is any free one.")] = DEFAULT_PORT,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
-    host: Annotated[
-        str, typer.Option(help="Address to listen at; from other machines browsers need the token.")
-    ] = "127.0.0.1",
-    token: Annotated[
-        str | None,
-        typer.Option(help="What browsers must know; made for other hosts and real drones."),
-    ] = None,
-    backend: Annotated[
-        str | None,
-        typer.Option(help="Where the drones are, instead of the mission's.", metavar="sim|integrator|hardware"),
-    ] = None,
+    host: Host = "127.0.0.1",
+    token: Token = None,
+    backend: Backend = None,
     uri_base: UriBase = None,
     speed: Annotated[float, typer.Option(min=0.0, max=100.0, help="Simulated seconds per second; 0 pauses.")] = 1.0,
     drawings: Annotated[Path, typer.Option(help="Folder in which drawings are saved.")] = Path("drawings"),
-    log: Annotated[
-        Path | None,
-        typer.Option(help="File in which the flight is logged when the page ends.", metavar="FILE.mcap|csv|npz"),
-    ] = None,
-    seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
-    ros: Annotated[
-        bool,
-        typer.Option("--ros", help="Fly the layers as ROS 2 nodes in processes of their own, beside the page."),
-    ] = False,
-    ros_join: Annotated[
-        bool, typer.Option("--ros-join", help="Show a flight that others have started over ROS 2, and leave it going.")
-    ] = False,
+    log: LogFile = None,
+    seed: Seed = None,
+    ros: Ros = False,
+    ros_join: RosJoin = False,
     processes: Processes = PROCESSES,
-    domain: Annotated[
-        int | None,
-        typer.Option(
-            help="ROS domain; otherwise a free one with --ros, and that of ROS_DOMAIN_ID with --ros-join.",
-            min=0,
-            max=232,
-        ),
-    ] = None,
+    domain: Domain = None,
     restart: Restart = False,
 ) -> None:
     """Open the page of a mission: nothing flies until somebody presses a button there."""
@@ -79,7 +84,7 @@ def gui(
         if log is not None:
             check_format(log.name)
         token = token_for(host, loaded.backend in ("hardware", "mixed"), token)
-        page = Page(host, _bind(host, port), token, drawings, not no_browser, log)
+        page = Page(host, bind(host, port), token, drawings, not no_browser, log)
         if ros or ros_join:
             from crazychoir_fw.cli.gui_ros import OverRos, show_over_ros
 
@@ -155,7 +160,7 @@ def _write_log(session: "Session", path: Path) -> None:
     console.print(f"{record.duration_s:.1f} s of flight are in {path}", soft_wrap=True, markup=False)
 
 
-def _bind(host: str, port: int) -> socket.socket:
+def bind(host: str, port: int) -> socket.socket:
     """Return a socket at an address that is nobody else's.
 
     Raises:

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console
-from crazychoir_fw.cli.view import VIEW_HELP, open_view, require_way
+from crazychoir_fw.cli.shared_options import Threads
+from crazychoir_fw.cli.view import View, open_view, require_way
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.engine import Observer
@@ -19,9 +20,9 @@ _FRAME_TICKS = 20
 def run(
     model: Annotated[Path, typer.Argument(help="Model with Crazyflies in it (MJCF).", metavar="MODEL.xml")],
     seconds: Annotated[float, typer.Option(min=0.0, max=86400.0, help="How long to fly, once they can.")] = 10.0,
-    view: Annotated[str | None, typer.Option(help=VIEW_HELP, metavar="[native|web]")] = None,
+    view: View = None,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of the noise.")] = 0,
-    threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,
+    threads: Threads = None,
 ) -> None:
     """Fly the drones of a model, each by the motor control that its body names."""
     from crazychoir_fw.common.errors import CrazychoirError

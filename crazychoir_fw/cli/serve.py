@@ -11,8 +11,9 @@ import typer
 
 from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console, refuse
 from crazychoir_fw.cli.serve_texts import STATUS_S, Status, announce, summary
+from crazychoir_fw.cli.shared_options import Provider, Seed, Threads
 from crazychoir_fw.cli.signals import stop_at_signals
-from crazychoir_fw.cli.view import VIEW_HELP, require_way
+from crazychoir_fw.cli.view import View, require_way
 
 if TYPE_CHECKING:
     from crazychoir_fw.crtp.server import Server
@@ -46,50 +47,60 @@ class ServeRequest:
     clients: int
 
 
+Drones = Annotated[
+    int | None, typer.Option(min=1, max=1000, help="Serve a grid of so many default drones instead of a mission.")
+]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="UDP port of the first drone; 0 takes any free ones.")]
+Speed = Annotated[
+    float, typer.Option(min=0.0, max=1000.0, help="Simulated seconds per second; 0 is as fast as possible.")
+]
+Seconds = Annotated[
+    float | None, typer.Option(min=0.0, max=1e6, help="Simulated time to serve (s); otherwise until Ctrl-C.")
+]
+NewestWins = Annotated[
+    bool, typer.Option("--newest-wins", help="A second client takes a drone from the first; otherwise it waits.")
+]
+KeepPriority = Annotated[
+    bool,
+    typer.Option("--keep-priority", help="Do not relax the priority of set-points when a client has gone."),
+]
+Storage = Annotated[
+    Path | None, typer.Option(help="Folder of what clients store on their drones, from one run to the next.")
+]
+AsAsked = Annotated[
+    bool,
+    typer.Option("--as-asked", help="Send tables of contents item by item, to all clients at once."),
+]
+WaitFor = Annotated[
+    int, typer.Option(min=0, metavar="N", help="Let time stand still until so many drones have a client.")
+]
+NoJournal = Annotated[
+    bool,
+    typer.Option("--no-journal", help="With --out: write no requests down, for days of serving; no replay then."),
+]
+
+
 def serve(
     mission: Annotated[
         Path | None,
         typer.Argument(help="Mission file (YAML): its drones, scene and faults.", metavar="[MISSION.yaml]"),
     ] = None,
-    drones: Annotated[
-        int | None, typer.Option(min=1, max=1000, help="Serve a grid of so many default drones instead of a mission.")
-    ] = None,
+    drones: Drones = None,
     host: Annotated[str, typer.Option(help="Address of this machine to listen at.")] = "127.0.0.1",
-    port: Annotated[
-        int, typer.Option(min=0, max=65535, help="UDP port of the first drone; 0 takes any free ones.")
-    ] = 19850,
-    speed: Annotated[
-        float, typer.Option(min=0.0, max=1000.0, help="Simulated seconds per second; 0 is as fast as possible.")
-    ] = 1.0,
-    seconds: Annotated[
-        float | None, typer.Option(min=0.0, max=1e6, help="Simulated time to serve (s); otherwise until Ctrl-C.")
-    ] = None,
+    port: Port = 19850,
+    speed: Speed = 1.0,
+    seconds: Seconds = None,
     out: Annotated[Path | None, typer.Option(help="Folder for log.npz, flight.png and statistics.json.")] = None,
-    view: Annotated[str | None, typer.Option(help=VIEW_HELP, metavar="[native|web]")] = None,
-    seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")] = None,
-    provider: Annotated[str | None, typer.Option(help="Provider of the onboard software.")] = None,
-    threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,
-    newest_wins: Annotated[
-        bool, typer.Option("--newest-wins", help="A second client takes a drone from the first; otherwise it waits.")
-    ] = False,
-    keep_priority: Annotated[
-        bool,
-        typer.Option("--keep-priority", help="Do not relax the priority of set-points when a client has gone."),
-    ] = False,
-    storage: Annotated[
-        Path | None, typer.Option(help="Folder of what clients store on their drones, from one run to the next.")
-    ] = None,
-    as_asked: Annotated[
-        bool,
-        typer.Option("--as-asked", help="Send tables of contents item by item, to all clients at once."),
-    ] = False,
-    wait_for: Annotated[
-        int, typer.Option(min=0, metavar="N", help="Let time stand still until so many drones have a client.")
-    ] = 0,
-    no_journal: Annotated[
-        bool,
-        typer.Option("--no-journal", help="With --out: write no requests down, for days of serving; no replay then."),
-    ] = False,
+    view: View = None,
+    seed: Seed = None,
+    provider: Provider = None,
+    threads: Threads = None,
+    newest_wins: NewestWins = False,
+    keep_priority: KeepPriority = False,
+    storage: Storage = None,
+    as_asked: AsAsked = False,
+    wait_for: WaitFor = 0,
+    no_journal: NoJournal = False,
 ) -> None:
     """Serve the drones of a mission by UDP, so that scripts with cflib fly them; its phases are not flown."""
     from crazychoir_fw.common.errors import CrazychoirError, RangeError
@@ -196,15 +207,21 @@ def _serve(mission: "Mission", request: ServeRequest) -> list[str]:
             if show is None:
                 raise
             console.print(str(error), markup=False)  # the window was closed
-    statistics = server.statistics()
+    _report(server.statistics(), mission, request.out, recorder)
+    return [drone.failure for drone in world.drones if drone.failure is not None]
+
+
+def _report(
+    statistics: "Statistics", mission: "Mission", folder: Path | None, recorder: "FlightRecorder | None"
+) -> None:
+    """Say how it went, and write it down."""
     console.print(summary(statistics))
     if statistics.link:
         from crazychoir_fw.crtp.link_model.tables import link_tables
 
         console.print(link_tables(statistics.link))
-    if request.out is not None and recorder is not None:
-        _write(request.out, mission, recorder, statistics)
-    return [drone.failure for drone in world.drones if drone.failure is not None]
+    if folder is not None and recorder is not None:
+        _write(folder, mission, recorder, statistics)
 
 
 def _boot(world: "World") -> None:

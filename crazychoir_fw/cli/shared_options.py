@@ -4,6 +4,9 @@ from typing import Annotated
 
 import typer
 
+Seed = Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed instead of the mission's.")]
+Threads = Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")]
+Provider = Annotated[str | None, typer.Option(help="Provider of the onboard software.")]
 UriBase = Annotated[
     str | None,
     typer.Option(

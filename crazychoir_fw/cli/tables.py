@@ -20,63 +20,49 @@ def facts_table(facts: Mapping[str, str]) -> Table:
     return table
 
 
-def flight_table(summary: dict[str, Any]) -> Table:
-    """Return one row per drone, or the worst ones of a large swarm."""
-    drones = summary["drones"]
-    title = f"{summary['mission']}: {len(drones)} drones, {summary['provider']} onboard software"
-    if len(drones) > MANY:
-        drones = sorted(drones, key=lambda drone: -(drone["max_error_m"] or 0.0))[:MANY]
-        title += f" (the {MANY} with the largest errors)"
-    table = Table(title=title, box=box.SIMPLE_HEAD, collapse_padding=True, pad_edge=False)
-    table.add_column("drone", no_wrap=True, min_width=5)
-    # two short lines each, so that the table fits a terminal of 80 columns with its units
-    headings = ["RMS error\n(cm)", "max error\n(cm)", "end\n(cm)", "estimate\n(cm)", "thrust\n(%)", "battery\n(V)"]
-    for heading in headings:
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("supervisor", no_wrap=True)
-    for drone in drones:
-        lengths = ("rms_error_m", "max_error_m", "endpoint_error_m", "estimator_rms_m")
-        table.add_row(
-            drone["id"],
-            *(_figure(drone[key], scale=100.0) for key in lengths),
-            _figure(drone["hover_thrust_percent"]),
-            _figure(drone["battery_V"], digits=2),
-            drone["supervisor_state"],
-        )
-    return table
-
-
 def flight_tables(summary: dict[str, Any]) -> list[Table]:
-    """Return what is shown of any flight: one table for phases, two for layers."""
-    if "endpoint_error_m" in summary["drones"][0]:
-        return [flight_table(summary)]
-    tables = [_layers_table(summary)]
+    """Return what is shown of a flight: the drones, and the criteria, if there are some."""
+    tables = [_drones_table(summary)]
     return [*tables, _criteria_table(summary)] if summary["criteria"] else tables
 
 
-def _layers_table(summary: dict[str, Any]) -> Table:
-    """Return one row per drone that layers flew, or the worst ones of a large swarm."""
+# two short lines each, so that a table fits a terminal of 80 columns with its units: heading, key, factor, digits
+_ONBOARD_COLUMNS = (
+    ("RMS error\n(cm)", "rms_error_m", 100.0, 1),
+    ("max error\n(cm)", "max_error_m", 100.0, 1),
+    ("end\n(cm)", "endpoint_error_m", 100.0, 1),
+    ("estimate\n(cm)", "estimator_rms_m", 100.0, 1),
+    ("thrust\n(%)", "hover_thrust_percent", 1.0, 1),
+    ("battery\n(V)", "battery_V", 1.0, 2),
+    ("supervisor", "supervisor_state", None, 0),
+)
+_LAYERS_COLUMNS = (
+    ("role", "role", None, 0),
+    ("end\n(cm)", "position_error_m", 100.0, 1),
+    ("RMS error\n(cm)", "rms_error_m", 100.0, 1),
+    ("max error\n(cm)", "max_error_m", 100.0, 1),
+    ("nearest\n(m)", "least_distance_m", 1.0, 2),
+    ("state", "phase", None, 0),
+)
+
+
+def _drones_table(summary: dict[str, Any]) -> Table:
+    """Return one row per drone, or the worst ones of a large swarm."""
     drones = summary["drones"]
-    title = f"{summary['mission']}: {len(drones)} drones, backend {summary['backend']}"
+    columns, worst, flown = _LAYERS_COLUMNS, "position_error_m", f"backend {summary['backend']}"
+    if "role" not in drones[0]:
+        columns, worst, flown = _ONBOARD_COLUMNS, "max_error_m", f"{summary['provider']} onboard software"
+    title = f"{summary['mission']}: {len(drones)} drones, {flown}"
     if len(drones) > MANY:
-        drones = sorted(drones, key=lambda drone: -(drone["position_error_m"] or 0.0))[:MANY]
+        drones = sorted(drones, key=lambda drone: -(drone[worst] or 0.0))[:MANY]
         title += f" (the {MANY} with the largest errors)"
     table = Table(title=title, box=box.SIMPLE_HEAD, collapse_padding=True, pad_edge=False)
     table.add_column("drone", no_wrap=True, min_width=5)
-    table.add_column("role", no_wrap=True)
-    headings = ["end\n(cm)", "RMS error\n(cm)", "max error\n(cm)", "nearest\n(m)"]
-    for heading in headings:
-        table.add_column(heading, justify="right", no_wrap=True)
-    table.add_column("state", no_wrap=True)
+    for heading, _, factor, _ in columns:
+        table.add_column(heading, justify="left" if factor is None else "right", no_wrap=True)
     for drone in drones:
-        lengths = ("position_error_m", "rms_error_m", "max_error_m")
-        table.add_row(
-            drone["id"],
-            drone["role"],
-            *(_figure(drone[key], scale=100.0) for key in lengths),
-            _figure(drone["least_distance_m"], digits=2),
-            drone["phase"],
-        )
+        figures = (drone[key] if factor is None else _figure(drone[key], factor, n) for _, key, factor, n in columns)
+        table.add_row(drone["id"], *figures)
     return table
 
 

@@ -9,8 +9,9 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager
 from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
+import typer
 from typer.core import TyperCommand
 
 from crazychoir_fw.cli.console import refuse
@@ -20,7 +21,13 @@ if TYPE_CHECKING:
     from crazychoir_fw.flight.engine import Observer
 
 WAYS = ("auto", "native", "web")
-VIEW_HELP = "Watch the flight in real time; alone, it opens a window, or a page where there is no display."
+View = Annotated[
+    str | None,
+    typer.Option(
+        help="Watch the flight in real time; alone, it opens a window, or a page where there is no display.",
+        metavar="[native|web]",
+    ),
+]
 
 
 class ViewCommand(TyperCommand):

@@ -6,9 +6,10 @@ import socket
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING
 
+from crazychoir_fw.cli.gui import bind
 from crazychoir_fw.cli.pace import FramePacer
 
 if TYPE_CHECKING:
@@ -38,18 +39,20 @@ def open_page(say: Callable[[str], None], patience_s: float = PATIENCE_S) -> Ite
 
     require_nicegui()
     from crazychoir_fw.gui.feed import FRAME_S
+    from crazychoir_fw.gui.live import WORDS_S
     from crazychoir_fw.gui.viewing import Viewing
 
-    viewing = server = thread = None
+    viewing = server = live = thread = None
     pace = FramePacer(FRAME_S)
 
     def show(world: World, progress: Progress) -> None:
-        nonlocal viewing, server, thread
+        nonlocal viewing, server, live, thread
         if viewing is None:
             viewing = Viewing(world, "crazychoir")
             viewing.show(progress.sim_seconds, time.perf_counter())
             bound = _bind()
             server, live = make_view_server(viewing)
+            bound.listen()
             thread = threading.Thread(target=server.run, args=[[bound]], name="page", daemon=True)
             thread.start()
             say(
@@ -65,6 +68,9 @@ def open_page(say: Callable[[str], None], patience_s: float = PATIENCE_S) -> Ite
         yield show
     finally:
         if server is not None:
+            viewing.is_over = True
+            if live.count:
+                time.sleep(2 * WORDS_S)  # until browsers have heard of it
             server.should_exit = True
             thread.join(timeout=10.0)
 
@@ -78,15 +84,8 @@ def _wait_for_somebody(live: Live, patience_s: float) -> None:
 
 
 def _bind() -> socket.socket:
-    """Return a socket that listens at the first free port from `PORT` on."""
-    for port in [*range(PORT, PORT + 100), 0]:
-        bound = socket.socket()
-        try:
-            # a port that was in use a moment ago is free
-            bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            bound.bind((HOST, port))
-            bound.listen()
-            return bound
-        except OSError:
-            bound.close()
-    raise OSError(f"no port of {HOST} is free")
+    """Return a socket at the first free port from `PORT` on."""
+    for port in range(PORT, PORT + 100):
+        with suppress(OSError):
+            return bind(HOST, port)
+    return bind(HOST, 0)

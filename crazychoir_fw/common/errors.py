@@ -25,10 +25,6 @@ class MissingLibraryError(StateError, ImportError):
     """What was asked for needs a library that is not installed; the text has the command that installs it."""
 
 
-class BlockedError(StateError):
-    """The supervisor keeps the drone from flying, so that its high-level commander accepts nothing."""
-
-
 class RadioError(CrazychoirError, ConnectionError):
     """A drone is not reached, or no longer, over the radio; the text names drone and URI."""
 

@@ -27,14 +27,14 @@ NOTE_RATE, NOTE_BURST = 1.0, 20.0
 class DroneRadio:
     """What the radio thread keeps for one drone; only it writes here, except where it says so."""
 
-    def __init__(self, station: Station, opened: socket.socket, owner: ClientSession) -> None:
+    def __init__(self, station: Station, opened: socket.socket, session: ClientSession) -> None:
         self.station = station
         self.name: str = station.context.drone.id
         self.socket = opened
         self.private: socket.socket | None = None
-        """Hears and talks to the owner alone, where the operating system can do that."""
+        """Hears and talks to its client alone, where the operating system can do that."""
         self.private_for: Address | None = None
-        self.owner = owner
+        self.session = session
         self.counts = PacketCounts()
         self.is_open = False
         """Whether a session has begun."""
@@ -43,7 +43,7 @@ class DroneRadio:
         self.has_refused = False
         """Whether another client has been refused in this session."""
         self.has_output = False
-        """Whether there is something to fetch from the line; set by any thread."""
+        """Whether there is something to fetch from the services; set by any thread."""
         self.owes_relax = False
         """Whether a session has ended since the priority of set-points was relaxed; reset by the simulation thread."""
         self.unsent: deque[bytes] = deque()

@@ -50,7 +50,7 @@ class _Letter(bytes):
     @classmethod
     def of(cls, radio: DroneRadio, datagram: bytes) -> _Letter:
         letter = cls(datagram)
-        letter.client, letter.session = radio.owner.address, radio.counts.sessions
+        letter.client, letter.session = radio.session.address, radio.counts.sessions
         return letter
 
 
@@ -114,7 +114,7 @@ class Radio:
         now = self._clock()
         for radio in self._radios:
             self._end(radio, now, "closed")
-            radio.owner.leave()
+            radio.session.leave()
             radio.station.context.wake_radio = lambda: None
             if radio.private is not None:
                 radio.private.close()
@@ -187,7 +187,7 @@ class Radio:
                     self._wake_out.recv(64)
             else:
                 self._receive(key.data, key.fileobj, now)
-                if key.data.private_for != key.data.owner.address:
+                if key.data.private_for != key.data.session.address:
                     self._make_private(key.data, now)
         # before looking who has output: what is sent after this wakes again
         self._is_awake = False
@@ -206,15 +206,15 @@ class Radio:
         self._rest_s = _IDLE_S
         self._answer_in_turn(now)
         for radio in self._turns.waiting:
-            radio.owner.wait_for_answer(now)
+            radio.session.wait_for_answer(now)
             radio.heard_by_drone_at = now
         for radio in self._radios:
             self._look_who_is_gone(radio, now)
             for look in tuple(radio.station.context.looks):
                 look()
-            if radio.private_for != radio.owner.address:
+            if radio.private_for != radio.session.address:
                 self._make_private(radio, now)
-            if radio.owner.address is not None:
+            if radio.session.address is not None:
                 self._rest_s = min(self._rest_s, _LOOK_S)
 
     # ---------------------------------------------------------------- up
@@ -247,9 +247,9 @@ class Radio:
 
     def _rule(self, radio: DroneRadio, datagram: bytes, address: Address, now: float) -> None:
         """Do with a datagram what the rule for clients says."""
-        counts, owner = radio.counts, radio.owner
+        counts, session = radio.counts, radio.session
         counts.received += 1
-        previous = owner.address
+        previous = session.address
         if address == previous:
             budget = radio.of_client
         else:
@@ -258,7 +258,7 @@ class Radio:
         if not budget.take(now):
             counts.rate_limited += 1
             return
-        ruling = owner.hear(address, datagram, now)
+        ruling = session.hear(address, datagram, now)
         if ruling is Ruling.TAKE:
             self._send_up(radio, datagram, now)
         elif ruling is Ruling.BEGIN:
@@ -285,7 +285,7 @@ class Radio:
         radio.counts.refused += 1
         if not radio.has_refused:
             radio.has_refused = True
-            self._note(radio, now, "radio_refused", client=_named(address), owner=_named(radio.owner.address))
+            self._note(radio, now, "radio_refused", client=_named(address), owner=_named(radio.session.address))
 
     def _send_up(self, radio: DroneRadio, datagram: bytes, now: float) -> None:
         if self._link is not None:
@@ -347,9 +347,9 @@ class Radio:
         radio.has_output = False
         for _ in range(len(radio.unsent)):
             self._emit(radio, radio.unsent.popleft(), False, now)
-        counts, owner = radio.counts, radio.owner
-        is_silent = not self._was_deaf and now - owner.heard_at > STALL_SHARE * self._silence_s
-        is_behind = not radio.is_open or owner.address is None or is_silent
+        counts, session = radio.counts, radio.session
+        is_silent = not self._was_deaf and now - session.heard_at > STALL_SHARE * self._silence_s
+        is_behind = not radio.is_open or session.address is None or is_silent
         for datagram, droppable in radio.station.context.take_out():
             if not radio.is_open or (droppable and (is_behind or not radio.of_logs.take(now))):
                 counts.dropped += 1
@@ -365,8 +365,8 @@ class Radio:
 
     def _emit(self, radio: DroneRadio, datagram: bytes, droppable: bool, now: float) -> None:
         """Hand a datagram to the operating system, for the client."""
-        address = radio.owner.address
-        while address is not None and address == radio.owner.address:
+        address = radio.session.address
+        while address is not None and address == radio.session.address:
             try:
                 if radio.private is not None and radio.private_for == address:
                     radio.private.send(datagram)
@@ -397,7 +397,7 @@ class Radio:
         radio.is_open = True
         radio.has_refused = False
         radio.counts.sessions += 1
-        self._note(radio, now, "radio_session", phase="begin", client=_named(radio.owner.address))
+        self._note(radio, now, "radio_session", phase="begin", client=_named(radio.session.address))
 
     def _end(self, radio: DroneRadio, now: float, reason: str, client: Address | None = None) -> None:
         """End a session, if there is one."""
@@ -413,7 +413,7 @@ class Radio:
         radio.counts.dropped += len(radio.station.context.take_out())
         radio.unsent.clear()
         self._note(
-            radio, now, "radio_session", phase="end", reason=reason, client=_named(client or radio.owner.address)
+            radio, now, "radio_session", phase="end", reason=reason, client=_named(client or radio.session.address)
         )
         radio.owes_relax = True
         self.when_a_session_ended()
@@ -421,15 +421,15 @@ class Radio:
     def _look_who_is_gone(self, radio: DroneRadio, now: float) -> None:
         if radio.is_open and now - radio.heard_by_drone_at > self._silence_s:
             self._end(radio, now, "silence")
-        if radio.owner.is_gone(now):
+        if radio.session.is_gone(now):
             self._end(radio, now, "silence")
-            radio.owner.leave()
+            radio.session.leave()
         self._serve_next(radio, now)
 
     def _serve_next(self, radio: DroneRadio, now: float) -> None:
         """Hand the drone to who waits for it, if it is free."""
-        previous = radio.owner.address
-        request = radio.owner.next_in_line(now)
+        previous = radio.session.address
+        request = radio.session.next_in_line(now)
         if request is not None:
             self._end(radio, now, "next client", previous)
             self._send_up(radio, request, now)
@@ -439,19 +439,19 @@ class Radio:
         gone = read_refusals(radio.socket)
         if radio.private is not None:
             gone += read_refusals(radio.private)
-        owner = radio.owner
+        session = radio.session
         for address in gone:
-            owner.forget(address)
-            if owner.address == address:
+            session.forget(address)
+            if session.address == address:
                 self._end(radio, now, "gone")
-                owner.leave()
+                session.leave()
                 self._serve_next(radio, now)
         return bool(gone)
 
     def _make_private(self, radio: DroneRadio, now: float) -> None:
         """Listen to a new owner apart from others, and no more to the old one."""
         late: list[tuple[bytes, Address]] = []
-        owner = radio.owner.address
+        owner = radio.session.address
         private = radio.private
         if private is not None and not (is_for_one_address(radio.socket) and turn_to(private, owner)):
             # nothing comes any more, so that what is read here is all
@@ -477,8 +477,8 @@ class Radio:
     def _note(self, radio: DroneRadio, now: float, kind: str, **details: str) -> None:
         """Have the world remember something; too much of it is forgotten."""
         if radio.of_notes.take(now):
-            line = radio.station.context
-            line.later(partial(line.world.note, kind, radio.name, **details))
+            context = radio.station.context
+            context.later(partial(context.world.note, kind, radio.name, **details))
 
     def _report(self, radio: DroneRadio | None, sentence: str, error: Exception) -> None:
         report(self._reported, radio.name if radio is not None else "all drones", sentence, error)
@@ -498,7 +498,7 @@ def _named(address: Address | None) -> str:
 
 def _is_stale(radio: DroneRadio, direction: Direction, letter: _Letter) -> bool:
     """Tell whether a packet has been overtaken by another client, or by another session of its own."""
-    client = radio.owner.address
+    client = radio.session.address
     if direction is Direction.UP:
         # of one who has gone the drone still hears the last words
         return client is not None and client != letter.client

@@ -34,15 +34,7 @@ def make_backend(mission: Mission, threads: int | None = None, visuals: bool = F
     Raises:
         CrazychoirError: If it cannot be made as the mission says.
     """
-    if mission.backend == "hardware":
-        from crazychoir_fw.flight.real_drones import over_the_radio
-
-        return over_the_radio(mission)
-    if mission.backend == "mixed":
-        from crazychoir_fw.flight.real_drones import mixed_reality
-
-        return mixed_reality(mission, partial(_sim, mission, threads, visuals))
-    return {"sim": _sim, "integrator": _integrator}[mission.backend](mission, threads, visuals)
+    return _MAKERS[mission.backend](mission, threads, visuals)  # type: ignore[arg-type]
 
 
 # -------------------------------------------------------------------------------- simulated worlds
@@ -149,3 +141,22 @@ def _integrator(mission: LayeredMission, threads: int | None, visuals: bool) -> 
     if mission.layers.odometry == "mocap":
         backend.read_poses = MocapPoses(backend.read_poses, mission.seed)
     return backend
+
+
+# -------------------------------------------------------------------------------- real drones
+
+
+def _hardware(mission: LayeredMission, threads: int | None, visuals: bool) -> Backend:
+    del threads, visuals
+    from crazychoir_fw.flight.real_drones import over_the_radio
+
+    return over_the_radio(mission)
+
+
+def _mixed(mission: LayeredMission, threads: int | None, visuals: bool) -> Backend:
+    from crazychoir_fw.flight.real_drones import mixed_reality
+
+    return mixed_reality(mission, partial(_sim, mission, threads, visuals))
+
+
+_MAKERS = {"sim": _sim, "integrator": _integrator, "hardware": _hardware, "mixed": _mixed}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -13,15 +13,13 @@ import numpy as np
 from crazychoir_fw.flight.agents import make_agents, make_groups, names_of
 from crazychoir_fw.flight.backend import Backend
 from crazychoir_fw.flight.backends import make_backend
-from crazychoir_fw.flight.criteria import Window
 from crazychoir_fw.flight.experiment import Experiment
 from crazychoir_fw.flight.flight_result import Film, FlightResult
-from crazychoir_fw.flight.layers_judge import assess_layers
+from crazychoir_fw.flight.layers_flight import LayersFlight
 from crazychoir_fw.flight.onboard_flight import OnboardFlight
-from crazychoir_fw.flight.plan_judge import assess_plan
 from crazychoir_fw.flight.services import make_services
 from crazychoir_fw.flight.summary import Assessment, summarize
-from crazychoir_fw.mission.schema import Mission
+from crazychoir_fw.mission.schema import LayeredMission, Mission
 
 if TYPE_CHECKING:
     from crazychoir_fw.simulation import World
@@ -63,45 +61,45 @@ def fly(
         observe: Called with the world, if there is one, to show progress or to pace the flight: at every sample of the
             log, or about 25 times per second of a flight of layers.
         backend: Where the drones are, instead of what the mission says; it is closed at the end.
-        make: Makes the experiment of mission, backend and observer, instead of `make_experiment`.
+        make: Makes the layers of mission, backend and observer, instead of `make_experiment`.
 
     Raises:
         CrazychoirError: If backend or layers cannot be made as the mission says.
     """
-    chosen = make_backend(mission, threads, visuals) if backend is None else backend
-    world, rounds = getattr(chosen, "world", None), 0
-    started = time.perf_counter()
+    chosen: Any = make_backend(mission, threads, visuals) if backend is None else backend
+    world, rounds, started = getattr(chosen, "world", None), 0, time.perf_counter()
 
-    def show(flight: Experiment | OnboardFlight) -> None:
+    def show(_: Any) -> None:
         nonlocal rounds
         if rounds % flight.rounds_per_picture == 0:
             wall = time.perf_counter() - started
-            observe(world, Progress(flight.time - flight.began, flight.total_s, wall))  # type: ignore[misc, operator]
+            observe(world, Progress(chosen.time - flight.began, flight.total_s, wall))  # type: ignore[misc]
         rounds += 1
 
     try:
-        flight = (make or make_experiment)(mission, chosen, None if observe is None else show)
-        started, begin = time.perf_counter(), flight.time
-        windows = flight.fly(mission.flight)
-        seconds, flown = time.perf_counter() - started, flight.time - begin
-        log = flight.log(_about(mission, chosen, windows))
+        watch = None if observe is None else show
+        flight: Any
         if mission.layers is None:
-            assessment = assess_plan(mission, flight, log)
+            flight = OnboardFlight(mission, chosen, watch)
         else:
-            assessment = assess_layers(mission, flight, log, windows)
-        summary = summarize(mission, flight, log, assessment, flown, seconds)
-        film = _film(mission, flight, assessment, frames_per_second)
-        return FlightResult(mission, world, log, film, summary, assessment.judge)
+            flight = LayersFlight(mission, (make or make_experiment)(mission, chosen, watch))
+        started, begin = time.perf_counter(), chosen.time
+        flight.fly()
+        seconds, flown = time.perf_counter() - started, chosen.time - begin
+        log = flight.log({"mission": mission.name, "description": mission.description})
+        assessment = flight.assess(log)
+        summary = summarize(mission, chosen, log, assessment, flown, seconds)
+        return FlightResult(
+            mission, world, log, _film(mission, flight, assessment, frames_per_second), summary, assessment.judge
+        )
     finally:
         chosen.close()
 
 
 def make_experiment(
-    mission: Mission, backend: Backend | None = None, observe: Callable[[Any], None] | None = None
-) -> Any:
+    mission: LayeredMission, backend: Backend | None = None, observe: Callable[[Experiment], None] | None = None
+) -> Experiment:
     """Return the layers of a mission on a backend, for those who press the buttons from Python.
-
-    Without layers it is an `OnboardFlight`, with no buttons: the planners on board fly the phases of the mission.
 
     Args:
         mission: The mission; its `flight` is not flown.
@@ -111,26 +109,11 @@ def make_experiment(
     Raises:
         CrazychoirError: If layers or backend cannot be made as the mission says.
     """
-    chosen: Any = make_backend(mission) if backend is None else backend
-    if mission.layers is None:
-        return OnboardFlight(mission, chosen, observe)
+    chosen = make_backend(mission) if backend is None else backend
     agents = make_agents(mission, lambda: chosen.time, chosen.true_positions)
     groups = make_groups(mission, list(chosen.masses), getattr(chosen, "true_poses", None))
     services = make_services(mission, agents)
     return Experiment(chosen, agents, groups, mission.layers.rate, mission.log_rate, observe, services)
-
-
-def _about(mission: Mission, backend: Backend, windows: Sequence[Window]) -> dict[str, Any]:
-    """Return what a log says about its flight."""
-    about: dict[str, Any] = {"mission": mission.name, "description": mission.description}
-    faults = getattr(backend, "faults", [])
-    if mission.layers is None or faults:
-        about["faults"] = faults
-    if mission.layers is not None:
-        about["backend"], about["seed"] = mission.backend, mission.seed
-        about["windows"] = [[window.name, window.begin, window.end] for window in windows]
-        about["platform"] = ", ".join(sorted({drone.platform for drone in mission.fleet}))
-    return about
 
 
 def _film(mission: Mission, flight: Any, assessment: Assessment, frames_per_second: int) -> Film:

@@ -18,7 +18,6 @@ from crazychoir_fw.common.user_code import describe
 from crazychoir_fw.flight.agent import Agent, DronePhase, SwarmPhases
 from crazychoir_fw.flight.backend import Backend, one_of
 from crazychoir_fw.flight.control_group import ControlGroup
-from crazychoir_fw.flight.criteria import Window
 from crazychoir_fw.flight.services import Service
 from crazychoir_fw.guidance import GuidanceGroup
 from crazychoir_fw.mission.communicators import statistics_of
@@ -34,9 +33,6 @@ _FALLEN_S = 1.0  # on the floor, after which it is not about to go on
 _LANDING_SPEED = 0.5  # [m/s], at which a drone that passes the floor has not come to land
 _DESCENDS = 0.02  # [m/s], above what velocities of a drone at rest are taken for
 _ROUNDS_PER_LOOK = 4  # rounds between two looks at who failed
-_PICTURES_HZ = 25
-_LATE_S = 6.0  # so much longer than its phase a landing may take
-_SETTLE_S = 1.0  # after the last phase
 PARTS = ("simulation", "guidance", "planning", "control", "sending", "record")
 
 
@@ -81,9 +77,7 @@ class Experiment(Stateful):
 
     no_rewind: str | None = None
     """Why time cannot be turned back though the backend can, a sentence."""
-    longest_film_s = 12.0
-    """A film of a longer flight is played faster (s)."""
-    unkept = ("shares", "_observe")
+    unkept = ("shares", "observe")
 
     def __init__(
         self,
@@ -126,15 +120,9 @@ class Experiment(Stateful):
         """What happened, in order."""
         self.shares = dict.fromkeys(PARTS, 0.0)
         """Time that each part took on this machine (s); for people, nothing depends on it."""
-        self.rounds_per_picture = max(1, rate // _PICTURES_HZ)
-        """How often people who watch are shown something."""
-        self.began: float | None = None
-        """When the phases of a mission began (s)."""
-        self.total_s = 0.0
-        """How long they take (s)."""
         self._rounds = 0
         self._rounds_per_sample = rate // log_rate
-        self._observe = observe
+        self.observe = observe
         self._controlled = {int(i) for group in groups for i in group.indices}
         self._commands = np.zeros((len(agents), 4))
         self._seen: Pose | None = None  # of each drone, without gaps
@@ -250,41 +238,6 @@ class Experiment(Stateful):
                 raise UnknownNameError(f"there is no drone '{name}', allowed: {', '.join(known)}")
         return [known[name] for name in wanted]
 
-    # ---------------------------------------------------------------- phases
-
-    def fly(self, phases: Sequence[Any]) -> list[Window]:
-        """Fly the phases of a mission one after the other, or until no drone flies any more; returns when they were.
-
-        Args:
-            phases: See `crazychoir_fw.mission.phases.LayeredPhase`.
-        """
-        self.began, self.total_s = self.time, sum(phase.maneuver.duration for phase in phases)
-        if self._observe is not None:
-            self._observe(self)
-        windows, is_down = [], False
-        for phase in phases:
-            begin = self.time
-            self._begin(phase.name, phase.maneuver)
-            if not is_down:
-                self.run(phase.maneuver.duration)
-            windows.append(Window(phase.name, begin, self.time))
-            # when all drones failed there is nothing left to see
-            is_down = all(agent.failure is not None for agent in self.agents)
-        if phases[-1].name == "land":
-            self.run_until_landed(_LATE_S)
-        self.run(_SETTLE_S)
-        return windows
-
-    def _begin(self, name: str, maneuver: Any) -> None:
-        """Press the button of a phase, or hand over its points."""
-        if name == "trajectory":
-            points = [TrajectoryPoint(time, np.array(at)) for time, *at in maneuver.rows]
-            self.set_trajectory(points, maneuver.drones)
-        elif name == "go_to":
-            self.set_trajectory([TrajectoryPoint(maneuver.duration, np.array(maneuver.position))], maneuver.drones)
-        elif name != "hover":
-            getattr(self, name)(maneuver.drones)
-
     # ---------------------------------------------------------------- rounds
 
     def run(self, seconds: float) -> None:
@@ -337,8 +290,8 @@ class Experiment(Stateful):
         for name, seconds in zip(PARTS[1:], parts, strict=True):
             self.shares[name] += seconds
         self.shares["simulation"] += clock() - recorded
-        if self._observe is not None:
-            self._observe(self)
+        if self.observe is not None:
+            self.observe(self)
 
     def _poses(self) -> Pose:
         """Return where all drones are; those that are not seen stay where they were."""

@@ -5,19 +5,18 @@ from __future__ import annotations
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.flight.backends import READY_TIMEOUT, add_faults
-from crazychoir_fw.flight.criteria import Window
-from crazychoir_fw.flight.summary import collision_failures
+from crazychoir_fw.flight.plan_judge import flight_figures, judge
+from crazychoir_fw.flight.summary import Assessment, collision_failures
 from crazychoir_fw.mission.plan import Command, plan_flight
 from crazychoir_fw.mission.schema import Mission
 
 if TYPE_CHECKING:
-    from crazychoir_fw.flight.experiment import Event
     from crazychoir_fw.flight.sim_backend import SimBackend
     from crazychoir_fw.recording.flight_log import FlightLog
 
@@ -29,7 +28,7 @@ SUPERVISOR_TICKS = 40
 
 
 class OnboardFlight:
-    """Simulated drones that fly a plan, up to its end or the first failure; the engine asks it as an `Experiment`."""
+    """One flight while it runs, of simulated drones; the engine asks a `LayersFlight` the same."""
 
     rounds_per_picture = 1
     longest_film_s = math.inf
@@ -49,34 +48,23 @@ class OnboardFlight:
         self.total_s = self.plan.ticks / TICKS_PER_SECOND
         self.began: float | None = None
         """When the drones were ready (s)."""
-        self.failures: list[str] = []
-        """Why the flight ended, one sentence each."""
-        self.own_failures: dict[str, str] = {}
-        """Of drones that fly themselves, by id: the others go on."""
-        self.expected: dict[str, str] = {}
-        """What happened to those that may fail, by id."""
-        self.events: list[Event] = []
-        self.shares = {"simulation": 0.0, "record": 0.0}
+        self._failures: list[str] = []  # why the flight ended
+        self._own_failures: dict[str, str] = {}  # of drones that fly themselves, by id: the others go on
+        self._expected: dict[str, str] = {}  # what happened to those that may fail, by id
+        self._shares = {"simulation": 0.0, "record": 0.0}
         self._mission = mission
         self._world = backend.world
         self._observe = observe
         self._events_seen = 0
 
-    @property
-    def time(self) -> float:
-        """Time of the backend (s)."""
-        return self.backend.time
-
-    def fly(self, phases: Sequence[Any]) -> list[Window]:
-        """Fly to the end of the plan, which these phases are."""
-        del phases
+    def fly(self) -> None:
+        """Get ready, and fly to the end of the plan or the first failure."""
         if self._get_ready():
-            self.began = self.time
+            self.began = self.backend.time
             self._follow_plan()
         else:
             # even a flight that never began has a log: how things stood
             self.backend.record({})
-        return []
 
     def _get_ready(self) -> bool:
         """Wait for calibration, checks and arming, upload, and plan what goes wrong; return whether all can fly."""
@@ -88,8 +76,8 @@ class OnboardFlight:
                     commander.upload_trajectory(upload.number, upload.rows, offset=upload.offset)
             self.backend.faults = add_faults(self._mission, self._world)
         except CrazychoirError as error:
-            self.failures.append(str(error))
-        return not self.failures
+            self._failures.append(str(error))
+        return not self._failures
 
     def _follow_plan(self) -> None:
         """Send the commands at their ticks until the end or the first failure; a sample comes before them."""
@@ -101,12 +89,12 @@ class OnboardFlight:
             self._sample(tick)
             while commands and commands[0].tick < tick + ROUND_TICKS:
                 if commands[0].tick > flown:
-                    if self.failures:
+                    if self._failures:
                         return
                     self._advance(commands[0].tick - flown)
                     flown = commands[0].tick
                 self._send(commands.popleft())
-            if self.failures:
+            if self._failures:
                 return
         self._look_for_failures()
 
@@ -114,12 +102,12 @@ class OnboardFlight:
         begin = time.perf_counter()
         if ticks:
             self.backend.advance(ticks / TICKS_PER_SECOND)
-        self.shares["simulation"] += time.perf_counter() - begin
+        self._shares["simulation"] += time.perf_counter() - begin
 
     def _sample(self, tick: int) -> None:
         begin = time.perf_counter()
         self.backend.record({})
-        self.shares["record"] += time.perf_counter() - begin
+        self._shares["record"] += time.perf_counter() - begin
         if tick % SUPERVISOR_TICKS == 0:
             self._look_for_failures()
         if self._observe is not None:
@@ -150,20 +138,33 @@ class OnboardFlight:
             if sentence is None:
                 continue
             if drone.motor_ctrl is not None and drone.id not in self._mission.may_fail:
-                self.own_failures.setdefault(drone.id, sentence)
+                self._own_failures.setdefault(drone.id, sentence)
             else:
                 self._fail(drone.id, sentence)
 
     def _fail(self, drone: str, sentence: str) -> None:
         """Remember a failure; that of a drone that may fail is no end of the flight, and its first one is enough."""
         if drone in self._mission.may_fail:
-            self.expected.setdefault(drone, sentence)
+            self._expected.setdefault(drone, sentence)
         else:
-            self.failures.append(sentence)
+            self._failures.append(sentence)
 
-    def log(self, metadata: dict[str, Any]) -> FlightLog:
-        """Return what was recorded."""
-        return self.backend.log(metadata)
+    def log(self, about: dict[str, Any]) -> FlightLog:
+        """Return the log of the flight.
 
-    def communication(self) -> None:
-        """Planners on board do not talk to each other."""
+        Args:
+            about: What it says about the flight beside what is known here.
+        """
+        return self.backend.log({**about, "faults": self.backend.faults})
+
+    def assess(self, log: FlightLog) -> Assessment:
+        """Return what the flight came down to; places are looked at if all drones flew to its end."""
+        start = self.began or 0.0
+        failures = self._failures or judge(self._mission, self.plan, log, start)
+        controllers = [drone.config.controller for drone in self._world.drones]
+        return Assessment(
+            drones=flight_figures(self.plan, log, start, controllers),
+            failures=[*failures, *self._own_failures.values()],
+            expected=list(self._expected.values()),
+            shares=self._shares,
+        )

@@ -8,13 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
-from crazychoir_fw.flight.summary import Assessment, rounded
+from crazychoir_fw.flight.summary import rounded
 from crazychoir_fw.mission.fleet import FORCE_CONTROLLERS, OUT_OF_TREE
 from crazychoir_fw.mission.plan import FlightPlan
 from crazychoir_fw.mission.schema import Mission
 
 if TYPE_CHECKING:
-    from crazychoir_fw.flight.onboard_flight import OnboardFlight
     from crazychoir_fw.recording.flight_log import FlightLog
 
 TRUE_POSITION = ("sim.x", "sim.y", "sim.z")
@@ -31,15 +30,6 @@ HOVER_WINDOW = 1.0
 
 SLACK = 1.0
 """A waypoint is reached when the drone is near it at some moment this long around its tick (s)."""
-
-
-def assess_plan(mission: Mission, flight: "OnboardFlight", log: "FlightLog") -> Assessment:
-    """Return what a flight came down to; places are looked at if all drones flew to its end."""
-    start = flight.began or 0.0
-    failures = flight.failures or judge(mission, flight.plan, log, start)
-    controllers = [drone.config.controller for drone in flight.backend.world.drones]
-    figures = flight_figures(flight.plan, log, start, controllers)
-    return Assessment(figures, [*failures, *flight.own_failures.values()], list(flight.expected.values()))
 
 
 def judge(mission: Mission, plan: FlightPlan, log: "FlightLog", start: float) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,10 +13,12 @@ from crazychoir_fw.common.replacing import replacing
 from crazychoir_fw.onboard.core import identity
 
 if TYPE_CHECKING:
+    from crazychoir_fw.flight.backend import Backend
     from crazychoir_fw.flight.criteria import Judge, Verdict
+    from crazychoir_fw.flight.experiment import Event
     from crazychoir_fw.mission.schema import Mission
     from crazychoir_fw.recording.flight_log import FlightLog
-    from crazychoir_fw.simulation.events import Event
+    from crazychoir_fw.simulation.events import Event as WorldEvent
 
 
 @dataclass(frozen=True)
@@ -29,15 +31,21 @@ class Assessment:
     """What went wrong, one sentence each."""
     expected: list[str]
     """What went wrong with drones that may fail, one sentence each."""
+    shares: Mapping[str, float]
+    """Time that each part took on this machine (s)."""
     criteria: Sequence[Verdict] = ()
     """How the flight did by each criterion that was asked for."""
-    swarm: dict[str, Any] = field(default_factory=dict)
+    swarm: Mapping[str, Any] = field(default_factory=dict)
     """Figures of all drones together."""
+    events: Sequence[Event] = ()
+    """What happened in the layers, in order."""
+    communication: dict[str, Any] | None = None
+    """What communicators have seen, if there are some."""
     judge: Judge | None = None
     """Where the figures come from, if layers flew: for pictures and films."""
 
 
-def collision_failures(mission: Mission, events: Sequence[Event]) -> list[tuple[str, str]]:
+def collision_failures(mission: Mission, events: Sequence[WorldEvent]) -> list[tuple[str, str]]:
     """Return the collisions that a mission does not forgive, each with its drone and a sentence.
 
     Those with drones and obstacles that were faster than `tolerance.collision_speed` are. How a drone came down on a
@@ -57,7 +65,7 @@ def collision_failures(mission: Mission, events: Sequence[Event]) -> list[tuple[
 
 
 def summarize(
-    mission: Mission, flight: Any, log: FlightLog, assessment: Assessment, flown: float, wall_seconds: float
+    mission: Mission, backend: Backend, log: FlightLog, assessment: Assessment, flown: float, wall_seconds: float
 ) -> dict[str, Any]:
     """Return the content of summary.json.
 
@@ -67,13 +75,12 @@ def summarize(
 
     Args:
         mission: What was flown.
-        flight: What flew it, an `Experiment` or an `OnboardFlight`.
+        backend: Where the drones were.
         log: Its log.
         assessment: What came of it.
         flown: How long it took (s, of the flight).
         wall_seconds: How long it took (s, wall).
     """
-    backend = flight.backend
     world = getattr(backend, "world", None)
     simulated = {} if world is None else {drone.id: drone for drone in world.drones}
     summary = {
@@ -92,13 +99,13 @@ def summarize(
             {"id": drone.id, **figures, **_onboard(simulated.get(drone.id))}
             for drone, figures in zip(mission.fleet, assessment.drones, strict=True)
         ],
-        "events": [event.as_dict() for event in flight.events],
+        "events": [event.as_dict() for event in assessment.events],
         "collisions": [
             {"time": rounded(event.time), "drone": event.drone, **event.details}
             for event in (() if world is None else world.events)
             if event.kind == "collision"
         ],
-        "shares": {name: rounded(value) for name, value in flight.shares.items()},
+        "shares": {name: rounded(value) for name, value in assessment.shares.items()},
         "build": identity(),
         "expected_failures": assessment.expected,
         "faults": getattr(backend, "faults", []),
@@ -106,11 +113,11 @@ def summarize(
     if world is not None:
         summary["provider"] = ", ".join(sorted({drone.config.provider for drone in world.drones}))
         summary["providers"] = log.metadata.get("providers", [])
-    if (talk := flight.communication()) is not None:
-        summary["communication"] = talk
+    if assessment.communication is not None:
+        summary["communication"] = assessment.communication
     if (mirror := getattr(backend, "mirror", None)) is not None:
         summary["mirrored"] = mirror.report()
-        summary["behind_s"] = rounded(backend.behind_s)
+        summary["behind_s"] = rounded(backend.behind_s)  # type: ignore[attr-defined]
     if (radio := getattr(backend, "radio", None)) is not None:
         summary["link"] = radio.link.statistics()
     return summary

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from crazychoir_fw.common.errors import StateError, UnknownNameError
-from crazychoir_fw.flight.access.rebooting import reboot_all
+from crazychoir_fw.flight.access import reboot_all
 from crazychoir_fw.gui import requests as asked
 from crazychoir_fw.gui.flying import Flying, Leg, cannot_go, duration_of, go_to
 

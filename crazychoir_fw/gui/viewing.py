@@ -25,6 +25,7 @@ class Viewing(Feed):
         """Look at the world."""
         super().__init__([drone.id for drone in world.drones])
         self.title = title
+        self.is_over = False
         self._world = world
         self._read, self._targets = truth(world), Targets(world.drones)
         self._room = Room(world, self.names)
@@ -66,4 +67,4 @@ class Viewing(Feed):
 
     async def words(self) -> dict[str, Any]:
         """Return what changes slowly: nothing but who watches."""
-        return {"branch": 0, "branches": [], "error": None, "speed": 1.0}
+        return {"branch": 0, "branches": [], "error": "The flight is over." if self.is_over else None, "speed": 1.0}

@@ -100,6 +100,51 @@ def _complaint(error: yaml.YAMLError, text: str) -> str:
     return f"{where}: {one_line(str(reason))}"
 
 
+@dataclass(frozen=True)
+class Told:
+    """What a mission says altogether, and who said what."""
+
+    data: dict[Hashable, Any]
+    _documents: Sequence[Document]
+    _changes: Sequence[Change]
+    _before: Mapping[Hashable, Any]
+
+    @property
+    def folders(self) -> tuple[Path, ...]:
+        """Where files that it names are seen from."""
+        return tuple(dict.fromkeys(document.folder for document in self._documents))
+
+    def blame(self, sentence: str) -> str:
+        """Return a complaint with the file, or the change, that it is about."""
+        path = path_in(sentence)
+        change = change_at(self._changes, path, self._before)
+        if change is not None:
+            return f"{change.source}: {sentence}"
+        source = origin(self._documents, path).source
+        first = self._documents[0].source
+        return f"{source}{'' if source == first else f' (extended by {first})'}: {sentence}"
+
+
+def read_all(data: Any, source: str, folder: Path, changes: Sequence[str] = ()) -> Told:
+    """Return what a mission, the missions that it extends, and changes such as "layers.rate=50" say together.
+
+    Args:
+        data: What the mission itself says.
+        source: Where that comes from, for messages.
+        folder: Folder that its relative paths start from.
+        changes: See `read_change`.
+
+    Raises:
+        MissionError: If it is no mapping, a file cannot be read, or there is no place for a change.
+    """
+    if not isinstance(data, Mapping):
+        raise MissionError(f"{source} is {show(data)}, but must be a mapping such as name:, drones: and flight:")
+    documents = chain_of(data, source, folder)
+    before = together(documents)
+    changed, made = apply(before, [read_change(text) for text in changes])
+    return Told(changed, documents, made, before)
+
+
 # -------------------------------------------------------------------------------- files that extend each other
 
 

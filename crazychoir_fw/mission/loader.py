@@ -8,18 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from crazychoir_fw.common.errors import MissionError
-from crazychoir_fw.mission.documents import (
-    Change,
-    Document,
-    apply,
-    chain_of,
-    change_at,
-    origin,
-    path_in,
-    read_change,
-    read_file,
-    together,
-)
+from crazychoir_fw.mission.documents import read_all, read_file
 from crazychoir_fw.mission.fleet import BUILTIN, START_DISTANCE, Layout, Settings, close_pair
 from crazychoir_fw.mission.layer_checks import check_layers, with_uris
 from crazychoir_fw.mission.plan import plan_flight
@@ -117,11 +106,8 @@ def parse_mission(
     Raises:
         MissionError: As `load_mission`.
     """
-    if not isinstance(data, Mapping):
-        raise MissionError(f"{source} is {show(data)}, but must be a mapping such as name:, drones: and flight:")
-    documents = chain_of(data, source, Path(folder))
-    before = together(documents)
-    data, made = apply(before, [read_change(text) for text in changes or ()])
+    told = read_all(data, source, Path(folder), changes or ())
+    data = told.data
     if name is not None:
         data.setdefault("name", name)
     if seed is not None:
@@ -133,8 +119,7 @@ def parse_mission(
 
     overrides = {"provider": provider, "app": None if app is None else list(map(str, app))}
     try:
-        folders = tuple(dict.fromkeys(document.folder for document in documents))
-        context = {"folders": folders, "has_own_software": _has_own_software(data, provider, app)}
+        context = {"folders": told.folders, "has_own_software": _has_own_software(data, provider, app)}
         kind = LayeredMission if "layers" in data else Mission
         mission = kind.model_validate(data, context=context)
         mission = _with(mission, {key: value for key, value in overrides.items() if value is not None})
@@ -147,21 +132,10 @@ def parse_mission(
         else:
             plan_flight(mission)
     except ValidationError as error:
-        raise MissionError(_told(_sentence(error), documents, made, before)) from None
+        raise MissionError(told.blame(_sentence(error))) from None
     except MissionError as error:
-        raise MissionError(_told(str(error), documents, made, before)) from None
+        raise MissionError(told.blame(str(error))) from None
     return mission
-
-
-def _told(sentence: str, documents: Sequence[Document], changes: Sequence[Change], before: Any) -> str:
-    """Return a complaint with the file, or the change, that it is about."""
-    path = path_in(sentence)
-    change = change_at(changes, path, before)
-    if change is not None:
-        return f"{change.source}: {sentence}"
-    source = origin(documents, path).source
-    extended = "" if source == documents[0].source else f" (extended by {documents[0].source})"
-    return f"{source}{extended}: {sentence}"
 
 
 def _has_own_software(data: Mapping[str, Any], provider: str | None, app: Sequence[str | Path] | None) -> bool:

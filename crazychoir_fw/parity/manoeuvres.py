@@ -260,123 +260,57 @@ def example_compressed() -> tuple[CompressedStart, list[CompressedSegment]]:
     ]
 
 
-EVERY_SETPOINT = (
-    Leg(1.5, _takeoff),
-    Leg(0.9, keep=_position),
-    Leg(0.8, keep=_velocity),
-    Leg(0.8, keep=_hover),
-    Leg(0.5, keep=_zdistance),
-    Leg(0.5, keep=_altitude_hold),
-    Leg(0.6, keep=_position),
+_UP, _DOWN = Leg(1.5, _takeoff), Leg(2.2, _land)
+_STAY, _STAY_SHORT, _STAY_LONG = (Leg(seconds, keep=_position) for seconds in (0.8, 0.6, 1.0))
+_GO, _GO_ON = Leg(1.1, _high_level), Leg(0.9, _relative_linear)
+_VELOCITY, _HOVER = Leg(0.8, keep=_velocity), Leg(0.8, keep=_hover)
+_CURVES = (Leg(1.5, _spiral), Leg(1.7, _trajectory), Leg(1.6, _compressed))
+
+_ATTITUDES = (
     Leg(0.25, keep=_manual(False)),
     Leg(0.2, keep=_manual(True)),
-    Leg(0.8, keep=_position),
+    _STAY,
     Leg(0.25, _unlock_thrust, _rpyt),
-    Leg(0.8, keep=_position),
-    Leg(1.0, keep=_full_state),
-    Leg(1.1, _high_level),
-    Leg(0.9, _relative_linear),
-    Leg(1.5, _spiral),
-    Leg(1.7, _trajectory),
-    Leg(1.6, _compressed),
-    Leg(2.2, _land),
+    _STAY,
 )
+_HEIGHTS = (Leg(0.5, keep=_zdistance), Leg(0.5, keep=_altitude_hold), _STAY_SHORT)
+_SETPOINTS = (Leg(0.9, keep=_position), _VELOCITY, _HOVER, *_HEIGHTS, *_ATTITUDES, Leg(1.0, keep=_full_state))
+EVERY_SETPOINT = (_UP, *_SETPOINTS, _GO, _GO_ON, *_CURVES, _DOWN)
 
 # INDI loses a few degrees of yaw for a moment where a turn passes 180 deg, more or less by chance
 NO_SPIRAL = tuple(leg for leg in EVERY_SETPOINT if leg.begin is not _spiral)
 
 # Mellinger, Brescianini and Lee cannot fly velocities or bare attitudes
-POSITIONS_ONLY = (
-    Leg(1.5, _takeoff),
-    Leg(1.0, keep=_position),
-    Leg(1.2, keep=_full_state),
-    Leg(1.1, _high_level),
-    Leg(0.9, _relative_linear),
-    Leg(1.5, _spiral),
-    Leg(1.7, _trajectory),
-    Leg(1.6, _compressed),
-    Leg(2.2, _land),
-)
-
+POSITIONS_ONLY = (_UP, _STAY_LONG, Leg(1.2, keep=_full_state), _GO, _GO_ON, *_CURVES, _DOWN)
 STANDING = (Leg(3.0),)
-
-SIMPLE = (
-    Leg(1.5, _takeoff),
-    Leg(1.0, keep=_position),
-    Leg(0.8, keep=_velocity),
-    Leg(0.8, keep=_hover),
-    Leg(1.1, _high_level),
-    Leg(0.9, _relative_linear),
-    Leg(2.2, _land),
-)
-
+SIMPLE = (_UP, _STAY_LONG, _VELOCITY, _HOVER, _GO, _GO_ON, _DOWN)
 HEIGHT_ALONE = (
-    Leg(1.2, keep=_zdistance),
-    Leg(0.6, keep=_altitude_hold),
-    Leg(0.6, keep=_zdistance),
-    Leg(0.8, keep=_descend),
+    *(Leg(1.2, keep=_zdistance), Leg(0.6, keep=_altitude_hold), Leg(0.6, keep=_zdistance), Leg(0.8, keep=_descend)),
     Leg(0.1, lambda pilot: pilot.drone.commander.send_stop_setpoint()),
 )
 
 
 def trade_places(dx: float) -> tuple[Leg, ...]:
     """Return the flight of a drone that goes to a place `dx` (m) beside its own."""
-    return (Leg(1.5, _takeoff), Leg(2.5, keep=_toward(dx)), Leg(2.2, _land))
+    return (_UP, Leg(2.5, keep=_toward(dx)), _DOWN)
 
 
-COMMANDED = (
-    Leg(1.5, _takeoff),
-    Leg(0.8, keep=_position),
-    Leg(0.7),  # the setpoint grows old: the supervisor levels out
-    Leg(0.8, keep=_position),
-    Leg(1.1, _high_level),
-    Leg(0.9, _relative_linear),
-    Leg(2.2, _land),
-)
-
-PACKETS = (
-    Leg(1.5, _takeoff),
-    Leg(0.8, keep=_hover_packet),
-    Leg(0.8, keep=_position_packet),
-    Leg(0.25, _unlock_packet, _rpyt_packet),
-    Leg(0.8, keep=_position_packet),
-    Leg(1.1, _relax_packet),
-    Leg(2.2, _land),
-)
-
-PLANS = (
-    Leg(1.5, _takeoff),
-    Leg(0.5, _refused_by_the_planner),
-    Leg(0.3, _not_for_this_group),
-    Leg(0.9, _relative_linear),
-    Leg(1.5, _spiral),
-    Leg(1.7, _trajectory),
-    Leg(1.6, _compressed),
-    Leg(2.2, _land),
-)
-
-STOPPED = (Leg(1.5, _takeoff), Leg(0.6, keep=_position), Leg(1.2, _emergency_stop), Leg(0.3, _takeoff))
-
-FORGOTTEN = (Leg(1.5, _takeoff), Leg(0.8, keep=_position), Leg(3.0))
-
+# in the pause the setpoint grows old: the supervisor levels out
+COMMANDED = (_UP, _STAY, Leg(0.7), _STAY, _GO, _GO_ON, _DOWN)
+_SENT_POSITION = Leg(0.8, keep=_position_packet)
+_SENT = (Leg(0.8, keep=_hover_packet), _SENT_POSITION, Leg(0.25, _unlock_packet, _rpyt_packet), _SENT_POSITION)
+PACKETS = (_UP, *_SENT, Leg(1.1, _relax_packet), _DOWN)
+PLANS = (_UP, Leg(0.5, _refused_by_the_planner), Leg(0.3, _not_for_this_group), _GO_ON, *_CURVES, _DOWN)
+STOPPED = (_UP, _STAY_SHORT, Leg(1.2, _emergency_stop), Leg(0.3, _takeoff))
+FORGOTTEN = (_UP, _STAY, Leg(3.0))
 SWITCHED = (
-    Leg(1.5, _takeoff),
-    Leg(0.6, keep=_position),
-    Leg(1.0, _set("stabilizer.controller", 2), _position),
-    Leg(1.0, _set("stabilizer.controller", 4), _position),
-    Leg(1.0, _set("stabilizer.controller", 1), _position),
-    Leg(1.1, _high_level),
-    Leg(2.2, _land),
+    *(_UP, _STAY_SHORT),
+    *(Leg(1.0, _set("stabilizer.controller", number), _position) for number in (2, 4, 1)),
+    *(_GO, _DOWN),
 )
-
 ESTIMATED_AGAIN = (
     Leg(0.5, _set("stabilizer.estimator", 1)),
     Leg(0.8, _all(_set("stabilizer.estimator", 2), _set("kalman.resetEstimation", 1))),
-    Leg(1.5, _takeoff),
-    Leg(0.8, keep=_position),
-    Leg(0.8, keep=_hover),
-    Leg(1.1, _high_level),
-    Leg(2.2, _land),
+    *(_UP, _STAY, _HOVER, _GO, _DOWN),
 )
-
 TESTED = (Leg(4.6, _set("health.startPropTest", 1)),)

@@ -53,11 +53,6 @@ class SetPointStream:
         """Send nothing more."""
         self._send, self._is_new, self._until = None, False, _INFINITE
 
-    @property
-    def is_empty(self) -> bool:
-        """Whether there is nothing to send."""
-        return self._send is None
-
     def is_stale(self, now: float) -> bool:
         """Return whether the set-point has been sent and is too old to be repeated."""
         return self._send is not None and not self._is_new and now >= self._until

@@ -1,21 +1,121 @@
-"""Which camera a film or a picture is shot with: one word, and what it means for each frame."""
+"""Which camera a film or a picture is shot with: one word, and what it means for each frame.
+
+The camera `follow` keeps the whole swarm in the picture and moves calmly. All positions are known before the first
+frame is drawn, so its path is planned over the whole flight: center and radius of the swarm are averaged over a window
+centered on each instant, which has no lag.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.recording.camera import CameraPath
 from crazychoir_fw.recording.viewpoint import Viewpoint, chase, first_person
 
+_WINDOW_S = 3.0  # averaging of center and radius
+_MARGIN_M = 0.12  # around the outermost drones
+_SMALLEST_M = 0.25  # radius shown around a lonely drone
+_GIVEN_UP_M = 10.0  # distance at which a drone may be lost from sight, beyond three times the usual one
+_AZIMUTH_DEG, _DRIFT_DEG_PER_S = 120.0, 2.5
+_ELEVATION_DEG = -24.0
 _ON_BOARD = {"fpv": 75.0, "chase": 45.0}  # [deg], vertical; a film shows more than a lens on board
 _SHADOW_REACH_M = 2.5  # how far around a drone its own cameras see shadows
 
 Shot = Callable[[mujoco.MjData, int], "mujoco.MjvCamera | Viewpoint"]
 """Where the camera is in a frame, from a state whose kinematics are up to date."""
+
+
+@dataclass
+class CameraPath:
+    """Where a free camera looks at each of F instants."""
+
+    center: NDArray[np.float64]  # (F, 3)
+    """Point in the middle of the picture (m, world frame)."""
+
+    radius: NDArray[np.float64]  # (F,)
+    """Radius of the upright cylinder that the picture shows (m)."""
+
+    half_height: NDArray[np.float64]  # (F,)
+    """Half the height of that cylinder (m)."""
+
+    azimuth_deg: NDArray[np.float64]  # (F,)
+    """Heading of the view; MuJoCo's convention."""
+
+    def place(self, camera: mujoco.MjvCamera, frame: int, *, fovy_deg: float, aspect: float) -> None:
+        """Set *camera* for one instant.
+
+        Args:
+            camera: Camera to change; becomes a free one.
+            frame: Index of the instant.
+            fovy_deg: Vertical field of view of the model.
+            aspect: Width of the picture over its height.
+        """
+        upward = np.radians(fovy_deg) / 2.0
+        sideward = np.arctan(np.tan(upward) * aspect)
+        radius, tilt = self.radius[frame], np.radians(-_ELEVATION_DEG)
+        # seen from above at an angle, a disc is flat: its near rim and its top and bottom set the height of the view
+        rise = radius * np.sin(tilt) + self.half_height[frame] * np.cos(tilt)
+        nearer = radius * np.cos(tilt) + self.half_height[frame] * np.sin(tilt)
+        camera.type = mujoco.mjtCamera.mjCAMERA_FREE
+        camera.lookat[:] = self.center[frame]
+        wide = radius / np.sin(sideward) + self.half_height[frame] * np.sin(tilt)
+        camera.distance = max(wide, rise / np.tan(upward) + nearer)
+        camera.azimuth = self.azimuth_deg[frame]
+        camera.elevation = _ELEVATION_DEG
+
+
+def follow(positions: NDArray[np.float64], times: NDArray[np.float64]) -> CameraPath:
+    """Plan a camera that follows a swarm.
+
+    Args:
+        positions: Where the drones are (m, world frame), shape (F, N, 3); a drone whose position is NaN is left out.
+        times: Instants of the frames (s of the film), shape (F,).
+
+    Returns:
+        The path; a drone that flies off alone is given up once it is far outside the others.
+    """
+    frames = len(times)
+    step = float(times[-1] - times[0]) / (frames - 1) if frames > 1 else 1.0
+    window = max(1, round(_WINDOW_S / step)) if step > 0.0 else 1
+    known = np.where(np.isfinite(positions).all(axis=-1, keepdims=True), positions, np.nan)
+    center = np.zeros((frames, 3))
+    radius, half_height = np.zeros(frames), np.zeros(frames)
+    for k, points in enumerate(known):
+        points = points[~np.isnan(points[:, 0])]
+        if not len(points):
+            continue
+        middle = np.median(points, axis=0)
+        away = np.linalg.norm(points - middle, axis=1)
+        kept = points[away <= 3.0 * np.median(away) + _GIVEN_UP_M]
+        center[k] = (kept.min(axis=0) + kept.max(axis=0)) / 2.0
+        radius[k] = np.linalg.norm((kept - center[k])[:, :2], axis=1).max() + _MARGIN_M
+        half_height[k] = np.abs(kept[:, 2] - center[k, 2]).max() + _MARGIN_M
+    calm = _average(_widest(np.maximum(radius, _SMALLEST_M), window), window)
+    tall = _average(_widest(half_height, window), window)
+    azimuth = _AZIMUTH_DEG + _DRIFT_DEG_PER_S * (times - times[0])
+    return CameraPath(_average(center, window), calm, tall, azimuth)
+
+
+def _average(values: NDArray[np.float64], window: int) -> NDArray[np.float64]:
+    """Return a centered moving average along the first axis, applied twice; the ends are held."""
+    half = window // 2
+    for _ in range(2):
+        edges = [(half, half)] + [(0, 0)] * (values.ndim - 1)
+        total = np.cumsum(np.pad(values, edges, mode="edge"), axis=0)
+        total = np.concatenate([np.zeros_like(total[:1]), total])
+        values = (total[2 * half + 1 :] - total[: -2 * half - 1]) / (2 * half + 1)
+    return values
+
+
+def _widest(values: NDArray[np.float64], window: int) -> NDArray[np.float64]:
+    """Return the running maximum over a centered window, so that the average never cuts a drone off."""
+    half = window // 2
+    padded = np.pad(values, half, mode="edge")
+    return np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).max(axis=-1)
 
 
 def find_shot(model: mujoco.MjModel, word: str, path: CameraPath | None = None, aspect: float = 1.0) -> Shot:
@@ -34,11 +134,11 @@ def find_shot(model: mujoco.MjModel, word: str, path: CameraPath | None = None, 
     camera = mujoco.MjvCamera()
     if word == "follow":
 
-        def follow(_: mujoco.MjData, frame: int) -> mujoco.MjvCamera:
+        def keep_all(_: mujoco.MjData, frame: int) -> mujoco.MjvCamera:
             path.place(camera, frame, fovy_deg=model.vis.global_.fovy, aspect=aspect)
             return camera
 
-        return follow
+        return keep_all
     kind, _, drone = word.partition(":")
     if kind in _ON_BOARD and drone:
         return _on_board(kind, find_drone(model, drone))

@@ -11,13 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.common.replacing import replacing
-from crazychoir_fw.recording.camera import follow
 from crazychoir_fw.recording.marks import Mark
 from crazychoir_fw.recording.opengl import RenderingError, rendering_available
-from crazychoir_fw.recording.overlays import add_ghosts, add_links, add_marks, add_names, drone_colors
+from crazychoir_fw.recording.overlays import Trails, add_ghosts, add_links, add_marks, add_names, drone_colors
 from crazychoir_fw.recording.renderer import Renderer
-from crazychoir_fw.recording.shots import find_drone, find_shot, shadowed
-from crazychoir_fw.recording.trails import Trails
+from crazychoir_fw.recording.shots import find_drone, find_shot, follow, shadowed
 
 __all__ = ["RenderingError", "VideoWriter", "film_flight", "picture", "rendering_available"]
 

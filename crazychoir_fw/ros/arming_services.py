@@ -16,7 +16,7 @@ from rclpy.node import Node
 from std_srvs.srv import SetBool, Trigger
 
 from crazychoir_fw.common.errors import CrazychoirError, StateError, UnknownNameError
-from crazychoir_fw.flight.access.rebooting import reboot_all
+from crazychoir_fw.flight.access import reboot_all
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.access import Access

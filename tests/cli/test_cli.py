@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
-from crazychoir_fw.cli.tables import MANY, flight_table, verdict
+from crazychoir_fw.cli.tables import MANY, flight_tables, verdict
 from crazychoir_fw.mujoco_models import SCENES
 
 FACTS = {"version": "1.2.3", "providers": ["builtin"], "parameters": 200, "ros": None}
@@ -137,7 +137,7 @@ def summary_of(count):
     }
     drones = [drone | {"id": f"cf{i}", "max_error_m": 0.001 * i} for i in range(1, count + 1)]
     head = {"mission": "hop", "provider": "builtin", "success": True, "sim_seconds": 10.0, "wall_seconds": 0.5}
-    return head | {"real_time_factor": 20.0, "drones": drones}
+    return head | {"real_time_factor": 20.0, "drones": drones, "backend": "sim", "criteria": []}
 
 
 def cells(table, row):
@@ -145,13 +145,13 @@ def cells(table, row):
 
 
 def test_table_has_a_row_per_drone_in_centimeters():
-    table = flight_table(summary_of(4))
+    (table,) = flight_tables(summary_of(4))
     assert table.row_count == 4
     assert cells(table, 1) == ["cf2", "1.2", "0.2", "0.1", "-", "59.3", "3.91", "Landed"]
 
 
 def test_table_of_a_large_swarm_shows_the_worst():
-    table = flight_table(summary_of(1000))
+    (table,) = flight_tables(summary_of(1000))
     assert table.row_count == MANY
     assert cells(table, 0)[0] == "cf1000"
 

@@ -12,7 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
-from crazychoir_fw.cli.gui import Page, _bind
+from crazychoir_fw.cli.gui import Page, bind
 from crazychoir_fw.cli.press import command_of
 
 
@@ -35,7 +35,7 @@ def test_a_mission_that_is_not_there_is_one_sentence(tmp_path):
 def test_who_comes_when_the_address_is_told_is_not_refused(monkeypatch, capsys):
     """The page is served a moment later than its address is printed; before, nobody gets in."""
     pytest.importorskip("nicegui")
-    listener = _bind("127.0.0.1", 0)
+    listener = bind("127.0.0.1", 0)
     place = listener.getsockname()
 
     class Ready(contextlib.nullcontext):
@@ -59,7 +59,7 @@ def test_who_comes_when_the_address_is_told_is_not_refused(monkeypatch, capsys):
 
 def test_a_port_that_is_taken_is_one_sentence():
     mission = Path(__file__).parents[2] / "examples" / "draw.yaml"
-    with _bind("127.0.0.1", 0) as taken:
+    with bind("127.0.0.1", 0) as taken:
         taken.listen()
         port = taken.getsockname()[1]
         result = run("gui", mission, "--no-browser", "--port", port, "--backend", "integrator")

@@ -257,7 +257,7 @@ def test_the_page_is_on_this_machine_only(monkeypatch, capfd):
 
 
 def test_a_browser_watches():
-    """The flight waits for the page, shows what moves, takes no commands, and goes on when the page is closed."""
+    """The flight waits for the page, shows what moves, takes no commands, and says when it is over."""
     from playwright.sync_api import sync_playwright
 
     from crazychoir_fw.cli import view_web
@@ -284,7 +284,8 @@ def test_a_browser_watches():
             page.get_by_text("follow").click(timeout=90_000)
             told.put((names, frame["drones"][1]["position"], page.get_by_test_id("view").count()))
             is_seen.set()
-        is_over.set()
+            page.get_by_text("The flight is over.").wait_for(timeout=90_000)
+            is_over.set()
 
     thread = threading.Thread(target=browse)
     with view_web.open_page(lambda line: told.put(line.split()[2])) as show:
@@ -292,9 +293,8 @@ def test_a_browser_watches():
         while not is_seen.is_set():
             show(world, Progress(world.time, 1.0, 0.0))
             world.step(10)
-        is_over.wait(60.0)
-        show(world, Progress(world.time, 1.0, 0.0))
-    thread.join(60.0)
+    thread.join(90.0)
+    assert is_over.is_set()
     names, position, views = told.get_nowait()
     assert (names, views, errors) == (["cf0", "cf1"], 1, [])
     np.testing.assert_allclose(position[:2], [0.4, 0.0], atol=1e-6)

@@ -12,6 +12,7 @@ from miniature import lay_out
 from side_by_side import Drone
 
 from crazychoir_fw.firmware.build import build_provider
+from crazychoir_fw.firmware.levels import ALGORITHMS
 from crazychoir_fw.onboard.core import load_library
 
 HERE = Path(__file__).parent
@@ -90,7 +91,8 @@ def checkout_of(lasting_folder, parts_digest):
             fcntl.flock(lock, fcntl.LOCK_EX)
             if not mark.exists() or mark.read_text() != parts_digest:
                 shutil.rmtree(root, ignore_errors=True)
-                compiled_quickly(lay_out(root, release=release, setup_py="2023" if release < "2025" else "2026"))
+                form = {"2024.10": "2023", "2025.02": "2025"}.get(release, "2026")
+                compiled_quickly(lay_out(root, release=release, setup_py=form))
                 mark.write_text(parts_digest)
         return root
 
@@ -144,18 +146,18 @@ def edited(own_checkout, lasting_cache):
 
 
 @pytest.fixture(scope="session")
-def newest(releases_folder, build_quickly):
-    return build_quickly(lay_out(releases_folder / "2026.08", release="2026.08", setup_py="2026"))
+def newest(level_library):
+    return level_library("2026.08", ALGORITHMS)
 
 
 @pytest.fixture(scope="session")
-def older(releases_folder, build_quickly):
-    return build_quickly(lay_out(releases_folder / "2025.02", release="2025.02", setup_py="2025"))
+def older(level_library):
+    return level_library("2025.02", ALGORITHMS)
 
 
 @pytest.fixture(scope="session")
-def oldest(releases_folder, build_quickly):
-    return build_quickly(lay_out(releases_folder / "2024.10", release="2024.10", setup_py="2023"))
+def oldest(level_library):
+    return level_library("2024.10", ALGORITHMS)
 
 
 APP = """

@@ -41,8 +41,8 @@ def plan(mission):
 
 
 @pytest.fixture
-def flight():
-    """What remains of a flight."""
+def backend():
+    """What remains of simulated drones after a flight."""
     drones = [
         SimpleNamespace(
             id=drone_id,
@@ -53,18 +53,16 @@ def flight():
         for drone_id in ("cf1", "cf2")
     ]
     world = SimpleNamespace(time=10.0, drones=drones, events=[])
-    return SimpleNamespace(
-        backend=SimpleNamespace(world=world, faults=[]), events=[], shares={"record": 0.5}, communication=lambda: None
-    )
+    return SimpleNamespace(world=world, faults=[])
 
 
-def summary_of(mission, flight, log, flown=10.0, wall=0.5, failures=()):
+def summary_of(mission, backend, log, flown=10.0, wall=0.5, failures=()):
     figures = flight_figures(plan_flight(mission), log, 0.0, PID)
-    return summarize(mission, flight, log, Assessment(figures, list(failures), []), flown, wall)
+    return summarize(mission, backend, log, Assessment(figures, list(failures), [], {"record": 0.5}), flown, wall)
 
 
-def test_summary_has_the_agreed_keys_in_order(mission, flight, make_log):
-    summary = summary_of(mission, flight, make_log(ideal_flight, 9.0))
+def test_summary_has_the_agreed_keys_in_order(mission, backend, make_log):
+    summary = summary_of(mission, backend, make_log(ideal_flight, 9.0))
     assert list(summary) == TOP_KEYS
     assert [list(drone) for drone in summary["drones"]] == [DRONE_KEYS] * 2
     assert summary["mission"] == "hop"
@@ -74,16 +72,16 @@ def test_summary_has_the_agreed_keys_in_order(mission, flight, make_log):
     assert json.loads(json.dumps(summary, allow_nan=False)) == summary
 
 
-def test_drones_without_a_world_have_no_onboard_software(mission, flight, make_log):
-    del flight.backend.world
-    summary = summary_of(mission, flight, make_log(ideal_flight, 9.0))
+def test_drones_without_a_world_have_no_onboard_software(mission, backend, make_log):
+    del backend.world
+    summary = summary_of(mission, backend, make_log(ideal_flight, 9.0))
     assert set(TOP_KEYS) - set(summary) == {"provider", "providers"}
     assert set(DRONE_KEYS) - set(summary["drones"][0]) == {"provider", "battery_V", "supervisor_state"}
 
 
-def test_summary_names_all_platforms_of_a_mixed_fleet(hop, flight, make_log):
+def test_summary_names_all_platforms_of_a_mixed_fleet(hop, backend, make_log):
     hop["drones"][1]["platform"] = "cf21bl"
-    summary = summary_of(parse_mission(hop), flight, make_log(ideal_flight, 9.0), failures=["cf1: crashed"])
+    summary = summary_of(parse_mission(hop), backend, make_log(ideal_flight, 9.0), failures=["cf1: crashed"])
     assert summary["platform"] == "cf2, cf21bl"
     assert not summary["success"]
 
@@ -171,8 +169,8 @@ def test_waypoint_is_reached_when_the_drone_comes_by_late(hop, make_log):
     ]
 
 
-def test_flight_of_a_single_sample_has_null_figures(mission, flight, make_log):
-    summary = summary_of(mission, flight, make_log(ideal_flight, 0.0), 0.0, 0.0, ["cf1: is not ready to fly"])
+def test_flight_of_a_single_sample_has_null_figures(mission, backend, make_log):
+    summary = summary_of(mission, backend, make_log(ideal_flight, 0.0), 0.0, 0.0, ["cf1: is not ready to fly"])
     assert summary["real_time_factor"] is None
     assert summary["drones"][0]["rms_error_m"] is None
     assert json.dumps(summary, allow_nan=False)

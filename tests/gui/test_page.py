@@ -222,6 +222,28 @@ def test_an_answer_that_got_lost_does_not_fly_twice(open_page, session, until):
     assert sum(happening.kind == "takeoff" for happening in session.experiment.events) == 4
 
 
+def test_plots_show_values_and_the_camera_follows(open_page, session, until):
+    page = open_page()
+    tab(page, "Watch")
+    view = "getElement(Number(document.querySelector('.q-tab-panel .cc-view').id.slice(1)))"
+    target = f"{view}.three.controls.target.toArray()"
+    page.locator(".cc-view:visible").get_by_text("follow").click()
+    before = page.evaluate(target)
+    session.speed = 5.0
+    page.evaluate("cc.press('takeoff', null)")
+    until(lambda: session.frame.position[:, 2].min() > 0.8)
+    until(lambda: page.evaluate(target)[2] > before[2] + 0.5)
+    plot = page.locator("[data-variable='stateEstimate.z']")
+    box = plot.bounding_box()
+    steps = iter(range(10_000))
+
+    def look():
+        page.mouse.move(box["x"] + box["width"] / 2 + next(steps) % 9, box["y"] + box["height"] / 2)
+        return "agent_3" in plot.inner_text()
+
+    until(look)
+
+
 def test_the_log_is_downloaded(open_page, session, until):
     page = open_page()
     session.speed = 5.0

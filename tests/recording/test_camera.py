@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from crazychoir_fw.recording.camera import follow
+from crazychoir_fw.recording.shots import follow
 
 
 def seen(shot, frame: int, points: np.ndarray, *, fovy_deg: float = 45.0, aspect: float = 16 / 9) -> np.ndarray:

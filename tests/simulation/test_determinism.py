@@ -12,7 +12,7 @@ from worlds import make_world
 import crazychoir_fw
 from crazychoir_fw.simulation import DroneConfig, World, set_threads
 
-TENTHS = 100  # of a second: the flight lasts 10 s
+TENTHS = 60  # of a second: the flight lasts 6 s
 
 
 def command(world, i):

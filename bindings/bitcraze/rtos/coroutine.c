@@ -12,7 +12,7 @@
 #endif
 
 #define WORD 8             // [bytes]
-#define CANARY_WORDS 8     // above the page that nobody may touch
+#define CANARY_WORDS 8     // above the guard page
 #define CLEAN_BYTES 320    // more than the frames from a call of the shim to the switch
 #define LARGEST_PAGE 4096  // [bytes] of a guard, so that enough is left of a stack
 

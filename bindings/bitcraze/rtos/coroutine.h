@@ -11,9 +11,9 @@
  * Equal flights have equal slices: what is above the deepest slice is cleared before a task goes
  * on, and the frames of the shim have no gaps. Frames of the firmware have some: the half of a word
  * that a function does not use, such as the padding of a struct, shows half of an address that an
- * earlier one left there. Nobody reads it, but by it images may differ where these halves do: upper
- * halves between processes, and between copies with a multiple of 4 GiB between them; lower halves,
- * which gcc leaves without optimization only, as far as has been seen, between all copies.
+ * earlier one left there. It is never read, but by it images may differ where these halves do:
+ * upper halves between processes, and between copies with a multiple of 4 GiB between them; lower
+ * halves, which gcc leaves without optimization only, as far as has been seen, between all copies.
  *
  * A slice must hold no canary of the process and no signed address: compile what runs in tasks with
  * -fno-stack-protector, on x86-64 with -fcf-protection=none and on aarch64 with

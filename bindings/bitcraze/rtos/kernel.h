@@ -17,8 +17,8 @@
  * from the stack pointer; cf_rtos_boot() and cf_rtos_run_ready() do what else is to be done. There
  * is no need to call cf_rtos_abandon(), but it does no harm after cf_work_abandon().
  *
- * A task that neither waits nor yields, such as `while (1) {}`, is not noticed: nobody can stop it
- * without a clock. */
+ * A task that neither waits nor yields, such as `while (1) {}`, is not noticed: it cannot be
+ * stopped without a clock. */
 #ifndef CF_BITCRAZE_RTOS_KERNEL_H
 #define CF_BITCRAZE_RTOS_KERNEL_H
 
@@ -41,7 +41,7 @@ void cf_rtos_run_ready(void);
 // Whether the caller runs in a task, and not on the simulation's stack.
 bool cf_rtos_is_in_task(void);
 
-// The beat of the sensors: what sensorsWaitDataReady() waits for. A beat that nobody waits for is
+// The beat of the sensors: what sensorsWaitDataReady() waits for. A beat that is not awaited is
 // kept, a second one is lost. Outside of tasks the wait returns at once.
 void cf_rtos_wait_data_ready(void);
 void cf_rtos_signal_data_ready(void);

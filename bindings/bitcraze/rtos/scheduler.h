@@ -18,7 +18,7 @@ cf_deadline_t cf_rtos_deadline(TickType_t wait);
 // Whether who calls may wait: a task that is willing to.
 bool cf_rtos_can_wait(TickType_t wait);
 
-// For a task: returns true when somebody woke it, false when the time was over.
+// For a task: returns true when it was woken, false when the time was over.
 bool cf_rtos_wait(const void *object, int why, cf_deadline_t deadline);
 
 // The waiting task of highest priority, of equal ones the one that has waited longest, is ready.

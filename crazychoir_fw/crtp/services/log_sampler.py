@@ -175,7 +175,7 @@ class _Batch:
             return
         lib.cf_log_pack(self._blocks, self._count, self._packets)
         packets = self._bytes[:]
-        for line, parts in self._parts.items():
-            line.put_out([(packets[part], True) for part in parts])
-        for line in self._parts:
-            line.wake_radio()
+        for context, parts in self._parts.items():
+            context.put_out([(packets[part], True) for part in parts])
+        for context in self._parts:
+            context.wake_radio()

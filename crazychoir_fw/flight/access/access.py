@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.common.errors import StateError, UnknownNameError
+from crazychoir_fw.common.errors import CrazychoirError, StateError, UnknownNameError
 from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.flight.agent import DronePhase
 
 if TYPE_CHECKING:
+    from crazychoir_fw.flight.agent import Agent
     from crazychoir_fw.planning import Polynomial
 
+_MAX_PROBLEMS = 5  # that are told
 _PLAIN_LOGS = (
     *("position.x", "position.y", "position.z", "velocity.x", "velocity.y", "velocity.z"),
     *("rates.x", "rates.y", "rates.z"),
@@ -168,3 +172,25 @@ class Access:
     def fly_uploaded(self, index: int) -> None:
         """Fly the uploaded trajectory from now on."""
         raise StateError(f"{self.names[index]}: a drone of this backend has no trajectory memory")
+
+
+def reboot_all(agents: Sequence[Agent], access: Access) -> str:
+    """Reboot the drones of agents; returns what to expect, in a few words.
+
+    Raises:
+        StateError: If one of them flies, and nothing is done; or if some could not be rebooted, and the others were.
+    """
+    for agent in agents:
+        if agent.is_up:
+            raise StateError(f"{agent.name} flies; LAND or STOP it before REBOOT")
+    expected, problems = [], []
+    for agent in agents:
+        try:
+            expected.append(access.reboot(agent.index))
+        except CrazychoirError as error:  # the others are not to wait for this one
+            problems.append(str(error))
+            continue
+        agent.phase, agent.failure, agent.reference = DronePhase.GROUND, None, None
+    if problems:
+        raise StateError("; ".join(problems[:_MAX_PROBLEMS]))
+    return ", ".join(dict.fromkeys(expected))

@@ -7,7 +7,8 @@ cc.beginHead = () => {
   const tell = () => {
     let text = "";
     const isLost = !cc.connected || cc.words.error;
-    if (!cc.connected) text = "No connection to the flight; it goes on. Trying again.";
+    if (cc.setting?.is_watched && cc.words.error) text = cc.words.error;
+    else if (!cc.connected) text = "No connection to the flight; it goes on. Trying again.";
     else if (cc.words.error) text = cc.words.error;
     else if (!cc.frame || !cc.setting) text = "The drones get ready";
     else {

@@ -150,7 +150,8 @@ def test_a_name_that_cannot_be(name):
 def test_an_airframe_that_is_unknown():
     sentence = refusal(Toy(toy_path(), platform="balloon"), UnknownNameError)
     assert sentence == "library 'toy' is for platform 'balloon', allowed: cf2, cf21bl"
-    request = ffi.new("cf_library_t *", {"name": ffi.new("char[]", b"toy"), "platform": 7})
+    name = ffi.new("char[]", b"toy")
+    request = ffi.new("cf_library_t *", {"name": name, "platform": 7})
     message = ffi.new("char[]", lib.CF_LIBRARY_MESSAGE_BYTES)
     assert lib.cf_library_load(request, message) == lib.CF_ERR_VALUE
     assert ffi.string(message) == b"library toy is for platform number 7, allowed: -1 to 1"
