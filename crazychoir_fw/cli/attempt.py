@@ -58,18 +58,15 @@ def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" =
         mission = load_mission(request.mission, request.uri_base, **request.overrides)
         if loaded is not None:
             loaded(mission)
-        folder = _make_folder(folder if folder is not None else Path("out") / mission.name)
+        folder = folder if folder is not None else Path("out") / mission.name
+        folder.mkdir(parents=True, exist_ok=True)  # before a flight that cannot be written down
         if request.mcap:
             from crazychoir_fw.recording.mcap_file import require_mcap
 
             require_mcap()
         reason = _no_video_because(request.video)
         result = _fly(mission, request, FRAMES_PER_SECOND if reason is None else 0)
-        _write(result, folder, reason, request.camera)
-        if request.mcap:
-            from crazychoir_fw.recording.mcap_file import write_mcap
-
-            write_mcap(result.log, folder / "log.mcap")
+        _write(result, folder, reason, request)
     except CrazychoirError as error:
         complain_of(error)
         return BAD_INPUT
@@ -89,12 +86,6 @@ def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" =
     for failure in result.failures:
         complain(failure)
     return SUCCESS if result.success else FLIGHT_FAILED
-
-
-def _make_folder(folder: Path) -> Path:
-    """Create the output folder, so that a flight is not flown in vain."""
-    folder.mkdir(parents=True, exist_ok=True)
-    return folder
 
 
 def _no_video_because(wanted: bool) -> str | None:
@@ -152,14 +143,18 @@ def _check_camera(world: "World", camera: str) -> None:
         raise UnknownNameError(f"--camera: {error}") from None
 
 
-def _write(result: "FlightResult", folder: Path, no_video_because: str | None, camera: str) -> None:
-    """Write the summary, the log, the picture and the video of a flight."""
+def _write(result: "FlightResult", folder: Path, no_video_because: str | None, request: FlightRequest) -> None:
+    """Write the summary, the logs, the picture and the video of a flight."""
     from crazychoir_fw.flight.summary import write_summary
     from crazychoir_fw.recording.plot import plot_flight
 
     title, film, timeline = result.mission.description or result.mission.name, result.film, result.timeline
     write_summary(folder / "summary.json", result.summary)
     result.log.save(folder / "log.npz")
+    if request.mcap:
+        from crazychoir_fw.recording.mcap_file import write_mcap
+
+        write_mcap(result.log, folder / "log.mcap")
     plot_flight(result.log, folder / "flight.png", title, result.curve, timeline)
     reason = no_video_because or film.missing
     if reason is not None:
@@ -175,7 +170,7 @@ def _write(result: "FlightResult", folder: Path, no_video_because: str | None, c
             film.qpos,
             film.times,
             folder / "flight.mp4",
-            camera=camera,
+            camera=request.camera,
             fps=film.fps,
             speed=film.speed,
             links=film.links,

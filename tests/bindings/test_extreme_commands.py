@@ -479,7 +479,7 @@ def test_avoidance_ends_whatever_its_parameters_are(sweeps):
 
 @pytest.mark.parametrize("a", FEW)
 def test_grid_of_peers(a):
-    grid, nearest = ffi.new("cf_peer_grid_t *"), ffi.new("cf_seen_drone_t[]", lib.CF_PEER_GRID_MOST)
+    grid, nearest = ffi.new("cf_peer_grid_t *"), ffi.new("cf_seen_drone_t[]", lib.CF_PEER_GRID_MAX)
     assert lib.cf_peer_grid_new(grid, 40)
     for b in FEW:
         lib.cf_peer_grid_clear(grid)
@@ -487,9 +487,9 @@ def test_grid_of_peers(a):
             lib.cf_peer_grid_add(grid, i, [a if i % 3 == 0 else 0.5 * i, b if i % 5 == 0 else -0.5, 1])
         lib.cf_peer_grid_sort(grid)
         assert grid.count <= grid.capacity
-        for limit in range(-1, lib.CF_PEER_GRID_MOST + 2):
+        for limit in range(-1, lib.CF_PEER_GRID_MAX + 2):
             count = lib.cf_peer_grid_nearest(grid, [a, b, 0], 3, nearest, limit)
-            assert 0 <= count <= max(0, min(limit, lib.CF_PEER_GRID_MOST))
+            assert 0 <= count <= max(0, min(limit, lib.CF_PEER_GRID_MAX))
             assert all(nearest[k].index != 3 and nearest[k].index < 50 for k in range(count))
     lib.cf_peer_grid_free(grid)
 

@@ -76,6 +76,7 @@ def test_broken_motion(platform, system, vehicle_of):
     vehicle = vehicle_of(platform, system)
     for odd, place in product(FEW, range(7)):
         survives(vehicle, odd, place, ticks=12)
+    assert vehicle.mass > 0
 
 
 def test_saturation_is_at_the_ends_of_16_bits(vehicle_of):

@@ -87,6 +87,8 @@ def test_a_motor_that_dies_takes_its_own_drone_only():
     result = fly(mission(data), visuals=False)
     assert result.success, result.failures
     assert result.expected_failures[0].startswith("c: ")
+    assert [fault["kind"] for fault in result.summary["faults"]] == ["motor"]
+    assert result.log.metadata["faults"] == result.summary["faults"]
     assert [drone["phase"] for drone in result.summary["drones"]] == ["landed", "landed", "failed", "landed"]
     lost = [event for event in result.summary["events"] if event["kind"] == "lost"]
     assert lost and all(event["details"]["reason"] == "lost c" for event in lost)
