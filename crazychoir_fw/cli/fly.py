@@ -7,8 +7,8 @@ import typer
 
 from crazychoir_fw.cli.attempt import FlightRequest, attempt
 from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Provider, Restart, Seed, Threads, UriBase, need_ros
-from crazychoir_fw.cli.signals import unwind_at_signals
 from crazychoir_fw.cli.view import View, require_way
+from crazychoir_fw.common.signals import unwind_at_signals
 
 
 def fly(

@@ -11,7 +11,7 @@ import typer
 
 from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of, console
 from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Restart, Seed, UriBase, need_ros
-from crazychoir_fw.cli.signals import stop_at_signals
+from crazychoir_fw.common.signals import stop_at_signals
 
 if TYPE_CHECKING:
     from crazychoir_fw.gui.session import Session

@@ -12,8 +12,8 @@ import typer
 from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console, refuse
 from crazychoir_fw.cli.serve_texts import STATUS_S, Status, announce, summary
 from crazychoir_fw.cli.shared_options import Provider, Seed, Threads
-from crazychoir_fw.cli.signals import stop_at_signals
 from crazychoir_fw.cli.view import View, require_way
+from crazychoir_fw.common.signals import stop_at_signals
 
 if TYPE_CHECKING:
     from crazychoir_fw.crtp.server import Server

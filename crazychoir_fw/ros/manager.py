@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from crazychoir_fw.common.errors import CrazychoirError, MissionError, RangeError
+from crazychoir_fw.common.signals import ignored_signals, unwind_at_signals
 from crazychoir_fw.mission.schema import LayeredMission
 from crazychoir_fw.ros.parts import Part, parts_of
 from crazychoir_fw.ros.process import NOT_MADE, run_part
@@ -118,26 +119,18 @@ def fly_as_processes(
     register = None if options.folder is None else options.folder / "processes.json"
     supervisor = Supervisor(quiet, register=register)
     flight = _Flight(supervisor, mission, options, parts)
-    before = signal.signal(signal.SIGTERM, _interrupt)
     if not quiet:
         layers = f"{len(parts)} processes of layers and the host" if parts else "layers and host are one process"
         print(f"ROS domain {domain}: {layers}", flush=True)
     try:
-        return flight.run(host)
-    except KeyboardInterrupt:
+        with unwind_at_signals():
+            return flight.run(host)
+    except (KeyboardInterrupt, SystemExit):
         print("Interrupted: all processes end", flush=True)
         return 130
     finally:
-        # whoever asks twice, as `timeout` does, must not keep it from ending the processes: that takes seconds at most
-        interrupt = signal.signal(signal.SIGINT, signal.SIG_IGN)
-        signal.signal(signal.SIGTERM, signal.SIG_IGN)
-        supervisor.stop()
-        signal.signal(signal.SIGTERM, before)
-        signal.signal(signal.SIGINT, interrupt)
-
-
-def _interrupt(*_: Any) -> None:
-    raise KeyboardInterrupt
+        with ignored_signals():
+            supervisor.stop()
 
 
 class _Flight:

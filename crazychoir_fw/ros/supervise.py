@@ -23,6 +23,9 @@ from honcho.printer import Message, Printer
 
 from crazychoir_fw.common.replacing import replacing
 
+LANDING_S = 15.0
+"""Longest time that the process of the drones may take to land them (s)."""
+
 _PR_SET_PDEATHSIG = 1
 _FORK: Any = get_context("fork")
 
@@ -142,17 +145,21 @@ class Supervisor:
         self._printer.write(Message("line", text + "\n", datetime.now(), "manager", None))
 
     def stop(self, patience: float = 5.0) -> None:
-        """End all processes: kindly, the first one before those that it waits for, then not."""
+        """End all processes by SIGINT, the first one, which lands drones, before the others; then by SIGKILL.
+
+        Args:
+            patience: How long the others may take to end (s).
+        """
         everybody = list(self.children.values())
-        for sign, chosen in (
-            (signal.SIGINT, everybody[:1]),
-            (signal.SIGINT, everybody),
-            (signal.SIGKILL, everybody),
+        for sign, chosen, longest in (
+            (signal.SIGINT, everybody[:1], LANDING_S),
+            (signal.SIGINT, everybody[1:], patience),
+            (signal.SIGKILL, everybody, patience),
         ):
             for child in chosen:
                 if child.is_alive:
                     os.kill(child.process.pid, sign)
-            deadline = time.monotonic() + patience
+            deadline = time.monotonic() + longest
             while any(child.is_alive for child in chosen) and time.monotonic() < deadline:
                 self.watch(0.1)
 

@@ -12,7 +12,7 @@ from crazychoir_fw.ros import manager
 EXAMPLE = Path(__file__).parents[2] / "examples" / "bearing_formation.yaml"
 
 
-@pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("sign", [signal.SIGTERM, signal.SIGINT, signal.SIGHUP])
 def test_who_asks_twice_does_not_keep_it_from_ending_all_processes(sign, monkeypatch):
     ended = []
 
@@ -29,8 +29,8 @@ def test_who_asks_twice_does_not_keep_it_from_ending_all_processes(sign, monkeyp
     monkeypatch.setattr(manager, "Supervisor", ImpatientUser)
     monkeypatch.setattr(manager, "_Flight", Interrupted)
     monkeypatch.setenv("ROS_DOMAIN_ID", os.environ["ROS_DOMAIN_ID"])
-    before = [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)]
+    before = [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)]
     mission = load_mission(EXAMPLE, backend="integrator")
     assert manager.fly_as_processes(mission, manager.RosOptions(domain=7), lambda options: 0, quiet=True) == 130
     assert ended == ["all"]
-    assert [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM)] == before
+    assert [signal.getsignal(one) for one in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)] == before

@@ -1,4 +1,4 @@
-"""Signals that end what a command does, in order."""
+"""Signals that end what a program does, in order."""
 
 import os
 import signal
@@ -47,8 +47,15 @@ def unwind_at_signals() -> Iterator[None]:
 
 
 @contextmanager
-def _handled(handle: Callable[[int, object], None]) -> Iterator[None]:
-    """Have a function called at the signals that end a program; one that is ignored (by nohup) stays so."""
+def ignored_signals() -> Iterator[None]:
+    """Ignore these signals while something ends that must not be interrupted."""
+    with _handled(signal.SIG_IGN):
+        yield
+
+
+@contextmanager
+def _handled(handle: Any) -> Iterator[None]:
+    """Have a handler called at the signals that end a program; one that is ignored (by nohup) stays so."""
     previous: dict[int, Any] = {}
     for number in _ENDS:
         if number == signal.SIGINT or signal.getsignal(number) is not signal.SIG_IGN:
