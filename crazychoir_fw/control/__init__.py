@@ -10,9 +10,8 @@ from crazychoir_fw.control.gains import (
     PositionGains,
     VelocityGains,
 )
-from crazychoir_fw.control.hierarchical import HierarchicalController
+from crazychoir_fw.control.hierarchical import HierarchicalController, SafeHierarchicalController
 from crazychoir_fw.control.position import FlatnessAccelerationCtrl, FlatnessCtrl, FlatnessPositionCtrl
-from crazychoir_fw.control.safe_hierarchical import SafeHierarchicalController
 from crazychoir_fw.control.safe_position import SafeFlatnessAccelerationCtrl, SafeFlatnessCtrl, SafeFlatnessPositionCtrl
 from crazychoir_fw.control.senders import FPQRSender, FRPYSender, SenderStrategy, VelSender
 from crazychoir_fw.control.strategies import (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -91,8 +92,6 @@ class HierarchicalController(CrazyflieController):
     @classmethod
     def with_filter(cls) -> type[CrazyflieController]:
         """See `CrazyflieController`."""
-        from crazychoir_fw.control.safe_hierarchical import SafeHierarchicalController
-
         return SafeHierarchicalController if cls is HierarchicalController else cls
 
     @property
@@ -146,6 +145,26 @@ class HierarchicalController(CrazyflieController):
             return self._frozen
         pull = _STAY_K_P * (self._frozen.position - pose.position) - _STAY_K_V * np.asarray(pose.velocity)
         return replace(self._frozen, acceleration=np.clip(pull, -_STAY_LIMIT, _STAY_LIMIT))
+
+
+class SafeHierarchicalController(HierarchicalController):
+    """A `HierarchicalController` whose position law is given those nearby as a third argument.
+
+    Laws: `SafeFlatnessPositionCtrl`, `SafeFlatnessAccelerationCtrl`, or your own with
+    ``control(current_pose, desired_reference, closest)``.
+    """
+
+    closest: Pose | Mapping[int, Pose] | None = None
+    """Who is near: arrays of shape (..., K, 3), nan where nobody is, or poses by number for a single drone."""
+
+    position_strategy: PositionCtrlStrategy
+
+    def set_closest(self, closest: Pose | Mapping[int, Pose]) -> None:
+        """Take those nearby, as `crazychoir_fw.control.safety.ClosestRobotGetter` finds them."""
+        self.closest = closest
+
+    def _position_law(self, pose: Pose, reference: Reference) -> tuple[Array, Array]:
+        return self.position_strategy.control(pose, reference, self.closest)  # type: ignore[call-arg]
 
 
 def _is_same(frequency: float, other: float) -> bool:

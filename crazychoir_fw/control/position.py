@@ -163,13 +163,6 @@ class FlatnessPositionCtrl(FlatnessCtrl):
 
     _integral: Array | float = 0.0
 
-    @classmethod
-    def with_filter(cls) -> type[PositionCtrlStrategy]:
-        """See `PositionCtrlStrategy`."""
-        from crazychoir_fw.control.safe_position import SafeFlatnessPositionCtrl
-
-        return SafeFlatnessPositionCtrl if cls is FlatnessPositionCtrl else cls
-
     def __init__(
         self,
         update_frequency: float = 100.0,
@@ -225,13 +218,6 @@ class FlatnessAccelerationCtrl(FlatnessCtrl):
     """Makes an acceleration: F = m (g e3 + a_d). Without one the drone is to hover; nothing holds it in place."""
 
     follows_position = False
-
-    @classmethod
-    def with_filter(cls) -> type[PositionCtrlStrategy]:
-        """See `PositionCtrlStrategy`."""
-        from crazychoir_fw.control.safe_position import SafeFlatnessAccelerationCtrl
-
-        return SafeFlatnessAccelerationCtrl if cls is FlatnessAccelerationCtrl else cls
 
     def force(self, current_pose: Pose, desired_reference: Reference) -> Array:
         """See `FlatnessCtrl`."""

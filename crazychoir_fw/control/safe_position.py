@@ -207,3 +207,7 @@ class SafeFlatnessPositionCtrl(SafeFlatnessCtrl, FlatnessPositionCtrl):
 
 class SafeFlatnessAccelerationCtrl(SafeFlatnessCtrl, FlatnessAccelerationCtrl):
     """Makes an acceleration as `FlatnessAccelerationCtrl`, as far as it is safe."""
+
+
+FlatnessPositionCtrl.filtered = SafeFlatnessPositionCtrl
+FlatnessAccelerationCtrl.filtered = SafeFlatnessAccelerationCtrl

@@ -6,6 +6,7 @@ A law takes one drone, arrays of shape (3,), or a group of equal drones at once,
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,14 +28,17 @@ class PositionCtrlStrategy(ABC):
     """Body rates (rad/s) at which the attitude that was returned last turns, in its own frame, shape (..., 3); None
     where they are not known. `HierarchicalController` hands them to the attitude law."""
 
+    filtered: ClassVar[type[PositionCtrlStrategy]]
+    """The law that takes the place of this very class, not of its subclasses, behind a safety filter."""
+
     def __init__(self, update_frequency: float = 100.0) -> None:
         """Make a law that is asked so often per second."""
         self.update_frequency = checked_frequency(type(self).__name__, "update_frequency", update_frequency)
 
     @classmethod
     def with_filter(cls) -> type[PositionCtrlStrategy]:
-        """Return the law that takes a `safety_filter` and those nearby; a law of yours that does returns itself."""
-        return cls
+        """Return the law that takes a `safety_filter` and those nearby: `filtered`, or itself."""
+        return vars(cls).get("filtered", cls)
 
     @abstractmethod
     def control(self, current_pose: Pose, desired_reference: Reference) -> tuple[Array, Array]:
