@@ -148,8 +148,8 @@ def test_copies_far_from_each_other_fly_the_same(copies, make_copy):
     """Images differ by what nobody reads, the upper halves of addresses in gaps; what the tasks saw does not."""
     rooms = [mmap.mmap(-1, 5 << 30, flags=PRIVATE, prot=0)]  # new things go below, once the holes above are full
     far = make_copy()
-    while far.window == copies[0].window and len(rooms) < 1000:
-        rooms.append(mmap.mmap(-1, 1 << 21, flags=PRIVATE, prot=0))
+    while far.window == copies[0].window and len(rooms) < 100_000:  # a worker that has run for long has many holes
+        rooms += [mmap.mmap(-1, 1 << 20, flags=PRIVATE, prot=0) for _ in range(256)]
         far = make_copy()
     assert far.window != copies[0].window
     state, there = copies[0].boot(), far.boot()
