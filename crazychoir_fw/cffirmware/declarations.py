@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -63,19 +64,10 @@ def declarations_of(bindings: Path, ask: Ask) -> str:
         bindings: Folder of the C side.
         ask: Asks the compiler about the checkout.
     """
-    listed = {ffi.typeof(f"struct {name}" if name in TAGGED else name): name for name in (*NAMES, *EXTRA_NAMES)}
-    listed = {c_type: name for c_type, name in listed.items() if name != _UNNAMED}
+    listed = _listed()
     structs = [list(_struct(c_type, name, listed)) for c_type, name in _in_order(listed)]
-    adapted = set(re.findall(rf"{CANONICAL}(\w+)\(", (bindings / _HEADER).read_text(encoding="utf-8")))
-    names = [*(function.name for function in FUNCTIONS), "piecewise_compressed_load"]
-    others = [_function(name, CANONICAL + name if name in adapted else name, listed) for name in names]
-    others.append(_Piece(f"const char *{CANONICAL}take_assertion(void);"))
-    constants = (*CONSTANTS, "CF_UPSTREAM_HAS_LINEAR", "CF_UPSTREAM_HAS_RELATIVE_YAW")
-    others += [_Piece(f"#define {name} ...", f"long @(void) {{ return {name}; }}") for name in constants]
-
-    asked = [piece for piece in [*(piece for struct in structs for piece in struct), *others] if piece.question]
-    lacking = ask(f'#include "{_HEADER}"\n', _named(piece.question or "" for piece in asked))
-    missing = {asked[number] for number in lacking}
+    others = [*_functions(bindings, listed), *_constants()]
+    missing = _missing([*chain.from_iterable(structs), *others], ask)
     # the first piece of a struct asks for all of it
     kept = [piece for struct in structs if struct[0] not in missing for piece in struct] + others
     return "\n".join(piece.text for piece in kept if piece not in missing) + "\n"
@@ -83,6 +75,19 @@ def declarations_of(bindings: Path, ask: Ask) -> str:
 
 def _named(questions: Iterable[str]) -> list[str]:
     return [question.replace("@", f"cf_ask_{number}") for number, question in enumerate(questions)]
+
+
+def _missing(pieces: list[_Piece], ask: Ask) -> set[_Piece]:
+    """Return the pieces that the checkout lacks."""
+    asked = [piece for piece in pieces if piece.question]
+    lacking = ask(f'#include "{_HEADER}"\n', _named(piece.question or "" for piece in asked))
+    return {asked[number] for number in lacking}
+
+
+def _listed() -> dict[Any, str]:
+    """Return the types that are declared by name, and their names."""
+    names = [name for name in (*NAMES, *EXTRA_NAMES) if name != _UNNAMED]
+    return {ffi.typeof(f"struct {name}" if name in TAGGED else name): name for name in names}
 
 
 def _in_order(listed: dict[Any, str]) -> Iterator[tuple[Any, str]]:
@@ -140,6 +145,18 @@ def _declared(c_type: Any, name: str, listed: dict[Any, str]) -> str:
     text = ffi.getctype(c_type, name)
     # a struct may have a tag beside the name that is listed
     return text.replace(item.cname, listed[item]) if item in listed and listed[item] not in TAGGED else text
+
+
+def _functions(bindings: Path, listed: dict[Any, str]) -> Iterator[_Piece]:
+    adapted = set(re.findall(rf"{CANONICAL}(\w+)\(", (bindings / _HEADER).read_text(encoding="utf-8")))
+    for name in (*(function.name for function in FUNCTIONS), "piecewise_compressed_load"):
+        yield _function(name, CANONICAL + name if name in adapted else name, listed)
+    yield _Piece(f"const char *{CANONICAL}take_assertion(void);")
+
+
+def _constants() -> Iterator[_Piece]:
+    for name in (*CONSTANTS, "CF_UPSTREAM_HAS_LINEAR", "CF_UPSTREAM_HAS_RELATIVE_YAW"):
+        yield _Piece(f"#define {name} ...", f"long @(void) {{ return {name}; }}")
 
 
 def _function(name: str, theirs: str, listed: dict[Any, str]) -> _Piece:

@@ -41,10 +41,17 @@ def press(
         raise typer.Exit(BAD_INPUT) from None
     if command["name"] not in ("speed", "rewind"):
         command["drones"] = None if drones is None else [name.strip() for name in drones.split(",")]
-    body = json.dumps({"id": uuid.uuid4().hex, "command": command}).encode()
+    address = _address_of(address, port)
     headers = {"content-type": "application/json"}
     if token := token or os.environ.get("CRAZYCHOIR_TOKEN"):
         headers["authorization"] = f"Bearer {token}"
+    body = json.dumps({"id": uuid.uuid4().hex, "command": command}).encode()
+    request = urllib.request.Request(f"{address.rstrip('/')}/api/command", body, headers)
+    console.print(_answer_to(request, address), markup=False, soft_wrap=True)
+
+
+def _address_of(address: str | None, port: int) -> str:
+    """Return where the page is; exits if the options do not say so."""
     if address is not None and port != DEFAULT_PORT:
         complain("--port and --address both say where the page is; give one of them")
         raise typer.Exit(BAD_INPUT)
@@ -52,7 +59,11 @@ def press(
     if not address.startswith(("http://", "https://")):
         complain(f"--address {address}: allowed: http://HOST:PORT")
         raise typer.Exit(BAD_INPUT)
-    request = urllib.request.Request(f"{address.rstrip('/')}/api/command", body, headers)
+    return address
+
+
+def _answer_to(request: urllib.request.Request, address: str) -> str:
+    """Return the sentence that the page answers a command with; exits if the page refuses, or there is none."""
     try:
         with urllib.request.urlopen(request, timeout=_PATIENCE_S) as response:
             answer = _text_of(response.read())
@@ -69,7 +80,7 @@ def press(
     if answer is None:
         complain(f"what answers at {address} is no page of crazychoir gui")
         raise typer.Exit(BAD_INPUT)
-    console.print(answer, markup=False, soft_wrap=True)
+    return answer
 
 
 def _text_of(body: bytes) -> str | None:
@@ -97,24 +108,25 @@ def command_of(button: str, values: list[str]) -> dict[str, Any]:
     Raises:
         ValueError: If there is no such button, or its values are none.
     """
-    if button in ("takeoff", "land", "stop", "start", "reboot") and not values:
-        return {"name": button}
-    if button in ("arm", "disarm") and not values:
-        return {"name": "arm", "armed": button == "arm"}
-    if button == "pause" and not values:
-        return {"name": "speed", "factor": 0.0}
-    if button == "set" and len(values) == 2:
-        return {"name": "set_parameter", "parameter": values[0], "value": _numbers(values[1:])[0]}
-    if button == "speed" and len(values) == 1:
-        return {"name": "speed", "factor": _numbers(values)[0]}
-    if button == "goto" and len(values) in (3, 4):
-        return {"name": "goto", **dict(zip(("x", "y", "z", "duration"), _numbers(values), strict=False))}
-    if button == "rewind" and len(values) in (1, 2):
-        if len(values) == 1:
+    match button, values:
+        case "takeoff" | "land" | "stop" | "start" | "reboot", []:
+            return {"name": button}
+        case "arm" | "disarm", []:
+            return {"name": "arm", "armed": button == "arm"}
+        case "pause", []:
+            return {"name": "speed", "factor": 0.0}
+        case "set", [parameter, value]:
+            return {"name": "set_parameter", "parameter": parameter, "value": _numbers([value])[0]}
+        case "speed", [_]:
+            return {"name": "speed", "factor": _numbers(values)[0]}
+        case "goto", [_, _, _] | [_, _, _, _]:
+            return {"name": "goto", **dict(zip(("x", "y", "z", "duration"), _numbers(values), strict=False))}
+        case "rewind", [_]:
             return {"name": "rewind", "time": _numbers(values)[0]}
-        if not values[1].isdecimal():
-            raise ValueError(f"branch {values[1]} must be a whole number, 0 or more")
-        return {"name": "rewind", "time": _numbers(values)[0], "branch": int(values[1])}
+        case "rewind", [_, branch]:
+            if not branch.isdecimal():
+                raise ValueError(f"branch {branch} must be a whole number, 0 or more")
+            return {"name": "rewind", "time": _numbers(values)[0], "branch": int(branch)}
     if button not in _BUTTONS:
         raise ValueError(f"there is no button '{button}', allowed: {', '.join(_BUTTONS)}")
     raise ValueError(f"{button} does not take {' '.join(values) or 'nothing'}; see crazychoir press --help")

@@ -177,19 +177,7 @@ class Drawings:
         self, points: ArrayLike, times: ArrayLike, name: str | None, drone: str | None, others: Sequence[Drawing]
     ) -> Drawing:
         path, clock = np.array(points, float), np.array(times, float)
-        if (
-            path.ndim != 2
-            or path.shape[1:] != (3,)
-            or not 2 <= len(path) <= MAX_POINTS
-            or clock.shape != path.shape[:1]
-        ):
-            raise RangeError(f"a drawing has shape {path.shape}, allowed: 2 to {MAX_POINTS} points x, y, z")
-        if not (np.isfinite(path).all() and np.isfinite(clock).all()) or np.abs(path).max() > FARTHEST_M:
-            raise RangeError(f"a drawing leaves the area: allowed: finite numbers within {FARTHEST_M:g} m")
-        if (np.diff(clock) < 0.0).any():
-            raise RangeError("the times of a drawing must not decrease")
-        if np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < 0.05:
-            raise RangeError("a drawing must be at least 5 cm long")
+        _check_curve(path, clock)
         if len(others) >= MAX_DRAWINGS:
             raise RangeError(f"there are {MAX_DRAWINGS} drawings already; delete some")
         if drone is None:
@@ -258,6 +246,22 @@ class Drawings:
             except RangeError as error:
                 raise RangeError(str(error).replace(str(path), name)) from None
         return self.add(points, times, name)
+
+
+def _check_curve(path: NDArray[np.float64], clock: NDArray[np.float64]) -> None:
+    """Check points (m, world), shape (m, 3), and times (s), shape (m,), of a drawing.
+
+    Raises:
+        RangeError: If they are no curve.
+    """
+    if path.ndim != 2 or path.shape[1:] != (3,) or not 2 <= len(path) <= MAX_POINTS or clock.shape != path.shape[:1]:
+        raise RangeError(f"a drawing has shape {path.shape}, allowed: 2 to {MAX_POINTS} points x, y, z")
+    if not (np.isfinite(path).all() and np.isfinite(clock).all()) or np.abs(path).max() > FARTHEST_M:
+        raise RangeError(f"a drawing leaves the area: allowed: finite numbers within {FARTHEST_M:g} m")
+    if (np.diff(clock) < 0.0).any():
+        raise RangeError("the times of a drawing must not decrease")
+    if np.linalg.norm(np.diff(path, axis=0), axis=1).sum() < 0.05:
+        raise RangeError("a drawing must be at least 5 cm long")
 
 
 def _read(path: Path) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

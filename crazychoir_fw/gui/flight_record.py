@@ -5,11 +5,12 @@ from __future__ import annotations
 import csv
 import io
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.common.messages import Pose
@@ -18,6 +19,7 @@ from crazychoir_fw.flight.plain_recorder import motion_signals
 from crazychoir_fw.recording.flight_log import FlightLog
 
 if TYPE_CHECKING:
+    from crazychoir_fw.gui.branches import Sample
     from crazychoir_fw.gui.session import Session
 
 FORMATS = {"csv": "text/csv", "mcap": "application/octet-stream", "npz": "application/octet-stream"}
@@ -61,23 +63,9 @@ def record_of(session: Session, number: int | None = None) -> FlightLog:
     times, samples = branches.lineage(number)
     if not times:
         raise StateError("nothing has been flown yet; there is nothing to log")
-    poses = [
-        Pose(sample.position.astype(float), sample.orientation.astype(float), sample.velocity.astype(float), None)
-        for sample in samples
-    ]
     group = "sim" if session.access.knows_truth else "stateEstimate"
-    signals = motion_signals(group, poses)
-    if group == "stateEstimate":
-        turned = np.array([sample.orientation for sample in samples])
-        signals |= {f"stateEstimate.q{axis}": turned[..., k] for k, axis in enumerate("xyzw")}
-    wanted = np.array([sample.reference for sample in samples])
-    signals |= {f"ctrltarget.{axis}": wanted[..., k] for k, axis in enumerate("xyz")}
-    for row, sample in enumerate(samples):
-        for (drone, name), value in (sample.watched or {}).items():
-            if name not in signals:
-                signals[name] = np.full((len(samples), len(session.names)), np.nan)
-            if name not in _ours(group):
-                signals[name][row, drone] = value
+    signals = _sampled(group, samples)
+    _add_watched(signals, samples, len(session.names))
     mission = session.mission
     about = {
         "mission": mission.name,
@@ -87,6 +75,39 @@ def record_of(session: Session, number: int | None = None) -> FlightLog:
         "platform": ", ".join(sorted({drone.platform for drone in mission.fleet})),
         "branch": number,
     }
+    return FlightLog(np.array(times), session.names, signals, about, _events(session, number))
+
+
+def _sampled(group: str, samples: Sequence[Sample]) -> dict[str, NDArray[Any]]:
+    """Return the signals that every sample has, of shape (samples, drones) each."""
+    poses = [
+        Pose(sample.position.astype(float), sample.orientation.astype(float), sample.velocity.astype(float), None)
+        for sample in samples
+    ]
+    signals = motion_signals(group, poses)
+    if group == "stateEstimate":
+        turned = np.array([sample.orientation for sample in samples])
+        signals |= {f"stateEstimate.q{axis}": turned[..., k] for k, axis in enumerate("xyzw")}
+    wanted = np.array([sample.reference for sample in samples])
+    signals |= {f"ctrltarget.{axis}": wanted[..., k] for k, axis in enumerate("xyz")}
+    return signals
+
+
+def _add_watched(signals: dict[str, NDArray[Any]], samples: Sequence[Sample], drones: int) -> None:
+    """Add the variables that were plotted; one of the name of a sampled signal does not replace it."""
+    sampled = frozenset(signals)
+    for row, sample in enumerate(samples):
+        for (drone, name), value in (sample.watched or {}).items():
+            if name in sampled:
+                continue
+            if name not in signals:
+                signals[name] = np.full((len(samples), drones), np.nan)
+            signals[name][row, drone] = value
+
+
+def _events(session: Session, number: int) -> list[dict[str, Any]]:
+    """Return the commands of a branch, and what happened in it if it is the one that is flown, by time."""
+    branches = session.branches
     events = [
         {"time": mark["time"], "kind": "command", "drone": None, "details": {"text": mark["text"]}}
         for mark in branches.marks_of(number)
@@ -94,15 +115,7 @@ def record_of(session: Session, number: int | None = None) -> FlightLog:
     if number == branches.present.number:
         events += [happening.as_dict() for happening in list(session.experiment.events)]
     events.sort(key=lambda event: event["time"])
-    return FlightLog(np.array(times), session.names, signals, about, events)
-
-
-def _ours(group: str) -> frozenset[str]:
-    """Return the signals that every sample has, which a plotted variable of the same name does not replace."""
-    motion = [f"{group}.{name}" for name in (*"xyz", "vx", "vy", "vz", "roll", "pitch", "yaw")]
-    if group == "stateEstimate":
-        motion += [f"{group}.q{axis}" for axis in "xyzw"]
-    return frozenset([*motion, *(f"ctrltarget.{axis}" for axis in "xyz")])
+    return events
 
 
 def csv_lines(log: FlightLog) -> Iterator[str]:

@@ -71,6 +71,16 @@ class _Pose(msgspec.Struct, array_like=True, forbid_unknown_fields=True, gc=Fals
     angular: _Array | None
     time: float | None
 
+    @classmethod
+    def of(cls, pose: Pose) -> _Pose:
+        fields = (pose.position, pose.orientation, pose.velocity, pose.angular)
+        vectors = [None if field is None else _Array.of(np.asarray(field)) for field in fields]
+        return cls(*vectors, None if pose.time is None else float(pose.time))
+
+    def pose(self) -> Pose:
+        fields = (self.position, self.orientation, self.velocity, self.angular)
+        return Pose(*[None if field is None else field.array() for field in fields], self.time)
+
 
 def dumps(obj: object, limit: int = LARGEST_BYTES) -> bytes:
     """Return an object as bytes.
@@ -125,9 +135,7 @@ def _plain(obj: object, depth: int) -> object:
     if isinstance(obj, np.ndarray):
         return Ext(_ARRAY, _encode(_Array.of(obj)))
     if isinstance(obj, Pose):
-        fields = (obj.position, obj.orientation, obj.velocity, obj.angular)
-        vectors = [None if field is None else _Array.of(np.asarray(field)) for field in fields]
-        return Ext(_POSE, _encode(_Pose(*vectors, None if obj.time is None else float(obj.time))))
+        return Ext(_POSE, _encode(_Pose.of(obj)))
     if isinstance(obj, np.bool_ | np.integer | np.floating) and obj.dtype.name in DTYPES:
         return obj.item()
     raise MessageError(f"message holds a {kind.__name__}, {_ALLOWED}")
@@ -148,9 +156,7 @@ def _extension(code: int, body: memoryview) -> Any:
     if code == _ARRAY:
         return _decode_array(body).array()
     if code == _POSE:
-        pose = _decode_pose(body)
-        fields = (pose.position, pose.orientation, pose.velocity, pose.angular)
-        return Pose(*[None if field is None else field.array() for field in fields], pose.time)
+        return _decode_pose(body).pose()
     raise MessageError(f"message holds the unknown type {code}")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import signal
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -33,12 +34,8 @@ def layers(
     loaded = _load(mission)
     names = [one.id for one in loaded.fleet]
     every = (*LAYERS, *common_layers(loaded))
-    for given, known in ((drone or [], names), (layer or [], every)):
-        for word in given:
-            if word not in known:
-                raise typer.BadParameter(f"'{word}', allowed: {', '.join(known)}")
-    numbers = tuple(i for i, name in enumerate(names) if not drone or name in drone)
-    chosen = tuple(one for one in every if not layer or one in layer)
+    drones, chosen = _chosen(drone, names), _chosen(layer, every)
+    numbers = tuple(i for i, name in enumerate(names) if name in drones)
     part = Part("/".join([*(drone or []), *(layer or [])]) or "layers", numbers, chosen)
     raise typer.Exit(run_part(loaded, part, lockstep, leave_after=leave_after or None))
 
@@ -75,6 +72,14 @@ def simulation(
         pass
     finally:
         rclpy.try_shutdown()
+
+
+def _chosen(given: list[str] | None, known: Sequence[str]) -> tuple[str, ...]:
+    """Return the known words that were given, in the order of *known*; all of them if none was."""
+    for word in given or ():
+        if word not in known:
+            raise typer.BadParameter(f"'{word}', allowed: {', '.join(known)}")
+    return tuple(word for word in known if not given or word in given)
 
 
 def _load(path: Path):
