@@ -105,8 +105,7 @@ class Experiment(Stateful):
         """
         if len(agents) != len(backend.names):
             raise RangeError(f"there are {len(agents)} agents, allowed: {len(backend.names)}, one for each drone")
-        if rate < 1 or log_rate < 1 or rate % log_rate:
-            raise RangeError(f"log_rate is {log_rate}, allowed: a divisor of the rate, {rate} Hz")
+        _check_rates(rate, log_rate)
         self.backend = backend
         self.agents = list(agents)
         self.groups = list(groups)
@@ -133,12 +132,7 @@ class Experiment(Stateful):
         self.accelerations = np.zeros((len(agents), 3))
         """What guidance asks for (m/s^2, world), of drones that follow no trajectory, shape (N, 3)."""
         self._planned = [agent for agent in agents if agent.planner is not None]
-        # who follows places: those of a trajectory handler, or of guidance itself
-        self._placed = [
-            agent
-            for agent in agents
-            if agent.planner is not None or getattr(agent.guidance, "kind", "acceleration") != "acceleration"
-        ]
+        self._placed = [agent for agent in agents if _follows_places(agent)]
         self._watching = [(agent, agent.guidance.watched) for agent in agents if getattr(agent.guidance, "watched", ())]
         # guidance of ours decides for all drones at once; what a user brings speaks for itself alone
         self._together = GuidanceGroup.of([agent.guidance for agent in agents])
@@ -563,6 +557,21 @@ _SIGNALS = tuple(
 
 def _parts(poses: Pose) -> tuple[Array, Array, Array, Array]:
     return poses.position, poses.orientation, poses.velocity, poses.angular  # type: ignore[return-value]
+
+
+def _check_rates(rate: int, log_rate: int) -> None:
+    """Refuse rates (Hz) whose samples do not fall on rounds.
+
+    Raises:
+        RangeError: If they do not.
+    """
+    if rate < 1 or log_rate < 1 or rate % log_rate:
+        raise RangeError(f"log_rate is {log_rate}, allowed: a divisor of the rate, {rate} Hz")
+
+
+def _follows_places(agent: Agent) -> bool:
+    """Return whether a drone follows places: those of a trajectory handler, or of guidance itself."""
+    return agent.planner is not None or getattr(agent.guidance, "kind", "acceleration") != "acceleration"
 
 
 def _check_reference(reference: Reference | None) -> None:
