@@ -187,8 +187,7 @@ class Experiment(Stateful):
     def _press(self, name: str, drones: Names, motors: bool) -> list[Agent]:
         """Press a button of some drones; returns those that it is for."""
         now = self.time
-        wanted = [agent for agent in self._chosen(drones) if agent.phase is not DronePhase.FAILED]
-        wanted = [agent for agent in wanted if motors or agent.is_up]
+        wanted = [agent for agent in _not_failed(self._chosen(drones)) if motors or agent.is_up]
         resting = [agent for agent in wanted if not agent.is_up]
         if resting and motors:
             self._turn_on(resting)
@@ -200,7 +199,7 @@ class Experiment(Stateful):
             if agent.phase is not DronePhase.FAILED:
                 self._guarded(agent, _button(agent.guidance, name), now)
                 self._note(name, agent)
-        return [agent for agent in wanted if agent.phase is not DronePhase.FAILED]
+        return _not_failed(wanted)
 
     def _turn_on(self, agents: Sequence[Agent]) -> None:
         refused = set(self.backend.unlock([agent.index for agent in agents]))
@@ -567,6 +566,10 @@ def _check_rates(rate: int, log_rate: int) -> None:
     """
     if rate < 1 or log_rate < 1 or rate % log_rate:
         raise RangeError(f"log_rate is {log_rate}, allowed: a divisor of the rate, {rate} Hz")
+
+
+def _not_failed(agents: Iterable[Agent]) -> list[Agent]:
+    return [agent for agent in agents if agent.phase is not DronePhase.FAILED]
 
 
 def _follows_places(agent: Agent) -> bool:
