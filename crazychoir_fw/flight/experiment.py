@@ -310,22 +310,31 @@ class Experiment(Stateful):
     def _decide(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
         """Let guidance speak, then hear, then decide."""
         if self._together is not None and len(agents) == len(self.agents):
-            wanted = self._together.decide(now, poses.position, poses.velocity)
-            if wanted is not None:
-                self.accelerations[self._followers] = wanted
-                return
-            try:
-                for agent in agents:
-                    agent.guidance.set_pose(one_of(poses, agent.index))
-                decisions = self._together.step(now)
-                for agent, outputs in zip(agents, decisions, strict=True):
-                    self._take(agent, outputs, poses, now)
-            except Exception:
-                self._together = None  # who it was turns out when each decides for itself
+            self._decide_together(self._together, agents, poses, now)
             return
         if self._together is not None:
             self._together.let_go()
         self._let_watch(poses)
+        self._begin_rounds(agents, poses, now)
+        self._finish_rounds(agents, poses, now)
+
+    def _decide_together(self, group: GuidanceGroup, agents: Sequence[Agent], poses: Pose, now: float) -> None:
+        """Let guidance of ours decide for all drones at once."""
+        wanted = group.decide(now, poses.position, poses.velocity)
+        if wanted is not None:
+            self.accelerations[self._followers] = wanted
+            return
+        try:
+            for agent in agents:
+                agent.guidance.set_pose(one_of(poses, agent.index))
+            decisions = group.step(now)
+            for agent, outputs in zip(agents, decisions, strict=True):
+                self._take(agent, outputs, poses, now)
+        except Exception:
+            self._together = None  # who it was turns out when each decides for itself
+
+    def _begin_rounds(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
+        """Tell each guidance where its drone is, and let it speak to its neighbors."""
         for agent in agents:
             guidance = agent.guidance
             if agent.phase is DronePhase.FAILED:
@@ -337,6 +346,9 @@ class Experiment(Stateful):
                     agent.in_round = guidance.round_open
             except Exception as error:  # a user's code may raise anything, and stops its own drone only
                 self._fail_by(agent, guidance, error)
+
+    def _finish_rounds(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
+        """Let each guidance hear what was sent, decide, and take what it asks for."""
         for agent in agents:
             guidance = agent.guidance
             if agent.phase is DronePhase.FAILED:
