@@ -105,8 +105,7 @@ class Experiment(Stateful):
         """
         if len(agents) != len(backend.names):
             raise RangeError(f"there are {len(agents)} agents, allowed: {len(backend.names)}, one for each drone")
-        if rate < 1 or log_rate < 1 or rate % log_rate:
-            raise RangeError(f"log_rate is {log_rate}, allowed: a divisor of the rate, {rate} Hz")
+        _check_rates(rate, log_rate)
         self.backend = backend
         self.agents = list(agents)
         self.groups = list(groups)
@@ -133,12 +132,7 @@ class Experiment(Stateful):
         self.accelerations = np.zeros((len(agents), 3))
         """What guidance asks for (m/s^2, world), of drones that follow no trajectory, shape (N, 3)."""
         self._planned = [agent for agent in agents if agent.planner is not None]
-        # who follows places: those of a trajectory handler, or of guidance itself
-        self._placed = [
-            agent
-            for agent in agents
-            if agent.planner is not None or getattr(agent.guidance, "kind", "acceleration") != "acceleration"
-        ]
+        self._placed = [agent for agent in agents if _follows_places(agent)]
         self._watching = [(agent, agent.guidance.watched) for agent in agents if getattr(agent.guidance, "watched", ())]
         # guidance of ours decides for all drones at once; what a user brings speaks for itself alone
         self._together = GuidanceGroup.of([agent.guidance for agent in agents])
@@ -193,8 +187,7 @@ class Experiment(Stateful):
     def _press(self, name: str, drones: Names, motors: bool) -> list[Agent]:
         """Press a button of some drones; returns those that it is for."""
         now = self.time
-        wanted = [agent for agent in self._chosen(drones) if agent.phase is not DronePhase.FAILED]
-        wanted = [agent for agent in wanted if motors or agent.is_up]
+        wanted = [agent for agent in _not_failed(self._chosen(drones)) if motors or agent.is_up]
         resting = [agent for agent in wanted if not agent.is_up]
         if resting and motors:
             self._turn_on(resting)
@@ -206,7 +199,7 @@ class Experiment(Stateful):
             if agent.phase is not DronePhase.FAILED:
                 self._guarded(agent, _button(agent.guidance, name), now)
                 self._note(name, agent)
-        return [agent for agent in wanted if agent.phase is not DronePhase.FAILED]
+        return _not_failed(wanted)
 
     def _turn_on(self, agents: Sequence[Agent]) -> None:
         refused = set(self.backend.unlock([agent.index for agent in agents]))
@@ -317,22 +310,31 @@ class Experiment(Stateful):
     def _decide(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
         """Let guidance speak, then hear, then decide."""
         if self._together is not None and len(agents) == len(self.agents):
-            wanted = self._together.decide(now, poses.position, poses.velocity)
-            if wanted is not None:
-                self.accelerations[self._followers] = wanted
-                return
-            try:
-                for agent in agents:
-                    agent.guidance.set_pose(one_of(poses, agent.index))
-                decisions = self._together.step(now)
-                for agent, outputs in zip(agents, decisions, strict=True):
-                    self._take(agent, outputs, poses, now)
-            except Exception:
-                self._together = None  # who it was turns out when each decides for itself
+            self._decide_together(self._together, agents, poses, now)
             return
         if self._together is not None:
             self._together.let_go()
         self._let_watch(poses)
+        self._begin_rounds(agents, poses, now)
+        self._finish_rounds(agents, poses, now)
+
+    def _decide_together(self, group: GuidanceGroup, agents: Sequence[Agent], poses: Pose, now: float) -> None:
+        """Let guidance of ours decide for all drones at once."""
+        wanted = group.decide(now, poses.position, poses.velocity)
+        if wanted is not None:
+            self.accelerations[self._followers] = wanted
+            return
+        try:
+            for agent in agents:
+                agent.guidance.set_pose(one_of(poses, agent.index))
+            decisions = group.step(now)
+            for agent, outputs in zip(agents, decisions, strict=True):
+                self._take(agent, outputs, poses, now)
+        except Exception:
+            self._together = None  # who it was turns out when each decides for itself
+
+    def _begin_rounds(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
+        """Tell each guidance where its drone is, and let it speak to its neighbors."""
         for agent in agents:
             guidance = agent.guidance
             if agent.phase is DronePhase.FAILED:
@@ -344,6 +346,9 @@ class Experiment(Stateful):
                     agent.in_round = guidance.round_open
             except Exception as error:  # a user's code may raise anything, and stops its own drone only
                 self._fail_by(agent, guidance, error)
+
+    def _finish_rounds(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
+        """Let each guidance hear what was sent, decide, and take what it asks for."""
         for agent in agents:
             guidance = agent.guidance
             if agent.phase is DronePhase.FAILED:
@@ -563,6 +568,25 @@ _SIGNALS = tuple(
 
 def _parts(poses: Pose) -> tuple[Array, Array, Array, Array]:
     return poses.position, poses.orientation, poses.velocity, poses.angular  # type: ignore[return-value]
+
+
+def _check_rates(rate: int, log_rate: int) -> None:
+    """Refuse rates (Hz) whose samples do not fall on rounds.
+
+    Raises:
+        RangeError: If they do not.
+    """
+    if rate < 1 or log_rate < 1 or rate % log_rate:
+        raise RangeError(f"log_rate is {log_rate}, allowed: a divisor of the rate, {rate} Hz")
+
+
+def _not_failed(agents: Iterable[Agent]) -> list[Agent]:
+    return [agent for agent in agents if agent.phase is not DronePhase.FAILED]
+
+
+def _follows_places(agent: Agent) -> bool:
+    """Return whether a drone follows places: those of a trajectory handler, or of guidance itself."""
+    return agent.planner is not None or getattr(agent.guidance, "kind", "acceleration") != "acceleration"
 
 
 def _check_reference(reference: Reference | None) -> None:

@@ -46,11 +46,7 @@ def mixed_reality(mission: LayeredMission, simulated: MakeSimulated) -> MixedBac
     count = len(mission.fleet)
     real = [i for i in range(count) if is_real(mission.fleet[i])]
     watched = [i for i in real if is_only_watched(mission, i)]
-    by_kind: dict[str, list[int]] = {}
-    for i in real:
-        if i not in watched:
-            control = mission.layers.control_of(mission.fleet[i].id)
-            by_kind.setdefault("xyz" if control is None else control.command, []).append(i)
+    by_kind = _by_kind(mission, [i for i in real if i not in watched])
     world = simulated([_likeness(mission, i) for i in real])
     source = _mocap(mission, real)
     parts: list[Backend] = []
@@ -58,11 +54,7 @@ def mixed_reality(mission: LayeredMission, simulated: MakeSimulated) -> MixedBac
         for kind, numbers in by_kind.items():
             parts.append(_radio(mission, numbers, kind, source))
         if watched:
-            assert source is not None
-            bodies = {mission.fleet[i].id: mission.fleet[i].mocap for i in watched}
-            masses = [masses_of(mission)[i] for i in watched]
-            seen = WatchedBackend(bodies, source, masses=masses, stale_s=mission.mixed.stale_s)  # type: ignore[arg-type]
-            parts.append(seen)
+            parts.append(_watched(mission, watched, source))
         backend = MixedBackend(names_of(mission), world, parts)
         backend.look()
     except BaseException:
@@ -70,6 +62,23 @@ def mixed_reality(mission: LayeredMission, simulated: MakeSimulated) -> MixedBac
             part.close()
         raise
     return backend
+
+
+def _by_kind(mission: LayeredMission, numbers: Iterable[int]) -> dict[str, list[int]]:
+    """Return the numbers of commanded drones by the kind of command that their controllers send."""
+    by_kind: dict[str, list[int]] = {}
+    for i in numbers:
+        control = mission.layers.control_of(mission.fleet[i].id)
+        by_kind.setdefault("xyz" if control is None else control.command, []).append(i)
+    return by_kind
+
+
+def _watched(mission: LayeredMission, numbers: list[int], source: PoseSource | None) -> WatchedBackend:
+    """Return the part of the drones that motion capture sees and nothing here commands."""
+    assert source is not None
+    bodies = {mission.fleet[i].id: mission.fleet[i].mocap for i in numbers}
+    masses = [masses_of(mission)[i] for i in numbers]
+    return WatchedBackend(bodies, source, masses=masses, stale_s=mission.mixed.stale_s)  # type: ignore[arg-type]
 
 
 def _likeness(mission: LayeredMission, i: int) -> MirroredConfig:

@@ -101,11 +101,7 @@ def summarize(
             for drone, figures in zip(mission.fleet, assessment.drones, strict=True)
         ],
         "events": [event.as_dict() for event in assessment.events],
-        "collisions": [
-            {"time": rounded(event.time), "drone": event.drone, **event.details}
-            for event in (() if world is None else world.events)
-            if event.kind == "collision"
-        ],
+        "collisions": _collisions(() if world is None else world.events),
         "shares": {name: rounded(value) for name, value in assessment.shares.items()},
         "build": identity(),
         "expected_failures": assessment.expected,
@@ -122,6 +118,15 @@ def summarize(
     if (radio := getattr(backend, "radio", None)) is not None:
         summary["link"] = radio.link.statistics()
     return summary
+
+
+def _collisions(events: Sequence[WorldEvent]) -> list[dict[str, Any]]:
+    """Return what drones hit, among the events of their world."""
+    return [
+        {"time": rounded(event.time), "drone": event.drone, **event.details}
+        for event in events
+        if event.kind == "collision"
+    ]
 
 
 def _onboard(drone: Any) -> dict[str, Any]:

@@ -234,20 +234,30 @@ def decide(
         settings["vehicle"] = {**wind, **(defaults.vehicle or {}), **(entry.vehicle or {})}
         settings["parameters"] = {**(defaults.parameters or {}), **(entry.parameters or {})}
         if settings.get("motor_ctrl") is None and settings.pop("motor_ctrl_properties", None):
-            told = entry.motor_ctrl_properties is not None
-            if told or all(other.motor_ctrl is None for other in entries):
-                who = entry.id if told else "defaults"
-                raise MissionError(f"{who}: motor_ctrl_properties are for a motor control, but motor_ctrl names none")
+            _check_unused_properties(entry, entries)
         drone = Drone(**settings)
-        for key in ("controller", "estimator"):
-            # a provider with an app in its name was loaded by whoever asks for it
-            if getattr(drone, key) == OUT_OF_TREE and not drone.app and "+" not in drone.provider:
-                raise MissionError(
-                    f"{drone.id} has {key} '{OUT_OF_TREE}', but no app: name the C file that brings it, for instance "
-                    f"app: my_{key}.c"
-                )
+        _check_out_of_tree(drone)
         fleet.append(drone)
     return tuple(fleet)
+
+
+def _check_unused_properties(entry: DroneEntry, entries: Sequence[DroneEntry]) -> None:
+    """Refuse properties that no motor control reads; those of `defaults` may pass by a drone if others have one."""
+    told = entry.motor_ctrl_properties is not None
+    if told or all(other.motor_ctrl is None for other in entries):
+        who = entry.id if told else "defaults"
+        raise MissionError(f"{who}: motor_ctrl_properties are for a motor control, but motor_ctrl names none")
+
+
+def _check_out_of_tree(drone: Drone) -> None:
+    """Refuse a drone that has to fly C of an app and carries none."""
+    for key in ("controller", "estimator"):
+        # a provider with an app in its name was loaded by whoever asks for it
+        if getattr(drone, key) == OUT_OF_TREE and not drone.app and "+" not in drone.provider:
+            raise MissionError(
+                f"{drone.id} has {key} '{OUT_OF_TREE}', but no app: name the C file that brings it, for instance "
+                f"app: my_{key}.c"
+            )
 
 
 def close_pair(drones: tuple[Drone, ...]) -> tuple[int, int, float] | None:

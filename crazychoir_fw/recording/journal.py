@@ -121,16 +121,19 @@ class Journal:
                 self.gap = self.gap or f"'{verb}' at {tick / 1000:.3f} s carries {error}, which no file can hold"
                 return
             number = self._number(verb, signature)
-            kind = self._kinds[number]
             for argument in arguments:
-                _store(argument, kind)
-            if _SCALARS.issuperset(signature) and {bool, int, float}.issuperset(types[1:]):
-                self._scalar_kinds[types] = number
-            elif signature.endswith("y") and _SCALARS.issuperset(signature[:-1]) and types[-1] is bytes:
-                self._bytes_kinds[types] = number
+                _store(argument, self._kinds[number])
+            self._remember(types, signature, number)
         self._ticks.append(tick)
         self._drones.append(drone)
         self._kind_numbers.append(number)
+
+    def _remember(self, types: tuple[Any, ...], signature: str, number: int) -> None:
+        """Let requests with this verb and these types find their kind without a signature, if they can."""
+        if _SCALARS.issuperset(signature) and {bool, int, float}.issuperset(types[1:]):
+            self._scalar_kinds[types] = number
+        elif signature.endswith("y") and _SCALARS.issuperset(signature[:-1]) and types[-1] is bytes:
+            self._bytes_kinds[types] = number
 
     def add_blocks(self, tick: int, drones: NDArray[np.int32], verb: str, blocks: bytes, size: int) -> None:
         """Write down one request of several drones each, whose argument is a block of bytes.
