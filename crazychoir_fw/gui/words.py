@@ -34,6 +34,7 @@ class Words:
             "branches": session.branches.about(),
             "no_rewind": session.no_rewind,
             "flying": None,
+            "dry_run": session.dry_share,
         }
         flying = session.flying
         if flying is not None:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.common.errors import CrazychoirError, StateError, UnknownNameError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight.agent import DronePhase
+from crazychoir_fw.onboard.descriptions import describe_variable
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.agent import Agent
@@ -48,11 +49,15 @@ class Variable:
     type: str
     value: float | int
     read_only: bool
+    default: float | int = float("nan")
+    """Value right after boot; NaN where only the drone knows it."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as plain data."""
-        value = self.value if np.isfinite(self.value) else None
-        return {"name": self.name, "type": self.type, "value": value, "read_only": self.read_only}
+        """Return it as plain data, with unit and description."""
+        about = describe_variable(self.name, "parameters")
+        value, default = (one if np.isfinite(one) else None for one in (self.value, self.default))
+        return {"name": self.name, "type": self.type, "value": value, "read_only": self.read_only,
+                "default": default, "unit": about.unit, "description": about.text}  # fmt: skip
 
 
 class Access:
@@ -72,6 +77,9 @@ class Access:
 
     has_software = False
     """There is onboard software, which is armed and rebooted."""
+
+    flies_plans = False
+    """It takes the commands of a mission without layers: `upload_plan` and `command`."""
 
     def __init__(self, backend: Any) -> None:
         self.backend = backend
