@@ -65,7 +65,7 @@ class MissionRun(Stateful):
             access.upload_plan(plan_flight(mission).uploads)
         self.duration = sum(step.wait_s for step in self._steps)
         self._next = 0
-        self._due: float | None = None
+        self._due = 0.0  # of the next step (s)
         self._left_out: set[int] = set()
 
     @property

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from crazychoir_fw.onboard.descriptions import describe_variable
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.agent import Agent
+    from crazychoir_fw.mission.plan import Upload
     from crazychoir_fw.planning import Polynomial
 
 _MAX_PROBLEMS = 5  # that are told
@@ -162,6 +163,14 @@ class Access:
         """Return what the onboard software printed of late."""
         del index
         return ""
+
+    def upload_plan(self, uploads: Sequence[Upload]) -> None:
+        """Write the trajectories of a mission without layers into the memories of all drones."""
+        raise StateError("drones of this backend take no plans")
+
+    def command(self, index: int, verb: str, arguments: Mapping[str, Any]) -> None:
+        """Give a command of a mission without layers to the planner on board, such as ``go_to``."""
+        raise StateError(f"{self.names[index]}: a drone of this backend takes no plans, and no {verb}")
 
     def begin_upload(self, index: int, curve: Polynomial) -> None:
         """Begin to write a trajectory into the memory on board."""

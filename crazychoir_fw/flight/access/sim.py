@@ -129,11 +129,11 @@ class SimAccess(Access):
         self._drones[index].high_level_commander.start_trajectory(_TRAJECTORY)
 
     def upload_plan(self, uploads: Sequence[Upload]) -> None:
-        """Write the trajectories of a mission without layers into the memories of all drones."""
+        """See `Access`."""
         for drone in self._drones:
             for upload in uploads:
                 drone.high_level_commander.upload_trajectory(upload.number, upload.rows, offset=upload.offset)
 
     def command(self, index: int, verb: str, arguments: Mapping[str, Any]) -> None:
-        """Give a command of a mission without layers to the planner on board, such as ``go_to``."""
+        """See `Access`."""
         getattr(self._drones[index].high_level_commander, verb)(**arguments)

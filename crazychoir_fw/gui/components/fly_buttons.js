@@ -47,7 +47,7 @@ export default {
       const share = flying && flying.started !== null && cc.frame ? Math.min(1, (cc.frame.time - flying.started) / flying.duration) : null;
       this.flying = flying && { ...flying, share };
     },
-    fly: () => cc.command({ name: "mission" }),
+    fly: () => cc.emit("about to fly", { name: "mission" }),
     press: (name) => cc.press(name),
     send: (command) => cc.command({ ...command, drones: cc.chosen() }),
     all: () => cc.selectAll(),

@@ -68,7 +68,7 @@ export default {
       this.dry = cc.dry = answer.ok ? answer : null;
       this.mark();
     },
-    fly() { cc.command({ name: "fly", preview: this.preview.key }); },
+    fly() { cc.emit("about to fly", { name: "fly", preview: this.preview.key }); },
     draw() {
       const part = this.preview && this.preview.parts.find((one) => one.drone === this.chosen);
       const colors = ["#e0524d", "#3aa655", "#3d7fe0"];
