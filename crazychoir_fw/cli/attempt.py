@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console
+from crazychoir_fw.cli.records import unless_full, write_together, writing
 from crazychoir_fw.cli.tables import flight_tables, verdict
 
 if TYPE_CHECKING:
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.flight.engine import Progress as FlightProgress
     from crazychoir_fw.flight.flight_result import FlightResult
     from crazychoir_fw.mission.schema import Mission
+    from crazychoir_fw.recording.log_stream import LogStream
     from crazychoir_fw.simulation import World
 
 FRAMES_PER_SECOND = 25
@@ -53,7 +55,7 @@ def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" =
     from crazychoir_fw.common.errors import CrazychoirError
     from crazychoir_fw.mission.loader import load_mission
 
-    folder = request.out
+    folder, unwritten = request.out, None
     try:
         mission = load_mission(request.mission, request.uri_base, **request.overrides)
         if loaded is not None:
@@ -65,8 +67,11 @@ def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" =
 
             require_mcap()
         reason = _no_video_because(request.video)
-        result = _fly(mission, request, FRAMES_PER_SECOND if reason is None else 0)
-        _write(result, folder, reason, request)
+        with writing(folder) as stream:
+            result = _fly(mission, request, FRAMES_PER_SECOND if reason is None else 0, stream)
+            unwritten = _write(result, folder, stream, reason, request.mcap)
+        if reason is None and result.film.missing is None and unwritten is None:
+            unwritten = unless_full(lambda: _render(result, folder, request.camera), folder / "flight.mp4")
     except CrazychoirError as error:
         complain_of(error)
         return BAD_INPUT
@@ -80,7 +85,9 @@ def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" =
         from crazychoir_fw.crtp.link_model.tables import link_tables
 
         console.print(link_tables(result.summary["link"]))
-    console.print(verdict(result.summary, folder))
+    console.print(verdict(result.summary, None if unwritten else folder))
+    if unwritten is not None:
+        complain(unwritten)
     for failure in result.expected_failures:
         console.print(f"{failure}, as it may", style="yellow", markup=False, soft_wrap=True)
     for failure in result.failures:
@@ -97,7 +104,7 @@ def _no_video_because(wanted: bool) -> str | None:
     return rendering_available()
 
 
-def _fly(mission: "Mission", request: FlightRequest, fps: int) -> "FlightResult":
+def _fly(mission: "Mission", request: FlightRequest, fps: int, stream: "LogStream") -> "FlightResult":
     """Fly, with a progress bar and perhaps a window or a page."""
     from crazychoir_fw.common.errors import StateError
     from crazychoir_fw.flight.engine import fly
@@ -129,7 +136,7 @@ def _fly(mission: "Mission", request: FlightRequest, fps: int) -> "FlightResult"
 
         visuals = request.view is not None or fps > 0
         with request.hosting() as make:
-            return fly(mission, request.threads, visuals, fps, observe, make=make)
+            return fly(mission, request.threads, visuals, fps, observe, make=make, stream=stream)
 
 
 def _check_camera(world: "World", camera: str) -> None:
@@ -143,26 +150,33 @@ def _check_camera(world: "World", camera: str) -> None:
         raise UnknownNameError(f"--camera: {error}") from None
 
 
-def _write(result: "FlightResult", folder: Path, no_video_because: str | None, request: FlightRequest) -> None:
-    """Write the summary, the logs, the picture and the video of a flight."""
+def _write(result: "FlightResult", folder: Path, stream: "LogStream", reason: str | None, mcap: bool) -> str | None:
+    """Write logs, summary and picture of a flight, all or none. Returns why they are not written, a sentence."""
     from crazychoir_fw.flight.summary import write_summary
     from crazychoir_fw.recording.plot import plot_flight
 
-    title, film, timeline = result.mission.description or result.mission.name, result.film, result.timeline
-    write_summary(folder / "summary.json", result.summary)
-    result.log.save(folder / "log.npz")
-    if request.mcap:
-        from crazychoir_fw.recording.mcap_file import write_mcap
+    def write(new: Path) -> None:
+        result.log.save(new / "log.npz")
+        write_summary(new / "summary.json", result.summary)
+        if mcap:
+            from crazychoir_fw.recording.mcap_file import write_mcap
 
-        write_mcap(result.log, folder / "log.mcap")
-    plot_flight(result.log, folder / "flight.png", title, result.curve, timeline)
-    reason = no_video_because or film.missing
+            write_mcap(result.log, new / "log.mcap")
+        title = result.mission.description or result.mission.name
+        plot_flight(result.log, new / "flight.png", title, result.curve, result.timeline)
+
+    unwritten = write_together(folder, write, stream)
+    reason = reason or result.film.missing or ("the log is not written" if unwritten else None)
     if reason is not None:
         console.print(f"No video: {reason}", style="yellow", markup=False)
-        return
+    return unwritten
 
+
+def _render(result: "FlightResult", folder: Path, camera: str) -> None:
+    """Write the video of a flight."""
     from crazychoir_fw.recording.video import film_flight
 
+    film, timeline = result.film, result.timeline
     hint = f" ({film.speed:g} x speed)" if film.speed != 1.0 else ""
     with console.status(f"Rendering flight.mp4{hint}"):
         film_flight(
@@ -170,7 +184,7 @@ def _write(result: "FlightResult", folder: Path, no_video_because: str | None, r
             film.qpos,
             film.times,
             folder / "flight.mp4",
-            camera=request.camera,
+            camera=camera,
             fps=film.fps,
             speed=film.speed,
             links=film.links,

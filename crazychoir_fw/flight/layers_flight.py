@@ -43,6 +43,11 @@ class LayersFlight:
         self._experiment = experiment
         self._windows: list[Window] = []
 
+    @property
+    def events(self) -> list[Any]:
+        """What happened so far beside the events of the world."""
+        return self._experiment.events
+
     def fly(self) -> None:
         """Fly the phases one after the other, or until no drone flies any more."""
         experiment, is_down = self._experiment, False

@@ -48,6 +48,8 @@ class OnboardFlight:
         self.total_s = self.plan.ticks / TICKS_PER_SECOND
         self.began: float | None = None
         """When the drones were ready (s)."""
+        self.events: list[Any] = []
+        """What happened beside the events of the world: nothing."""
         self._failures: list[str] = []  # why the flight ended
         self._own_failures: dict[str, str] = {}  # of drones that fly themselves, by id: the others go on
         self._expected: dict[str, str] = {}  # what happened to those that may fail, by id
