@@ -1,0 +1,179 @@
+"""`crazychoir campaign`: many flights that differ as real ones do, and GO or NO-GO."""
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import click
+import typer
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from crazychoir_fw.cli.console import BAD_INPUT, complain_of, complaints, console
+
+if TYPE_CHECKING:
+    from crazychoir_fw.campaign.run import Outcome
+
+_STYLES = {"GO": "bold green", "NO-GO": "bold red"}
+
+
+class _Commands(typer.core.TyperGroup):
+    """`crazychoir campaign FILE` is short for `crazychoir campaign fly FILE`."""
+
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        if args and args[0] not in self.commands and args[0] not in ("--help", "-h"):
+            args = ["fly", *args]
+        return super().parse_args(ctx, args)
+
+
+campaign = typer.Typer(
+    cls=_Commands,
+    help="Many flights that differ as real ones do: GO or NO-GO. `crazychoir campaign FILE` flies.",
+    no_args_is_help=True,
+)
+Out = Annotated[Path | None, typer.Option(help="Folder of the results; otherwise out/NAME.")]
+Workers = Annotated[
+    int | None, typer.Option(min=1, max=1024, help="Worker processes; otherwise one per processor.", metavar="COUNT")
+]
+
+
+@campaign.command()
+def fly(
+    file: Annotated[Path, typer.Argument(help="Campaign or mission file (YAML).", metavar="CAMPAIGN.yaml")],
+    flights: Annotated[int | None, typer.Option(min=1, help="How many flights, instead of the file's.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed, instead of the file's.")] = None,
+    design: Annotated[str | None, typer.Option(help="monte_carlo, latin_hypercube, sobol, saltelli or grid.")] = None,
+    changes: Annotated[
+        list[str] | None, typer.Option("--set", help="Change one value of the mission.", metavar="KEY=VALUE")
+    ] = None,
+    workers: Workers = None,
+    out: Out = None,
+    resume: Annotated[bool, typer.Option("--resume/--anew", help="Go on with the flights of the folder.")] = True,
+    ray: Annotated[
+        str | None,
+        typer.Option("--ray", help="Fly on a Ray cluster: its address, or `local` for one that is started here."),
+    ] = None,
+) -> None:
+    """Fly a campaign, and write report.html, summary.json, junit.xml, flights.csv.
+
+    Leaves with 0 for GO, 1 for NO-GO, 2 where that could not be decided or nothing could be flown.
+    """
+    from crazychoir_fw.common.errors import CrazychoirError
+
+    try:
+        from crazychoir_fw.campaign.campaign import load_campaign
+        from crazychoir_fw.campaign.library import require_library
+        from crazychoir_fw.campaign.run import exit_code
+
+        require_library()
+        whole = load_campaign(file, changes or (), flights=flights, seed=seed, design=design)
+        folder = out or Path("out") / whole.name
+        if not resume:
+            _forget(folder)
+        outcomes = _fly(whole, folder, workers or os.cpu_count() or 1, ray)
+    except CrazychoirError as error:
+        complain_of(error)
+        raise typer.Exit(BAD_INPUT) from None
+    except OSError as error:
+        complaints.print(f"{error.filename or file}: {error.strerror}", markup=False)
+        raise typer.Exit(BAD_INPUT) from None
+    for outcome in outcomes:
+        _show(outcome)
+    raise typer.Exit(exit_code(outcomes))
+
+
+def _fly(whole: Any, folder: Path, workers: int, ray: str | None) -> "list[Outcome]":
+    """Fly what the file asks for, and write its results."""
+    from crazychoir_fw.campaign.engines import Processes
+    from crazychoir_fw.campaign.report import write_results
+    from crazychoir_fw.campaign.run import run
+
+    if ray is None:
+        engine: Any = Processes(workers)
+    else:
+        from crazychoir_fw.campaign.ray_engine import RayEngine
+
+        engine = RayEngine(ray, whole)
+    with _progress(whole.name) as tell:
+        outcome = run(whole, folder, engine, tell)
+    write_results(outcome)
+    return [outcome]
+
+
+@contextmanager
+def _progress(name: str) -> Iterator[Any]:
+    columns = (
+        TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+    )  # fmt: skip
+    with Progress(*columns, console=console) as bar:
+        task = bar.add_task(name, total=None, rate="getting ready")
+
+        def tell(over: int, passed: int, total: int) -> None:
+            bar.update(task, completed=over, total=total, rate=f"{passed / over:.1%} succeed")
+
+        yield tell
+
+
+def _forget(folder: Path) -> None:
+    from crazychoir_fw.campaign.table import FILE
+
+    for end in ("", "-wal", "-shm"):
+        (folder / f"{FILE}{end}").unlink(missing_ok=True)
+
+
+def _show(outcome: "Outcome") -> None:
+    """Print the verdict, what moves what, and the worst flights."""
+    from crazychoir_fw.campaign.sensitivity import influences
+    from crazychoir_fw.campaign.worst import worst_of
+
+    verdict = outcome.verdict
+    table = Table("flight", "end", "margin", "why", title="Worst flights", title_justify="left")
+    for record in worst_of(outcome.records, 5):
+        margin = record.figures.get("margin")
+        why = "; ".join(record.failures)
+        table.add_row(str(record.number), record.outcome, "" if margin is None else f"{margin:+.2f}", why)
+    found = [one for one in influences(outcome.campaign, outcome.records) if one.p < 0.001][:5]
+    if found:
+        moves = Table("varied", "figure", "correlation", title="What moves what", title_justify="left")
+        for one in found:
+            moves.add_row(one.key, one.figure, f"{one.rank:+.2f}")
+        console.print(moves)
+    console.print(table)
+    console.print(verdict.answer, style=_STYLES.get(verdict.answer, "bold yellow"), end=" ")
+    console.print("; ".join(verdict.reasons), markup=False, highlight=False, soft_wrap=True)
+    if outcome.interrupted:
+        console.print("Interrupted: the same command goes on with what is there", style="yellow")
+    console.print(f"The report is {outcome.folder / 'report.html'}", markup=False, highlight=False, soft_wrap=True)
+
+
+@campaign.command()
+def refly(
+    folder: Annotated[Path, typer.Argument(help="Folder of a campaign.", metavar="FOLDER")],
+    number: Annotated[int, typer.Argument(min=0, help="Number of the flight.", metavar="NUMBER")],
+    out: Out = None,
+    film: Annotated[bool, typer.Option("--film", help="Film it.")] = False,
+) -> None:
+    """Fly one flight of a campaign again, alone, with the same bits, and write its log, plot and film."""
+    from crazychoir_fw.cli.attempt import FlightRequest, attempt
+    from crazychoir_fw.common.errors import CrazychoirError
+
+    try:
+        from crazychoir_fw.campaign.flight import fly_whole, record_of
+        from crazychoir_fw.campaign.table import read_flight
+
+        record, job = read_flight(folder, number)
+        again = record_of(job, record.values, fly_whole(job))
+    except CrazychoirError as error:
+        complain_of(error)
+        raise typer.Exit(BAD_INPUT) from None
+    same = again.digest == record.digest
+    console.print(job.command, markup=False, highlight=False, soft_wrap=True)
+    console.print("The same bits as in the campaign" if same else "Other bits than in the campaign: something changed")
+    request = FlightRequest(
+        Path(job.mission), film, "overview", None, out or folder / f"flight_{number}", 1,
+        {"seed": job.seed, "changes": list(job.changes), "provider": job.provider, "app": job.app},
+    )  # fmt: skip
+    raise typer.Exit(attempt(request))
