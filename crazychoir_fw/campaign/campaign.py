@@ -17,6 +17,7 @@ from crazychoir_fw.campaign.distributions import read_distribution
 from crazychoir_fw.campaign.spread import Varied, default_spread
 from crazychoir_fw.common.constraints import choice, number, switch, whole
 from crazychoir_fw.common.errors import MissionError
+from crazychoir_fw.firmware.checkout import VARIABLE
 from crazychoir_fw.mission.documents import read_file
 from crazychoir_fw.mission.fleet import Layout
 from crazychoir_fw.mission.loader import load_mission, sentence_of
@@ -93,8 +94,11 @@ class Variant(Section):
     app: list[str] | None = None
     """C files that all drones carry."""
 
+    checkout: str | None = None
+    """Folder of the firmware's checkout, for provider `bitcraze`; otherwise that of CRAZYFLIE_FIRMWARE."""
+
     revision: str | None = None
-    """Revision of the checkout's repository, built in a worktree of its own."""
+    """Revision of the checkout's repository; its files are copied out, and the user's tree is left alone."""
 
     set: list[str] = Field(default_factory=list)
     """Values that are changed, as `--set` takes them."""
@@ -164,13 +168,16 @@ class Job:
     """As `--set` takes them."""
     provider: str | None = None
     app: tuple[str, ...] | None = None
+    checkout: str | None = None
+    """Folder of the firmware's checkout."""
 
     @property
     def command(self) -> str:
         """The command that flies it again, alone."""
         import shlex
 
-        words = ["crazychoir", "fly", self.mission, "--seed", str(self.seed)]
+        words = [] if self.checkout is None else [f"{VARIABLE}={self.checkout}"]
+        words += ["crazychoir", "fly", self.mission, "--seed", str(self.seed)]
         for change in self.changes:
             words += ["--set", change]
         if self.provider is not None:
@@ -196,6 +203,8 @@ class Campaign:
     base: tuple[str, ...] = ()
     """Changes of all flights."""
     variant: Variant = field(default_factory=Variant)
+    checkout: str | None = None
+    """Folder of the firmware's checkout, if the variant names one."""
 
     def rows(self) -> list[dict[str, Any]]:
         """Return the varied values of all flights, by key."""
@@ -215,7 +224,7 @@ class Campaign:
         changes = (*self.base, *self.settings.set, *self.variant.set, *self._changes(values))
         mission = self.mission_file if self.variant.mission is None else self.file.parent / self.variant.mission
         app = None if self.variant.app is None else tuple(str(self.file.parent / one) for one in self.variant.app)
-        return Job(number, str(mission), seed, changes, self.variant.provider, app)
+        return Job(number, str(mission), seed, changes, self.variant.provider, app, self.checkout)
 
     def _changes(self, values: Mapping[str, Any]) -> list[str]:
         """Return values as changes; those of one list of a vehicle's numbers are one change."""
@@ -234,7 +243,7 @@ class Campaign:
         place = re.fullmatch(r"drones\[(\d+)\]", drone)
         first = self.mission.fleet[int(place[1]) if place else 0]
         value = first.vehicle.get(name, parameters(first.platform)[name].value)
-        return list(value)  # type: ignore[arg-type]
+        return list(value)
 
 
 def _flow(value: Any) -> str:

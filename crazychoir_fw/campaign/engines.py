@@ -56,13 +56,14 @@ class Processes:
             while busy := [worker for worker in workers if worker.task is not None]:
                 ready = wait([worker.line for worker in busy])
                 for k, worker in enumerate(workers):
-                    if worker.line not in ready or worker.task is None:
+                    task = worker.task
+                    if worker.line not in ready or task is None:
                         continue
                     try:
                         record, worker.task = worker.line.recv(), None
                         yield record
                     except (EOFError, OSError):  # it died, and its end of the line with it
-                        task, code = worker.task, _buried(worker)
+                        code = _buried(worker)
                         workers[k] = worker = self._hire()
                         number = task[0].number
                         attempts[number] = attempts.get(number, 0) + 1

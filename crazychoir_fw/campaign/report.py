@@ -15,7 +15,8 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from crazychoir_fw.campaign.flight import CRASHED, Record
+from crazychoir_fw.campaign.compare import Comparison
+from crazychoir_fw.campaign.flight import CRASHED, MARGIN, Record
 from crazychoir_fw.campaign.run import Outcome
 from crazychoir_fw.campaign.sensitivity import FAILED, Influence, influences
 from crazychoir_fw.campaign.table import hash_of
@@ -32,6 +33,7 @@ def write_results(outcome: Outcome) -> Path:
     """Write all files into the folder of a campaign, each in one step; returns the page."""
     folder = outcome.folder
     found = influences(outcome.campaign, outcome.records)
+    found = sorted(found, key=lambda one: one.figure not in (FAILED, MARGIN))
     texts = {
         "report.html": _page(outcome, found),
         "summary.json": json.dumps(summary_of(outcome, found), indent=2, allow_nan=False) + "\n",
@@ -66,6 +68,23 @@ def summary_of(outcome: Outcome, found: Sequence[Influence]) -> dict[str, Any]:
         "seed": settings.seed,
         "build": identity(),
     }
+
+
+def write_comparison(both: Comparison, folder: Path) -> Path:
+    """Write compare.html and compare.json; returns the page."""
+    page = _environment().get_template("compare.html.jinja").render(both=both, tone=_TONES.get(both.answer, "open"))
+    content = {
+        "answer": both.answer,
+        "sentence": both.sentence,
+        "broken": both.broken,
+        "mended": both.mended,
+        "p": both.p,
+        "differences": [vars(one) for one in both.differences],
+    }
+    for name, text in (("compare.html", page), ("compare.json", json.dumps(content, indent=2) + "\n")):
+        with replacing(folder / name) as temporary:
+            temporary.write_text(text, encoding="utf-8")
+    return folder / "compare.html"
 
 
 def _finite(value: float | None) -> float | None:
@@ -114,24 +133,32 @@ def csv_of(records: Sequence[Record]) -> str:
 
 
 def _page(outcome: Outcome, found: Sequence[Influence]) -> str:
+    campaign, by_number = outcome.campaign, outcome.campaign.rows()
+    worst = [(one, campaign.job(one.number, by_number[one.number]).command) for one in worst_of(outcome.records)]
+    return (
+        _environment()
+        .get_template("report.html.jinja")
+        .render(
+            campaign=campaign,
+            verdict=outcome.verdict,
+            tone=_TONES.get(outcome.verdict.answer, "open"),
+            seconds=sum(record.sim_seconds for record in outcome.records),
+            influences=found[:_ROWS],
+            has_sobol=any(one.total is not None for one in found),
+            plots=[Markup(svg) for svg in _plots(outcome, found)],
+            worst=worst,
+            folder=outcome.folder,
+            facts=_facts(outcome),
+        )
+    )
+
+
+def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("crazychoir_fw.campaign", "."), autoescape=True, undefined=StrictUndefined
     )
     environment.filters["figure"] = lambda value: "–" if value is None else f"{value:.4g}"
-    campaign, by_number = outcome.campaign, outcome.campaign.rows()
-    worst = [(one, campaign.job(one.number, by_number[one.number]).command) for one in worst_of(outcome.records)]
-    return environment.get_template("report.html.jinja").render(
-        campaign=campaign,
-        verdict=outcome.verdict,
-        tone=_TONES.get(outcome.verdict.answer, "open"),
-        seconds=sum(record.sim_seconds for record in outcome.records),
-        influences=found[:_ROWS],
-        has_sobol=any(one.total is not None for one in found),
-        plots=[Markup(svg) for svg in _plots(outcome, found)],
-        worst=worst,
-        folder=outcome.folder,
-        facts=_facts(outcome),
-    )
+    return environment
 
 
 def _facts(outcome: Outcome) -> list[tuple[str, Any]]:
@@ -212,9 +239,9 @@ def _svg(draw: Any) -> str:
     figure = Figure(figsize=(4.0, 2.8), layout="constrained")
     axes = figure.add_subplot()
     axes.tick_params(labelsize=7)
-    axes.xaxis.label.set_size(8)
-    axes.yaxis.label.set_size(8)
     draw(axes)
+    axes.xaxis.label.set_fontsize(8)
+    axes.yaxis.label.set_fontsize(8)
     text = io.StringIO()
     figure.savefig(text, format="svg", metadata={"Date": None})
     return text.getvalue()[text.getvalue().index("<svg") :]

@@ -40,10 +40,14 @@ def identity_of(campaign: Campaign) -> str:
         files |= set(files_of(campaign.file.parent / campaign.variant.mission))
     for file in campaign.variant.app or ():
         files.add(campaign.file.parent / file)
-    for file in sorted(files):
-        digest.update(file.read_bytes())
+    for path in sorted(files):
+        digest.update(path.read_bytes())
     settings = campaign.settings.model_dump(mode="json", exclude={"flights"})  # more flights go on
-    digest.update(json.dumps([settings, campaign.base, campaign.variant.model_dump(mode="json"), identity()]).encode())
+    digest.update(
+        json.dumps(
+            [settings, campaign.base, campaign.checkout, campaign.variant.model_dump(mode="json"), identity()]
+        ).encode()
+    )
     return digest.hexdigest()
 
 

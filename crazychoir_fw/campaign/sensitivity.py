@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.campaign.campaign import Campaign
 from crazychoir_fw.campaign.design import share_problem
-from crazychoir_fw.campaign.flight import Record
+from crazychoir_fw.campaign.flight import MARGIN, Record
 
 Array = NDArray[np.float64]
 
@@ -60,6 +60,16 @@ def influences(campaign: Campaign, records: Sequence[Record]) -> list[Influence]
     if campaign.settings.design == "saltelli":
         found = _with_sobol(campaign, flown, targets, found)
     return sorted(found, key=lambda one: -abs(one.rank))
+
+
+def blame(campaign: Campaign, records: Sequence[Record]) -> list[Influence]:
+    """Return the influences that are no accident, those on failures and margins first.
+
+    An influence counts if its p is below 0.05 over the number of all that were looked at (Bonferroni).
+    """
+    found = influences(campaign, records)
+    clear = [one for one in found if one.p < 0.05 / len(found)]
+    return sorted(clear, key=lambda one: one.figure not in (FAILED, MARGIN))
 
 
 def targets_of(records: Sequence[Record]) -> dict[str, Array]:

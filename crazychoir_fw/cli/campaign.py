@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import click
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
@@ -14,15 +13,17 @@ from rich.table import Table
 from crazychoir_fw.cli.console import BAD_INPUT, complain_of, complaints, console
 
 if TYPE_CHECKING:
+    from crazychoir_fw.campaign.campaign import Campaign
     from crazychoir_fw.campaign.run import Outcome
 
+_PROCESSORS = os.cpu_count() or 1
 _STYLES = {"GO": "bold green", "NO-GO": "bold red"}
 
 
 class _Commands(typer.core.TyperGroup):
     """`crazychoir campaign FILE` is short for `crazychoir campaign fly FILE`."""
 
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         if args and args[0] not in self.commands and args[0] not in ("--help", "-h"):
             args = ["fly", *args]
         return super().parse_args(ctx, args)
@@ -41,7 +42,10 @@ Workers = Annotated[
 
 @campaign.command()
 def fly(
-    file: Annotated[Path, typer.Argument(help="Campaign or mission file (YAML).", metavar="CAMPAIGN.yaml")],
+    file: Annotated[
+        Path,
+        typer.Argument(help="Campaign or mission file (YAML), or a folder of regressions.", metavar="CAMPAIGN.yaml"),
+    ],
     flights: Annotated[int | None, typer.Option(min=1, help="How many flights, instead of the file's.")] = None,
     seed: Annotated[int | None, typer.Option(min=0, max=2**32 - 1, help="Seed, instead of the file's.")] = None,
     design: Annotated[str | None, typer.Option(help="monte_carlo, latin_hypercube, sobol, saltelli or grid.")] = None,
@@ -65,41 +69,107 @@ def fly(
     try:
         from crazychoir_fw.campaign.campaign import load_campaign
         from crazychoir_fw.campaign.library import require_library
-        from crazychoir_fw.campaign.run import exit_code
+        from crazychoir_fw.campaign.report import write_results
+        from crazychoir_fw.campaign.run import exit_code, run
 
         require_library()
+        if file.is_dir():
+            raise typer.Exit(_fly_regressions(file, workers or _PROCESSORS))
         whole = load_campaign(file, changes or (), flights=flights, seed=seed, design=design)
         folder = out or Path("out") / whole.name
         if not resume:
             _forget(folder)
-        outcomes = _fly(whole, folder, workers or os.cpu_count() or 1, ray)
+        engine = _engine(whole, workers or _PROCESSORS, ray)
+        if whole.settings.search is not None:
+            raise typer.Exit(_search(whole, folder, engine))
+        if whole.settings.compare is not None:
+            raise typer.Exit(_compare(whole, folder, engine))
+        with _progress(whole.name) as tell:
+            outcome = run(whole, folder, engine, tell)
+        page = write_results(outcome)
     except CrazychoirError as error:
         complain_of(error)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:
         complaints.print(f"{error.filename or file}: {error.strerror}", markup=False)
         raise typer.Exit(BAD_INPUT) from None
-    for outcome in outcomes:
-        _show(outcome)
-    raise typer.Exit(exit_code(outcomes))
+    _show(outcome, page)
+    raise typer.Exit(exit_code([outcome]))
 
 
-def _fly(whole: Any, folder: Path, workers: int, ray: str | None) -> "list[Outcome]":
-    """Fly what the file asks for, and write its results."""
-    from crazychoir_fw.campaign.engines import Processes
-    from crazychoir_fw.campaign.report import write_results
-    from crazychoir_fw.campaign.run import run
-
+def _engine(whole: "Campaign", workers: int, ray: str | None) -> Any:
     if ray is None:
-        engine: Any = Processes(workers)
-    else:
-        from crazychoir_fw.campaign.ray_engine import RayEngine
+        from crazychoir_fw.campaign.engines import Processes
 
-        engine = RayEngine(ray, whole)
-    with _progress(whole.name) as tell:
-        outcome = run(whole, folder, engine, tell)
-    write_results(outcome)
-    return [outcome]
+        return Processes(workers)
+    from crazychoir_fw.campaign.ray_engine import RayEngine
+
+    return RayEngine(ray, whole)
+
+
+def _fly_regressions(folder: Path, workers: int) -> int:
+    """Fly all flights of a folder that failed once; returns the exit code."""
+    from crazychoir_fw.campaign.engines import Processes
+    from crazychoir_fw.campaign.regressions import fly_again, read_flights
+
+    flown = fly_again(read_flights(folder), Processes(workers))
+    table = Table("flight", "end", "why")
+    for path, record in flown.items():
+        table.add_row(path.name, record.outcome, "; ".join(record.failures))
+    console.print(table)
+    good = all(record.passed for record in flown.values())
+    _answer("GO" if good else "NO-GO", f"{sum(one.passed for one in flown.values())} of {len(flown)} flights succeed")
+    return 0 if good else 1
+
+
+def _search(whole: "Campaign", folder: Path, engine: Any) -> int:
+    """Look for the smallest deviation that fails; returns the exit code."""
+    from crazychoir_fw.campaign.search import Search, write_finding
+
+    with _progress(f"{whole.name}: search") as tell:
+        search = Search(whole, engine, tell)
+        finding = search.run()
+    if finding is None:
+        _answer("GO", f"no flight of {len(search.records)} failed")
+        return 0
+    table = Table("varied", "value", "distribution", title="Enough to fail", title_justify="left")
+    values = dict(zip((one.key for one in whole.varied), whole.values_at(finding.shares).values(), strict=True))
+    texts = {one.key: one.distribution.text for one in whole.varied}
+    for key in finding.keys:
+        value = values[key]
+        table.add_row(key, f"{value:.5g}" if isinstance(value, float) else str(value), texts[key])
+    console.print(table)
+    _answer("NO-GO", f"{finding.distance:.2f} standard deviations suffice: {'; '.join(finding.record.failures)}")
+    path = write_finding(whole, finding, folder)
+    console.print(f"Kept as {path}; crazychoir campaign {path.parent} flies it", markup=False, soft_wrap=True)
+    return 1
+
+
+def _compare(whole: "Campaign", folder: Path, engine: Any) -> int:
+    """Fly both sides of a comparison, and say what differs; returns the exit code."""
+    from crazychoir_fw.campaign.compare import compare, variants_of
+    from crazychoir_fw.campaign.report import write_comparison, write_results
+    from crazychoir_fw.campaign.run import exit_code, run
+
+    outcomes = {}
+    for name, campaign in variants_of(whole).items():
+        with _progress(f"{whole.name}: {name}") as tell:
+            outcomes[name] = run(campaign, folder / name, engine, tell)
+        write_results(outcomes[name])
+    both = compare(outcomes["before"], outcomes["after"])
+    table = Table("figure", "before", "after", "difference, 95 %", title="What differs", title_justify="left")
+    for one in both.differences[:12]:
+        style = "bold" if one.is_clear else "dim"
+        interval = f"{one.low:+.4g} to {one.high:+.4g}"
+        table.add_row(one.figure, f"{one.before:.4g}", f"{one.after:.4g}", interval, style=style)
+    console.print(table)
+    if both.broken:
+        console.print("Broken: flights " + ", ".join(map(str, both.broken[:20])))
+    _answer(both.answer, both.sentence)
+    console.print(f"The report is {write_comparison(both, folder)}", markup=False, highlight=False, soft_wrap=True)
+    if any(outcome.interrupted for outcome in outcomes.values()):
+        return 2
+    return {"GO": 0, "NO-GO": 1}.get(both.answer, exit_code([both.after]))
 
 
 @contextmanager
@@ -124,9 +194,14 @@ def _forget(folder: Path) -> None:
         (folder / f"{FILE}{end}").unlink(missing_ok=True)
 
 
-def _show(outcome: "Outcome") -> None:
+def _answer(answer: str, reasons: str) -> None:
+    console.print(answer, style=_STYLES.get(answer, "bold yellow"), end=" ")
+    console.print(reasons, markup=False, highlight=False, soft_wrap=True)
+
+
+def _show(outcome: "Outcome", page: Path) -> None:
     """Print the verdict, what moves what, and the worst flights."""
-    from crazychoir_fw.campaign.sensitivity import influences
+    from crazychoir_fw.campaign.sensitivity import blame
     from crazychoir_fw.campaign.worst import worst_of
 
     verdict = outcome.verdict
@@ -135,18 +210,17 @@ def _show(outcome: "Outcome") -> None:
         margin = record.figures.get("margin")
         why = "; ".join(record.failures)
         table.add_row(str(record.number), record.outcome, "" if margin is None else f"{margin:+.2f}", why)
-    found = [one for one in influences(outcome.campaign, outcome.records) if one.p < 0.001][:5]
+    found = blame(outcome.campaign, outcome.records)[:5]
     if found:
         moves = Table("varied", "figure", "correlation", title="What moves what", title_justify="left")
         for one in found:
             moves.add_row(one.key, one.figure, f"{one.rank:+.2f}")
         console.print(moves)
     console.print(table)
-    console.print(verdict.answer, style=_STYLES.get(verdict.answer, "bold yellow"), end=" ")
-    console.print("; ".join(verdict.reasons), markup=False, highlight=False, soft_wrap=True)
+    _answer(verdict.answer, "; ".join(verdict.reasons))
     if outcome.interrupted:
         console.print("Interrupted: the same command goes on with what is there", style="yellow")
-    console.print(f"The report is {outcome.folder / 'report.html'}", markup=False, highlight=False, soft_wrap=True)
+    console.print(f"The report is {page}", markup=False, highlight=False, soft_wrap=True)
 
 
 @campaign.command()
