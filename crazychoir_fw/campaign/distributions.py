@@ -9,6 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
+from statistics import NormalDist
 from typing import Any
 
 from crazychoir_fw.common.errors import MissionError
@@ -35,23 +36,41 @@ class Distribution:
         """Return the value below which this share of all values lies; of ``choice`` the entry there."""
         if self.kind == "choice":
             return self.options[min(int(share * len(self.options)), len(self.options) - 1)]
-        frozen = self._frozen()
-        below, above = float(frozen.cdf(self.low)), float(frozen.cdf(self.high))
+        below, above = self._share_below(self.low), self._share_below(self.high)
         share = min(max(share, 1e-12), 1.0 - 1e-12)  # a normal distribution has no ends
-        return min(max(float(frozen.ppf(below + share * (above - below))), self.low), self.high)
+        return min(max(self._value(below + share * (above - below)), self.low), self.high)
 
-    def _frozen(self) -> Any:
-        from scipy import stats
-
+    def _value(self, share: float) -> float:
+        """Return the quantile of the whole distribution."""
         a, b, *rest = self.numbers
         match self.kind:
             case "normal":
-                return stats.norm(a, b)
+                return NormalDist(a, b).inv_cdf(min(max(share, 1e-15), 1.0 - 1e-15))
             case "uniform":
-                return stats.uniform(a, b - a)
+                return a + share * (b - a)
             case "log_uniform":
-                return stats.loguniform(a, b)
-        return stats.triang((b - a) / (rest[0] - a), a, rest[0] - a)
+                return a * (b / a) ** share
+        (c,) = rest
+        if share * (c - a) <= b - a:
+            return a + math.sqrt(share * (c - a) * (b - a))
+        return c - math.sqrt((1.0 - share) * (c - a) * (c - b))
+
+    def _share_below(self, value: float) -> float:
+        """Return which share of the whole distribution lies below a value."""
+        a, b, *rest = self.numbers
+        if self.kind == "normal":
+            return NormalDist(a, b).cdf(value)
+        low, high = a, rest[0] if rest else b
+        if value <= low or value >= high:
+            return float(value >= high)
+        match self.kind:
+            case "uniform":
+                return (value - a) / (b - a)
+            case "log_uniform":
+                return math.log(value / a) / math.log(b / a)
+        if value <= b:
+            return (value - a) ** 2 / ((high - a) * (b - a))
+        return 1.0 - (high - value) ** 2 / ((high - a) * (high - b))
 
     @property
     def text(self) -> str:
@@ -145,6 +164,5 @@ def _options(where: str, given: Any) -> tuple[Any, ...]:
 
 def _check_cut(where: str, found: Distribution) -> None:
     """Refuse a distribution of which nothing is left."""
-    frozen = found._frozen()
-    if not frozen.cdf(found.high) - frozen.cdf(found.low) > 1e-9:
+    if not found._share_below(found.high) - found._share_below(found.low) > 1e-9:
         raise MissionError(f"{where} is {found.text}, but low and high must leave some of it")

@@ -36,21 +36,36 @@ class _Worker:
 
 
 class Processes:
-    """Flies in worker processes; one that dies is replaced, and its flight tried again."""
+    """Flies in worker processes; one that dies is replaced, and its flight tried again. They live until `close`."""
 
     def __init__(self, count: int) -> None:
         """Choose how many."""
         self._count = count
         self._context = mp.get_context("spawn")  # fork would copy threads of MuJoCo and NumPy
+        self._workers: list[_Worker] = []
+
+    def __enter__(self) -> Processes:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End all workers."""
+        for worker in self._workers:
+            worker.process.terminate()
+        for worker in self._workers:
+            _bury(worker)
+        self._workers.clear()
 
     def __call__(self, tasks: Iterable[Task]) -> Iterator[Record]:
         """See `Engine`."""
         waiting = iter(tasks)
         again: list[Task] = []
         attempts: dict[int, int] = {}
-        workers: list[_Worker] = []
+        workers = self._workers
         try:
-            workers += [self._hire() for _ in range(self._count)]
+            workers += [self._hire() for _ in range(self._count - len(workers))]
             for worker in workers:
                 _hand_out(worker, again, waiting)
             while busy := [worker for worker in workers if worker.task is not None]:
@@ -63,7 +78,7 @@ class Processes:
                         record, worker.task = worker.line.recv(), None
                         yield record
                     except (EOFError, OSError):  # it died, and its end of the line with it
-                        code = _buried(worker)
+                        code = _bury(worker)
                         workers[k] = worker = self._hire()
                         number = task[0].number
                         attempts[number] = attempts.get(number, 0) + 1
@@ -74,11 +89,10 @@ class Processes:
                             yield Record(number, CRASHED, dict(task[1]), failures=(sentence,))
                     _hand_out(worker, again, waiting)
         finally:
-            for worker in workers:
+            for worker in [worker for worker in workers if worker.task is not None]:  # nobody asks for it any more
+                workers.remove(worker)
                 worker.process.terminate()
-            for worker in workers:
-                worker.process.join(timeout=5.0)
-                worker.line.close()
+                _bury(worker)
 
     def _hire(self) -> _Worker:
         line, end = self._context.Pipe()
@@ -95,7 +109,7 @@ def _hand_out(worker: _Worker, again: list[Task], waiting: Iterator[Task]) -> No
         worker.line.send(task)
 
 
-def _buried(worker: _Worker) -> int | None:
+def _bury(worker: _Worker) -> int | None:
     worker.line.close()
     worker.process.join(timeout=5.0)
     return worker.process.exitcode

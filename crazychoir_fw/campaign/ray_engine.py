@@ -6,6 +6,7 @@ What Ray sends between its processes is pickled by Ray: clusters belong into pri
 from __future__ import annotations
 
 import json
+import socket
 from collections.abc import Iterable, Iterator
 from dataclasses import asdict
 from itertools import chain, islice
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 LOCAL = "local"
 """Address of a cluster that is started here."""
+_PATIENCE_S = 5.0
+_HIGHEST_PORT = 65535
 _BATCH = 4  # flights of a task: a task costs a millisecond or two
 _PER_CPU = 3  # tasks on their way, for each processor of the cluster
 
@@ -33,6 +36,15 @@ class RayEngine:
         """Choose the cluster: its address, ``auto`` for one of this machine, or `LOCAL`."""
         self._address = address
         self._campaign = campaign
+
+    def __enter__(self) -> RayEngine:
+        return self
+
+    def __exit__(self, *exc: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Workers belong to the cluster: there is nothing to end."""
 
     def __call__(self, tasks: Iterable[Task]) -> Iterator[Record]:
         """See `Engine`.
@@ -115,7 +127,24 @@ def _ray() -> Any:
     return ray
 
 
+def _check_address(address: str) -> None:
+    """Refuse an address at which nothing listens: Ray itself would try for minutes.
+
+    Raises:
+        StateError: If there is no such cluster.
+    """
+    host, colon, port = address.removeprefix("ray://").rpartition(":")
+    if not colon or not port.isdecimal() or int(port) > _HIGHEST_PORT:
+        raise StateError(f"--ray is {address}, but must be HOST:PORT, ray://HOST:PORT, auto or {LOCAL}")
+    try:
+        socket.create_connection((host, int(port)), timeout=_PATIENCE_S).close()
+    except OSError as error:
+        raise StateError(f"--ray {address}: no cluster answers there: {error.strerror or error}") from None
+
+
 def _connect(ray: Any, address: str) -> None:
+    if address not in (LOCAL, "auto"):
+        _check_address(address)
     try:
         ray.init(
             address=None if address == LOCAL else address,

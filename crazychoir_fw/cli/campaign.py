@@ -79,13 +79,13 @@ def fly(
         folder = out or Path("out") / whole.name
         if not resume:
             _forget(folder)
-        engine = _engine(whole, workers or _PROCESSORS, ray)
-        if whole.settings.search is not None:
-            raise typer.Exit(_search(whole, folder, engine))
-        if whole.settings.compare is not None:
-            raise typer.Exit(_compare(whole, folder, engine))
-        with _progress(whole.name) as tell:
-            outcome = run(whole, folder, engine, tell)
+        with _engine(whole, workers or _PROCESSORS, ray) as engine:
+            if whole.settings.search is not None:
+                raise typer.Exit(_search(whole, folder, engine))
+            if whole.settings.compare is not None:
+                raise typer.Exit(_compare(whole, folder, engine))
+            with _progress(whole.name) as tell:
+                outcome = run(whole, folder, engine, tell)
         page = write_results(outcome)
     except CrazychoirError as error:
         complain_of(error)
@@ -112,7 +112,8 @@ def _fly_regressions(folder: Path, workers: int) -> int:
     from crazychoir_fw.campaign.engines import Processes
     from crazychoir_fw.campaign.regressions import fly_again, read_flights
 
-    flown = fly_again(read_flights(folder), Processes(workers))
+    with Processes(workers) as engine:
+        flown = fly_again(read_flights(folder), engine)
     table = Table("flight", "end", "why")
     for path, record in flown.items():
         table.add_row(path.name, record.outcome, "; ".join(record.failures))
@@ -155,6 +156,7 @@ def _compare(whole: "Campaign", folder: Path, engine: Any) -> int:
     for name, campaign in variants_of(whole).items():
         with _progress(f"{whole.name}: {name}") as tell:
             outcomes[name] = run(campaign, folder / name, engine, tell)
+        engine.close()  # the other side may load other libraries of the same name
         write_results(outcomes[name])
     both = compare(outcomes["before"], outcomes["after"])
     table = Table("figure", "before", "after", "difference, 95 %", title="What differs", title_justify="left")
