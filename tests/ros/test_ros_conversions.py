@@ -200,11 +200,12 @@ def test_bytes_are_those_of_messages(kind):
     assert deserialize_message(to.reference_to_bytes(reference, kind), type(message)) == message
 
 
-def test_odometry_is_published_as_rclpy_writes_it():
+def test_odometry_is_published_as_rclpy_reads_it():
     turn = np.array([0.0, 0.6, 0.0, 0.8])
     pose, heard = Pose(np.arange(3.0), turn, np.ones(3), np.full(3, 2.0), 1.5), []
     publisher = SimpleNamespace(get_subscription_count=lambda: 1, publish=heard.append)
     topics = OdometryTopics(SimpleNamespace(announce=lambda *_: publisher), ["odom"])
     rows = (pose.position, pose.orientation, pose.velocity, pose.angular)
     topics.publish(1.5, Pose(*(row[np.newaxis] for row in rows)))
-    assert heard == [bytes(serialize_message(to.pose_to_odometry(pose)))]
+    # bytes that align numbers may be anything
+    assert deserialize_message(heard[0], Odometry) == over_the_wire(to.pose_to_odometry(pose))
