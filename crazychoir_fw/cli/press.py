@@ -13,7 +13,21 @@ import typer
 from crazychoir_fw.cli.console import BAD_INPUT, complain, console
 from crazychoir_fw.cli.gui import DEFAULT_PORT
 
-_BUTTONS = ("takeoff", "land", "stop", "start", "arm", "disarm", "reboot", "pause", "goto", "speed", "set", "rewind")
+_BUTTONS = (
+    "takeoff",
+    "land",
+    "stop",
+    "start",
+    "mission",
+    "arm",
+    "disarm",
+    "reboot",
+    "pause",
+    "goto",
+    "speed",
+    "set",
+    "rewind",
+)
 _PATIENCE_S = 35.0
 
 
@@ -39,7 +53,7 @@ def press(
     except ValueError as error:
         complain(str(error))
         raise typer.Exit(BAD_INPUT) from None
-    if command["name"] not in ("speed", "rewind"):
+    if command["name"] not in ("speed", "rewind", "mission"):
         command["drones"] = None if drones is None else [name.strip() for name in drones.split(",")]
     address = _address_of(address, port)
     headers = {"content-type": "application/json"}
@@ -109,7 +123,7 @@ def command_of(button: str, values: list[str]) -> dict[str, Any]:
         ValueError: If there is no such button, or its values are none.
     """
     match button, values:
-        case "takeoff" | "land" | "stop" | "start" | "reboot", []:
+        case "takeoff" | "land" | "stop" | "start" | "mission" | "reboot", []:
             return {"name": button}
         case "arm" | "disarm", []:
             return {"name": "arm", "armed": button == "arm"}
