@@ -1,4 +1,4 @@
-"""Read files of others: regular ones of a limited size, or one sentence that names the file."""
+"""Read files of others: regular ones of a limited size, or one sentence that names the file, on one line."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ def read_bytes(path: Path, largest: int, error: type[CrazychoirError]) -> bytes:
         # without waiting for a writer of a pipe
         descriptor = os.open(path, os.O_RDONLY | os.O_CLOEXEC | getattr(os, "O_NONBLOCK", 0))
     except OSError as reason:
-        raise error(f"{_name(path)} cannot be read: {reason.strerror}") from None
+        raise error(f"{show_name(path)} cannot be read: {reason.strerror}") from None
     except ValueError:  # a name with a null character
-        raise error(f"{_name(path)} is no file name") from None
+        raise error(f"{show_name(path)} is no file name") from None
     status = os.fstat(descriptor)
     if not stat.S_ISREG(status.st_mode):
         os.close(descriptor)
-        raise error(f"{_name(path)} cannot be read: it is {_kind(status.st_mode)}, but must be a regular file")
+        raise error(f"{show_name(path)} cannot be read: it is {_kind(status.st_mode)}, but must be a regular file")
     with os.fdopen(descriptor, "rb") as file:
         content = file.read(largest + 1)
     if len(content) > largest:
-        raise error(f"{_name(path)} is larger than {largest} bytes, the allowed maximum")
+        raise error(f"{show_name(path)} is larger than {largest} bytes, the allowed maximum")
     return content
 
 
@@ -40,7 +40,7 @@ def read_text(path: Path, largest: int, error: type[CrazychoirError]) -> str:
     try:
         return read_bytes(path, largest, error).decode("utf-8")
     except UnicodeDecodeError:
-        raise error(f"{_name(path)} is not a text file in UTF-8") from None
+        raise error(f"{show_name(path)} is not a text file in UTF-8") from None
 
 
 def _kind(mode: int) -> str:
@@ -54,7 +54,12 @@ def _kind(mode: int) -> str:
     return next((name for test, name in names.items() if test(mode)), "no regular file")
 
 
-def _name(path: Path) -> str:
-    """Return a path as a sentence can hold it: on one line, of reasonable length."""
-    text = str(path)
-    return text if text.isprintable() and len(text) < 300 else repr(text[:160])
+def show_name(path: str | Path) -> str:
+    """Return a path as a sentence can hold it."""
+    return printable(str(path), 300)
+
+
+def printable(text: str, longest: int = 2000) -> str:
+    """Return a text of others on one line: without control characters, cut at a length."""
+    text = text if len(text) <= longest else f"{text[: longest - 1]}…"
+    return "".join(c if c.isprintable() else " " if c.isspace() else ascii(c)[1:-1] for c in text)

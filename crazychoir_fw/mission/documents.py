@@ -10,12 +10,14 @@ from typing import Any
 
 from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.common.plain_yaml import parse_yaml, read_yaml
+from crazychoir_fw.common.reading import printable
 from crazychoir_fw.mission.values import did_you_mean
 from crazychoir_fw.mission.wording import show
 
 EXTENDS = "extends"
 OPTION = "--set"
 LONGEST_CHAIN = 16  # files
+LONGEST_SENTENCE = 800
 
 Step = str | int
 """A key of a mapping, or a number in a list."""
@@ -50,6 +52,7 @@ class Told:
     def blame(self, sentence: str) -> str:
         """Return a complaint with the file, or the change, that it is about."""
         path = path_in(sentence)
+        sentence = printable(sentence, LONGEST_SENTENCE)
         change = change_at(self._changes, path, self._before)
         if change is not None:
             return f"{change.source}: {sentence}"

@@ -6,6 +6,7 @@ import os
 import resource
 import shutil
 import signal
+import tempfile
 import traceback
 from collections import Counter
 from collections.abc import Iterator
@@ -38,8 +39,15 @@ class Campaign:
     """What came of all missions."""
 
     outcomes: Counter[str] = field(default_factory=Counter)
-    failures: list[tuple[bytes, str]] = field(default_factory=list)
-    """Missions, and what was wrong with the answers to them."""
+    failures: list[str] = field(default_factory=list)
+    """What was wrong with the answers; the mission is kept beside it as a file."""
+
+    def fail(self, outcome: str, content: bytes, what: str) -> None:
+        """Note a failure, and keep the mission."""
+        self.outcomes[outcome] += 1
+        with tempfile.NamedTemporaryFile(prefix="mutant-", suffix=".yaml", delete=False) as file:
+            file.write(content)
+        self.failures.append(f"{file.name}: {what}")
 
 
 @contextlib.contextmanager
@@ -86,12 +94,10 @@ def try_mission(campaign: Campaign, file: Path, content: bytes, *options: str) -
         signal.setitimer(signal.ITIMER_VIRTUAL, 0)
     said = stderr.getvalue()
     if error is not None:
-        campaign.outcomes["crash"] += 1
         lines = traceback.format_exception(type(error), error, error.__traceback__)
-        campaign.failures.append((content, "".join(lines)[-3000:]))
+        campaign.fail("crash", content, "".join(lines)[-3000:])
     elif code != 2 or said.count("\n") != 1 or "\x1b" in said or len(said) > 1500:
-        campaign.outcomes["bad answer"] += 1
-        campaign.failures.append((content, f"exit code {code}: {said[:2000]!r}"))
+        campaign.fail("bad answer", content, f"exit code {code}: {said[:2000]!r}")
     else:
         campaign.outcomes["would fly" if _READY in said else "refused"] += 1
 

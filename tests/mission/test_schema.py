@@ -134,7 +134,7 @@ BAD_VALUES = [
     ),
     (["flight", 1], {"trajectory": {}}, ["flight[1].trajectory", "either file or pieces"]),
     (["flight", 1], {"trajectory": {"file": "gone.csv"}}, ["flight[1].trajectory", "gone.csv cannot be read"]),
-    (["flight", 1], {"trajectory": {"file": "a\0b"}}, ["flight[1].trajectory: 'a\\x00b' is no file name"]),
+    (["flight", 1], {"trajectory": {"file": "a\0b"}}, ["flight[1].trajectory: a\\x00b is no file name"]),
     (
         ["flight", 1],
         {"trajectory": {"pieces": [{"duration": 1, "x": [0, NAN]}]}},
