@@ -59,7 +59,8 @@ def hostile_folder(folder: Path) -> Iterator[Path]:
     (folder / "folder.csv").mkdir()
     (folder / "loop.yaml").symlink_to("loop.yaml")
     shutil.copytree(EXAMPLES, folder / "examples")  # what missions of the examples name
-    with contextlib.chdir(folder), pytest.MonkeyPatch.context() as patch:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
         patch.setattr(engine, "fly", _would_fly)
         yield folder
 
