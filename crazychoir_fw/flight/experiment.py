@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.checkpoint import Stateful
-from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
+from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError, UnknownNameError
 from crazychoir_fw.common.finite import are_finite
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.common.user_code import USER_ERRORS, describe
@@ -265,9 +265,7 @@ class Experiment(Stateful):
         planned = clock()
         orders = []
         if up:
-            orders = [
-                (group, group.step(self.agents, self.accelerations, turning, poses, now)) for group in self.groups
-            ]
+            orders = [(group, self._steer(group, turning, poses, now)) for group in self.groups]
         controlled = clock()
         for group, order in orders:
             if order is not None:
@@ -408,6 +406,20 @@ class Experiment(Stateful):
                 continue
             if reference is not None:
                 agent.reference = reference
+
+    def _steer(self, group: ControlGroup, turning: NDArray[np.bool_], poses: Pose, now: float) -> Any:
+        """Return the orders of a controller, see `ControlGroup.step`.
+
+        Raises:
+            StateError: If its code raises. Its drones cannot go on without it, so the flight ends, and real ones land.
+        """
+        try:
+            return group.step(self.agents, self.accelerations, turning, poses, now)
+        except CrazychoirError:
+            raise
+        except USER_ERRORS as error:
+            name = type(group.controller).__name__
+            raise StateError(f"layers.control: {name}: {describe(error)} (at {self.time:.2f} s)") from error
 
     def _send(self, group: ControlGroup, indices: Any, twist: Any) -> None:
         linear, angular = twist.linear, twist.angular

@@ -4,6 +4,7 @@ import os
 import time
 from pathlib import Path
 
+import pytest
 import yaml
 from command_line import Campaign, hostile_folder, limited, try_mission
 from mutants import Mutator, seeds
@@ -12,6 +13,7 @@ COUNT = int(os.environ.get("ATTACK_MISSIONS", "300"))
 SEED = int(os.environ.get("ATTACK_SEED", "1"))
 
 
+@pytest.mark.timeout(300 + COUNT // 20)
 def test_spoilt_missions_are_refused_in_one_sentence_each(tmp_path):
     missions = seeds()
     assert len(missions) > 20
@@ -25,6 +27,8 @@ def test_spoilt_missions_are_refused_in_one_sentence_each(tmp_path):
             options = ["--set", mutator.change()] if number % 20 == 0 else []
             folder, content = mutator.mutant()
             try_mission(campaign, tmp_path / folder / "mutant.yaml", content, *options)
+            if number % 10_000 == 9_999:
+                print(f"{number + 1} missions: {dict(campaign.outcomes)}", flush=True)
             if len(campaign.failures) >= int(os.environ.get("ATTACK_FAILURES", "5")):
                 break
     print(f"{COUNT} missions in {time.perf_counter() - began:.0f} s: {dict(campaign.outcomes)}")
