@@ -109,7 +109,7 @@ def _check_limits(text: str) -> None:
         around[2] = max(around[2], depth + 1)
         if around[1] > MOST_NODES:
             raise _Refusal(f"more than {MOST_NODES} keys and values, aliases counted in full", event.start_mark)
-        if len(open_nodes) + around[2] - 1 > DEEPEST:
+        if len(open_nodes) + around[2] - 2 > DEEPEST:
             raise _Refusal(f"nested deeper than {DEEPEST} levels", event.start_mark)
 
 
