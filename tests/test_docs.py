@@ -84,3 +84,14 @@ def test_paths_named_in_the_map_exist():
     assert len(named) > 20
     missing = [path for path in named if not os.path.lexists(ROOT / path)]
     assert missing == []
+
+
+def test_every_promise_of_security_names_tests_that_exist():
+    named = []
+    for line in (ROOT / "docs/security.md").read_text().splitlines():
+        folder = "tests/"
+        for path in re.findall(r"`((?:tests|benchmarks)/[\w/.]+|test_\w+\.py)`", line.rpartition("| ")[2] or line):
+            folder = path.rpartition("/")[0] + "/" if "/" in path else folder
+            named.append(path if "/" in path else folder + path)
+    assert len(named) > 20
+    assert [path for path in named if not (ROOT / path).exists()] == []
