@@ -263,15 +263,10 @@ class Experiment(Stateful):
         decided = clock()
         self._follow(now)
         planned = clock()
-        orders = []
-        if up:
-            orders = [
-                (group, group.step(self.agents, self.accelerations, turning, poses, now)) for group in self.groups
-            ]
+        orders = self._control(list(self.groups), turning, poses, now) if up else []
         controlled = clock()
-        for group, order in orders:
-            if order is not None:
-                self._send(group, *order)
+        for group, indices, twist in orders:
+            self._send(group, indices, twist)
         self._look(up, poses)
         sent = clock()
         if self._rounds % self._rounds_per_sample == 0:
@@ -408,6 +403,32 @@ class Experiment(Stateful):
                 continue
             if reference is not None:
                 agent.reference = reference
+
+    def _control(
+        self, groups: Iterable[ControlGroup], turning: NDArray[np.bool_], poses: Pose, now: float
+    ) -> list[tuple[ControlGroup, Any, Any]]:
+        """Ask controllers for commands; returns whom to send which, group by group.
+
+        Drones of a group that raises get a controller each, and one that raises there stops its own drone only.
+        """
+        orders = []
+        for group in groups:
+            try:
+                order = group.step(self.agents, self.accelerations, turning, poses, now)
+            except Exception as error:  # a user's code may raise anything
+                at = self.groups.index(group)
+                if len(group.indices) > 1 and group.of_one is not None:
+                    alone = [group.of_one(int(i)) for i in group.indices]
+                    self.groups[at : at + 1] = alone
+                    orders += self._control(alone, turning, poses, now)
+                else:
+                    del self.groups[at]
+                    for i in group.indices:
+                        self._fail_by(self.agents[i], group.controller, error)
+                continue
+            if order is not None:
+                orders.append((group, *order))
+        return orders
 
     def _send(self, group: ControlGroup, indices: Any, twist: Any) -> None:
         linear, angular = twist.linear, twist.angular
