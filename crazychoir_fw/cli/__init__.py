@@ -13,6 +13,7 @@ from crazychoir_fw.cli.firmware import firmware
 from crazychoir_fw.cli.fly import fly
 from crazychoir_fw.cli.gui import gui
 from crazychoir_fw.cli.info import info
+from crazychoir_fw.cli.new import new
 from crazychoir_fw.cli.plain_help import PlainGroup
 from crazychoir_fw.cli.press import press
 from crazychoir_fw.cli.radio_budget import radio_budget
@@ -54,6 +55,7 @@ app.command(cls=ViewCommand)(fly)
 app.command(cls=ViewCommand)(run)
 app.command(cls=ViewCommand)(serve)
 app.command()(gui)
+app.command()(new)
 app.command(context_settings={"ignore_unknown_options": True})(press)
 app.command()(replay)
 app.command()(export)
