@@ -37,7 +37,9 @@ def parity(
         str, typer.Option(help="Provider that is compared with it, such as bitcraze or bitcraze:modules.")
     ] = "bitcraze",
     out: Annotated[Path, typer.Option(help="Folder for parity.html and parity.json.")] = Path("out/parity"),
-    seconds: Annotated[float, typer.Option(min=0.1, max=60.0, help="How long to fly at most.")] = 18.0,
+    seconds: Annotated[
+        float, typer.Option(min=0.1, max=60.0, metavar="SECONDS", help="How long to fly at most.")
+    ] = 18.0,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of all noise.")] = 1,
     same_parameters: Annotated[
         bool, typer.Option("--same-parameters", help="Give the candidate the reference's factory values first.")

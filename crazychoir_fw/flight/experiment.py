@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.checkpoint import Stateful
-from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.common.finite import are_finite
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.common.user_code import USER_ERRORS, describe
@@ -263,13 +263,10 @@ class Experiment(Stateful):
         decided = clock()
         self._follow(now)
         planned = clock()
-        orders = []
-        if up:
-            orders = [(group, self._steer(group, turning, poses, now)) for group in self.groups]
+        orders = self._control(list(self.groups), turning, poses, now) if up else []
         controlled = clock()
-        for group, order in orders:
-            if order is not None:
-                self._send(group, *order)
+        for group, indices, twist in orders:
+            self._send(group, indices, twist)
         self._look(up, poses)
         sent = clock()
         if self._rounds % self._rounds_per_sample == 0:
@@ -407,19 +404,31 @@ class Experiment(Stateful):
             if reference is not None:
                 agent.reference = reference
 
-    def _steer(self, group: ControlGroup, turning: NDArray[np.bool_], poses: Pose, now: float) -> Any:
-        """Return the orders of a controller, see `ControlGroup.step`.
+    def _control(
+        self, groups: Iterable[ControlGroup], turning: NDArray[np.bool_], poses: Pose, now: float
+    ) -> list[tuple[ControlGroup, Any, Any]]:
+        """Ask controllers for commands; returns whom to send which, group by group.
 
-        Raises:
-            StateError: If its code raises. Its drones cannot go on without it, so the flight ends, and real ones land.
+        Drones of a group that raises get a controller each, and one that raises there stops its own drone only.
         """
-        try:
-            return group.step(self.agents, self.accelerations, turning, poses, now)
-        except CrazychoirError:
-            raise
-        except USER_ERRORS as error:
-            name = type(group.controller).__name__
-            raise StateError(f"layers.control: {name}: {describe(error)} (at {self.time:.2f} s)") from error
+        orders = []
+        for group in groups:
+            try:
+                order = group.step(self.agents, self.accelerations, turning, poses, now)
+            except USER_ERRORS as error:  # a user's code may raise anything
+                at = self.groups.index(group)
+                if len(group.indices) > 1 and group.of_one is not None:
+                    alone = [group.of_one(int(i)) for i in group.indices]
+                    self.groups[at : at + 1] = alone
+                    orders += self._control(alone, turning, poses, now)
+                else:
+                    del self.groups[at]
+                    for i in group.indices:
+                        self._fail_by(self.agents[i], group.controller, error)
+                continue
+            if order is not None:
+                orders.append((group, *order))
+        return orders
 
     def _send(self, group: ControlGroup, indices: Any, twist: Any) -> None:
         linear, angular = twist.linear, twist.angular

@@ -38,7 +38,7 @@ flight:
 
 @pytest.fixture(scope="module")
 def uris():
-    with serving("--drones", "3") as (_, made):
+    with serving("--count", "3") as (_, made):
         yield made
 
 
