@@ -21,7 +21,9 @@ def fly(
         typer.Option(help="Camera of flight.mp4: follow, fpv:DRONE, chase:DRONE or one of the scene.", metavar="NAME"),
     ] = "follow",
     view: View = None,
-    out: Annotated[Path | None, typer.Option(help="Output folder; otherwise out/ and the mission's name.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Output folder; otherwise out/ and the mission's name.")
+    ] = None,
     seed: Seed = None,
     changes: Annotated[
         list[str] | None,
@@ -31,7 +33,7 @@ def fly(
     threads: Threads = None,
     app: Annotated[
         list[Path] | None,
-        typer.Option(help="C file with a controller or an estimator of yours; repeatable."),
+        typer.Option(help="C file with a controller or an estimator of yours; repeatable.", metavar="FILE.c"),
     ] = None,
     mcap: Annotated[
         bool, typer.Option("--mcap", help="Write log.mcap too, for Foxglove, PlotJuggler and rosbag.")
@@ -54,7 +56,8 @@ def fly(
     pace: Annotated[
         float | None,
         typer.Option(
-            help="With --ros, simulated seconds per second; otherwise in lockstep, as fast as all can answer."
+            help="With --ros, simulated seconds per second; otherwise in lockstep, as fast as all can answer.",
+            metavar="FACTOR",
         ),
     ] = None,
     restart: Restart = False,

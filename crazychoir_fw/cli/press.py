@@ -13,7 +13,21 @@ import typer
 from crazychoir_fw.cli.console import BAD_INPUT, complain, console
 from crazychoir_fw.cli.gui import DEFAULT_PORT
 
-_BUTTONS = ("takeoff", "land", "stop", "start", "arm", "disarm", "reboot", "pause", "goto", "speed", "set", "rewind")
+_BUTTONS = (
+    "takeoff",
+    "land",
+    "stop",
+    "start",
+    "mission",
+    "arm",
+    "disarm",
+    "reboot",
+    "pause",
+    "goto",
+    "speed",
+    "set",
+    "rewind",
+)
 _PATIENCE_S = 35.0
 
 
@@ -26,8 +40,12 @@ def press(
             "rewind: SECONDS [BRANCH], otherwise of the one that flies."
         ),
     ] = None,
-    drones: Annotated[str | None, typer.Option(help="Names, with commas between them; otherwise all drones.")] = None,
-    port: Annotated[int, typer.Option(min=1, max=65535, help="Port of a page on this machine.")] = DEFAULT_PORT,
+    drones: Annotated[
+        str | None, typer.Option(help="Names, with commas between them; otherwise all drones.", metavar="NAMES")
+    ] = None,
+    port: Annotated[
+        int, typer.Option(min=1, max=65535, metavar="PORT", help="Port of a page on this machine.")
+    ] = DEFAULT_PORT,
     address: Annotated[
         str | None, typer.Option(help="Where the page is, if not on this machine.", metavar="http://HOST:PORT")
     ] = None,
@@ -39,7 +57,7 @@ def press(
     except ValueError as error:
         complain(str(error))
         raise typer.Exit(BAD_INPUT) from None
-    if command["name"] not in ("speed", "rewind"):
+    if command["name"] not in ("speed", "rewind", "mission"):
         command["drones"] = None if drones is None else [name.strip() for name in drones.split(",")]
     address = _address_of(address, port)
     headers = {"content-type": "application/json"}
@@ -109,7 +127,7 @@ def command_of(button: str, values: list[str]) -> dict[str, Any]:
         ValueError: If there is no such button, or its values are none.
     """
     match button, values:
-        case "takeoff" | "land" | "stop" | "start" | "reboot", []:
+        case "takeoff" | "land" | "stop" | "start" | "mission" | "reboot", []:
             return {"name": button}
         case "arm" | "disarm", []:
             return {"name": "arm", "armed": button == "arm"}

@@ -51,6 +51,9 @@ def _keep_cut(folder: Path, stream: LogStream) -> None:
     except (OSError, ValueError) as error:
         sentence: str | None = str(error)
     else:
+        if not log.duration_s:  # what was refused at its first sample, as a camera that is not there, is no flight
+            stream.close(remove=True)
+            return
         sentence = write_together(folder, lambda new: log.save(new / "log.npz"), stream)
     said = f"{log.duration_s:.1f} s of flight are in {folder}/log.npz" if sentence is None else sentence
     complaints.print(said, markup=False, highlight=False, soft_wrap=True)

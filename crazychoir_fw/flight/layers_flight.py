@@ -49,14 +49,20 @@ class LayersFlight:
         return self._experiment.events
 
     def fly(self) -> None:
-        """Fly the phases one after the other, or until no drone flies any more."""
+        """Fly the phases one after the other, or until no drone flies any more.
+
+        Raises:
+            StateError: If drones over the radio are not those that the mission means, or not where it says.
+        """
         experiment, is_down = self._experiment, False
+        if hasattr(self.backend, "before_flight"):  # drones over the radio
+            self.backend.before_flight()
         self.began = self.backend.time
         if experiment.observe is not None:
             experiment.observe(experiment)
         for phase in self._mission.flight:
             begin = experiment.time
-            self._begin(phase.name, phase.maneuver)
+            press_phase(experiment, phase.name, phase.maneuver, getattr(phase.maneuver, "drones", None))
             if not is_down:
                 experiment.run(phase.maneuver.duration)
             self._windows.append(Window(phase.name, begin, experiment.time))
@@ -65,17 +71,6 @@ class LayersFlight:
         if self._mission.flight[-1].name == "land":
             experiment.run_until_landed(_LATE_S)
         experiment.run(_SETTLE_S)
-
-    def _begin(self, name: str, maneuver: Any) -> None:
-        """Press the button of a phase, or hand over its points."""
-        if name == "trajectory":
-            points = [TrajectoryPoint(time, np.array(at)) for time, *at in maneuver.rows]
-            self._experiment.set_trajectory(points, maneuver.drones)
-        elif name == "go_to":
-            point = TrajectoryPoint(maneuver.duration, np.array(maneuver.position))
-            self._experiment.set_trajectory([point], maneuver.drones)
-        elif name != "hover":
-            getattr(self._experiment, name)(maneuver.drones)
 
     def log(self, about: dict[str, Any]) -> FlightLog:
         """Return the log of the flight.
@@ -118,6 +113,17 @@ class LayersFlight:
             communication=experiment.communication(),
             judge=judge,
         )
+
+
+def press_phase(experiment: Experiment, name: str, maneuver: Any, drones: list[str] | None) -> None:
+    """Press the button of a phase for some drones, None for all, or hand over its points."""
+    if name == "trajectory":
+        points = [TrajectoryPoint(time, np.array(at)) for time, *at in maneuver.rows]
+        experiment.set_trajectory(points, drones)
+    elif name == "go_to":
+        experiment.set_trajectory([TrajectoryPoint(maneuver.duration, np.array(maneuver.position))], drones)
+    elif name != "hover":
+        getattr(experiment, name)(drones)
 
 
 def _drones(mission: LayeredMission, experiment: Experiment, judge: Judge) -> list[dict[str, Any]]:

@@ -125,7 +125,15 @@ class Api:
         if not isinstance(data, dict) or not isinstance(data.get("preview"), str):
             raise RangeError('a dry run needs {"preview": KEY}')
         preview = self._previews.find(data["preview"])
-        return _answer(await run_in_threadpool(dry_run, self._session.mission, preview))
+        session = self._session
+
+        def run() -> dict[str, Any]:
+            try:
+                return dry_run(session.mission, preview, lambda share: setattr(session, "dry_share", share))
+            finally:
+                session.dry_share = None
+
+        return _answer(await run_in_threadpool(run))
 
     async def _parameters(self, request: Request) -> Response:
         name = request.query_params.get("drone", self._session.names[0])

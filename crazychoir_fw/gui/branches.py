@@ -15,6 +15,7 @@ from crazychoir_fw.common.errors import StateError
 if TYPE_CHECKING:
     from crazychoir_fw.common.checkpoint import Checkpoint
     from crazychoir_fw.gui.flying import Flying
+    from crazychoir_fw.gui.mission_run import MissionRun
 
 MAX_MOMENTS = 400
 """Of a branch: when there are more, every second one is forgotten."""
@@ -44,8 +45,8 @@ class Moment:
     time: float
     checkpoint: Checkpoint | None
     """What the flight was."""
-    flying: Flying | None
-    """The curves that were on their way."""
+    flying: Flying | MissionRun | None
+    """The curves, or the mission, that were on their way."""
 
 
 @dataclass

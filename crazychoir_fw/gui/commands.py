@@ -14,6 +14,7 @@ from crazychoir_fw.common.errors import StateError, UnknownNameError
 from crazychoir_fw.flight.access import reboot_all
 from crazychoir_fw.gui import requests as asked
 from crazychoir_fw.gui.flying import Flying, Leg, cannot_go, duration_of, go_to
+from crazychoir_fw.gui.mission_run import MissionRun, starts_something
 
 if TYPE_CHECKING:
     from crazychoir_fw.gui.previews import Previews
@@ -84,6 +85,8 @@ class Commands:
         session = self._session
         experiment, chosen = session.experiment, self._chosen(command.drones)
         names = [session.names[i] for i in chosen]
+        if command.name == "start" and not starts_something(session.mission):
+            raise StateError("START: these drones wait for GO TO and FLY; press MISSION for the phases of the mission")
         if command.name in ("takeoff", "start"):
             self._check_ready(chosen)
         elif command.name == "land" and not any(experiment.agents[i].is_up for i in chosen):
@@ -184,6 +187,13 @@ class Commands:
         onboard = [session.names[i] for i in chosen if session.experiment.agents[i].planner is None]
         how = "uploaded to the trajectory memory" if onboard else "streamed"
         return f"FLY '{preview.name}' ({how}): {self._whom(chosen)}"
+
+    @carry_out.register
+    def _(self, command: asked.FlyMission) -> str:
+        session = self._session
+        self._check_ready(self._chosen(None))
+        session.flying = run = MissionRun(session.experiment, session.access, session.mission)
+        return f"MISSION '{run.name}' ({run.duration:.0f} s): {self._whom(self._chosen(None))}"
 
 
 def _aside(action: Callable[[], Any]) -> Future[Any]:

@@ -27,6 +27,6 @@ def open_mission(path: Path, uri_base: str | None = None, **overrides: Any) -> L
     mission: Any = load_mission(path, uri_base, **overrides)
     if mission.layers is not None:
         return mission
-    given = {name: getattr(mission, name) for name in type(mission).model_fields if name not in ("flight", "layers")}
+    given = {name: getattr(mission, name) for name in type(mission).model_fields if name != "layers"}
     layers = Layers(guidance=GuidanceLayer.model_validate({"class": "SimpleGuidance"}))
-    return LayeredMission.model_construct(**given, flight=[], layers=layers)
+    return LayeredMission.model_construct(**given, layers=layers)

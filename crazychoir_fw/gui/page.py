@@ -91,7 +91,9 @@ def build(title: str) -> None:
     tabs.on("update:model-value", js_handler="(tab) => setTimeout(() => cc.emit('shown', tab), 400)")
     with ui.tab_panels(tabs, value="Fly", animated=False).props("keep-alive"):
         with ui.tab_panel("Fly"):
-            _two(lambda: parts.SwarmMap("goto"), parts.FlyButtons).classes("cc-with-cards")
+            _two(lambda: parts.SwarmMap("goto"), lambda: (parts.FlyButtons(), parts.PreflightList())).classes(
+                "cc-with-cards"
+            )
             ui.element("div").style("height: 0.6rem")
             parts.DroneCards()
         with ui.tab_panel("Watch"):

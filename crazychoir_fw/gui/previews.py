@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING, Any
@@ -208,8 +209,15 @@ def _rounded(value: float) -> float | None:
     return round(float(value), 4) if np.isfinite(value) else None
 
 
-def dry_run(mission: LayeredMission, preview: Preview) -> dict[str, Any]:
+def dry_run(
+    mission: LayeredMission, preview: Preview, tell: Callable[[float], None] = lambda share: None
+) -> dict[str, Any]:
     """Fly the curves of a preview with the layers of a mission on point masses, from where they begin.
+
+    Args:
+        mission: Whose layers fly.
+        preview: The curves.
+        tell: Called with the share that is flown, 0 to 1.
 
     Raises:
         StateError: If the layers follow no curves, or a drone fails.
@@ -243,7 +251,8 @@ def dry_run(mission: LayeredMission, preview: Preview) -> dict[str, Any]:
         if number % 5 == 0:
             times.append(experiment.time - begin)
             positions.append(backend.true_positions()[chosen])
-            time.sleep(0.001)  # the flight in the air comes first
+            tell(number / rounds)
+            time.sleep(0.0005)  # the flight in the air comes first
     if experiment.failures:
         raise StateError("; ".join(experiment.failures))
     clock, flown = np.array(times), np.array(positions)

@@ -104,7 +104,15 @@ class Fly(ApiRequest):
     preview: Id
 
 
-Command = Annotated[Press | GoTo | Arm | Reboot | SetParameter | SetSpeed | Rewind | Fly, Field(discriminator="name")]
+class FlyMission(ApiRequest):
+    """Fly the phases of the mission that the page was opened with."""
+
+    name: Literal["mission"]
+
+
+Command = Annotated[
+    Press | GoTo | Arm | Reboot | SetParameter | SetSpeed | Rewind | Fly | FlyMission, Field(discriminator="name")
+]
 
 
 class Envelope(ApiRequest):

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from crazychoir_fw.gui.mission_run import cannot_run, starts_something, steps_of
+from crazychoir_fw.onboard.descriptions import describe_variable
+
 if TYPE_CHECKING:
     from crazychoir_fw.gui.session import Session
 
@@ -25,9 +28,19 @@ def setting_of(session: Session) -> dict[str, Any]:
         "obstacles": session.room.things,
         "safety_area": None if area is None else {"low": list(area.low), "high": list(area.high)},
         "log_names": session.access.log_names(),
+        "log_about": {name: describe_variable(name, "logs") for name in session.access.log_names()},
         "trail": session.branches.path(session.branches.present.number, now - _TRAIL_S),
-        "missing": session.access.missing(),
+        "missing": {**session.access.missing(), **_missing_buttons(session)},
+        "phases": [step.name for step in steps_of(mission)],
         "is_real_time": session.experiment.backend.is_real_time,
         "has_software": session.access.has_software,
         "height": mission.layers.guidance.height,
     }
+
+
+def _missing_buttons(session: Session) -> dict[str, str]:
+    """Return why the page lacks the buttons ``mission`` and ``start``, a sentence each."""
+    found = {"mission": cannot_run(session.mission, session.access)}
+    if not starts_something(session.mission):
+        found["start"] = "the guidance of these drones begins nothing of its own"
+    return {name: reason for name, reason in found.items() if reason}

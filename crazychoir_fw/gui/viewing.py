@@ -60,8 +60,10 @@ class Viewing(Feed):
             "obstacles": self._room.things,
             "safety_area": None,
             "log_names": [],
+            "log_about": {},
             "trail": {"times": [], "positions": []},
             "missing": {},
+            "phases": [],
             "height": 1.0,
         }
 

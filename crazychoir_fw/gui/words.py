@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.gui.marks import Marks
+from crazychoir_fw.gui.preflight import preflight
 
 if TYPE_CHECKING:
     from crazychoir_fw.gui.drawings import Drawings
@@ -34,6 +35,7 @@ class Words:
             "branches": session.branches.about(),
             "no_rewind": session.no_rewind,
             "flying": None,
+            "dry_run": session.dry_share,
         }
         flying = session.flying
         if flying is not None:
@@ -44,11 +46,18 @@ class Words:
                 if self._marks is None:
                     self._marks = Marks(session)
                 marks = self._marks
-                told = session.ask(lambda: (_cards(session), marks.now()))
-                words["cards"], words["marks"] = await asyncio.wait_for(asyncio.wrap_future(told), 2.0)
+                told = session.ask(lambda: (_cards(session), marks.now(), _before_flight(session)))
+                words["cards"], words["marks"], words["preflight"] = await asyncio.wait_for(
+                    asyncio.wrap_future(told), 2.0
+                )
             except (CrazychoirError, TimeoutError, asyncio.TimeoutError):
                 pass  # a flight that makes real drones ready answers later
         return words
+
+
+def _before_flight(session: Session) -> list[dict[str, Any]] | None:
+    """Return the list of checks, while no drone flies."""
+    return None if any(agent.is_up for agent in session.experiment.agents) else preflight(session)
 
 
 def _cards(session: Session) -> list[dict[str, Any]]:

@@ -115,6 +115,13 @@ class CFGuidance(Stateful):
         del size
         return {name: value for name, value in values.items() if name in options_of(cls)}
 
+    @classmethod
+    def has_start(cls) -> bool:
+        """Return whether START begins something of its own: otherwise the drone stays where it is."""
+        return any(
+            getattr(cls, name) is not getattr(CFGuidance, name) for name in ("start", "begin_flight", "flight", "step")
+        )
+
     def _checked(self, what: str, values: ArrayLike, sizes: Sequence[int] = (3,)) -> Array:
         vector = np.asarray(values, dtype=np.float64)
         if vector.ndim != 1 or vector.size not in sizes or not np.isfinite(vector).all():

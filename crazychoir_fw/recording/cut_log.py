@@ -55,10 +55,16 @@ def _part(file: StreamFile, section: int, header: dict[str, Any]) -> dict[str, A
     """Return what one recorder saw."""
     samples = StreamedSamples(file, section, header)
     time = samples.column("time")
-    part = {"time": time, "signals": signals_of(header["layout"], samples.column), "journal": None}
+    # a flight that was taken back: what comes later in the file takes the place of the same time and what is after it
+    kept: Any = slice(None)
+    if np.any(np.diff(time) < 0.0):
+        ends = np.minimum.accumulate(time[::-1])[::-1]
+        kept = np.append(time[:-1] < ends[1:], True)
+    signals = signals_of(header["layout"], samples.column)
+    part = {"time": time[kept], "signals": {name: values[kept] for name, values in signals.items()}, "journal": None}
     if header["recipe"] is not None:
         part["journal"] = _journal(file, section, header["recipe"])
-        part["requests"] = np.asarray(samples.column("requests")).tolist()
+        part["requests"] = np.asarray(samples.column("requests"))[kept].tolist()
     return part
 
 

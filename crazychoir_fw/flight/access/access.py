@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from crazychoir_fw.common.errors import CrazychoirError, StateError, UnknownNameError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight.agent import DronePhase
+from crazychoir_fw.onboard.descriptions import describe_variable
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.agent import Agent
+    from crazychoir_fw.mission.plan import Upload
     from crazychoir_fw.planning import Polynomial
 
 _MAX_PROBLEMS = 5  # that are told
@@ -48,11 +50,15 @@ class Variable:
     type: str
     value: float | int
     read_only: bool
+    default: float | int = float("nan")
+    """Value right after boot; NaN where only the drone knows it."""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as plain data."""
-        value = self.value if np.isfinite(self.value) else None
-        return {"name": self.name, "type": self.type, "value": value, "read_only": self.read_only}
+        """Return it as plain data, with unit and description."""
+        about = describe_variable(self.name, "parameters")
+        value, default = (one if np.isfinite(one) else None for one in (self.value, self.default))
+        return {"name": self.name, "type": self.type, "value": value, "read_only": self.read_only,
+                "default": default, "unit": about.unit, "description": about.text}  # fmt: skip
 
 
 class Access:
@@ -72,6 +78,9 @@ class Access:
 
     has_software = False
     """There is onboard software, which is armed and rebooted."""
+
+    flies_plans = False
+    """It takes the commands of a mission without layers: `upload_plan` and `command`."""
 
     def __init__(self, backend: Any) -> None:
         self.backend = backend
@@ -154,6 +163,14 @@ class Access:
         """Return what the onboard software printed of late."""
         del index
         return ""
+
+    def upload_plan(self, uploads: Sequence[Upload]) -> None:
+        """Write the trajectories of a mission without layers into the memories of all drones."""
+        raise StateError("drones of this backend take no plans")
+
+    def command(self, index: int, verb: str, arguments: Mapping[str, Any]) -> None:
+        """Give a command of a mission without layers to the planner on board, such as ``go_to``."""
+        raise StateError(f"{self.names[index]}: a drone of this backend takes no plans, and no {verb}")
 
     def begin_upload(self, index: int, curve: Polynomial) -> None:
         """Begin to write a trajectory into the memory on board."""

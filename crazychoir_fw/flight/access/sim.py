@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,11 +12,12 @@ from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight.access.access import Access, DroneState, Variable
 from crazychoir_fw.flight.sim_backend import truth
-from crazychoir_fw.onboard.variables import parameter_table
+from crazychoir_fw.onboard.variables import factory_values, parameter_table
 from crazychoir_fw.simulation.supervisor_resets import is_resetting
 from crazychoir_fw.simulation.targets import Targets
 
 if TYPE_CHECKING:
+    from crazychoir_fw.mission.plan import Upload
     from crazychoir_fw.planning import Polynomial
 
 _UPRIGHT = 0.9  # cosine of the tilt, below which a drone lies on its side
@@ -27,6 +29,7 @@ class SimAccess(Access):
     """All of it is known here, the truth too."""
 
     has_software = True
+    flies_plans = True
 
     def __init__(self, backend: Any) -> None:
         super().__init__(backend)
@@ -90,9 +93,11 @@ class SimAccess(Access):
     def parameters(self, index: int) -> list[Variable]:
         """See `Access`."""
         drone = self._drones[index]
-        table = parameter_table(drone.provider_number)
+        number = drone.provider_number
+        table = parameter_table(number)
+        defaults = factory_values(drone.config.platform, table, number)
         return [
-            Variable(name, str(table[name].dtype), drone.param[name], bool(table[name].is_read_only))
+            Variable(name, str(table[name].dtype), drone.param[name], bool(table[name].is_read_only), defaults[name])
             for name in sorted(table)
         ]
 
@@ -122,3 +127,13 @@ class SimAccess(Access):
     def fly_uploaded(self, index: int) -> None:
         """See `Access`."""
         self._drones[index].high_level_commander.start_trajectory(_TRAJECTORY)
+
+    def upload_plan(self, uploads: Sequence[Upload]) -> None:
+        """See `Access`."""
+        for drone in self._drones:
+            for upload in uploads:
+                drone.high_level_commander.upload_trajectory(upload.number, upload.rows, offset=upload.offset)
+
+    def command(self, index: int, verb: str, arguments: Mapping[str, Any]) -> None:
+        """See `Access`."""
+        getattr(self._drones[index].high_level_commander, verb)(**arguments)

@@ -25,6 +25,10 @@ class FlyButtons(Element, component="fly_buttons.js"):
     """TAKE-OFF, LAND, START, STOP, arm, reboot."""
 
 
+class PreflightList(Element, component="preflight_list.js"):
+    """What to look at before take-off."""
+
+
 class DroneCards(Element, component="drone_cards.js"):
     """A card for each drone."""
 

@@ -13,7 +13,7 @@ export default {
         <q-toggle v-model="stretch" label="Fly more slowly where limits would be broken" @update:model-value="soon" />
         <div class="cc-row">
           <q-btn outline icon="visibility" label="PREVIEW" @click="make" />
-          <q-btn outline icon="science" label="DRY RUN" :disable="!preview" :loading="isRunning" @click="dryRun"><q-tooltip>Flies the curves on point masses, not here</q-tooltip></q-btn>
+          <q-btn outline icon="science" label="DRY RUN" :disable="!preview" :loading="isRunning" :percentage="100 * dryShare" @click="dryRun"><q-tooltip>Flies the curves on point masses, not here</q-tooltip></q-btn>
           <q-btn color="positive" icon="send" label="FLY" :disable="!preview" @click="fly" />
         </div>
         <div v-if="problem" class="cc-bad cc-note" role="alert">{{ problem }}</div>
@@ -34,14 +34,14 @@ export default {
         <div ref="acceleration" class="cc-plot" role="img" aria-label="Acceleration over time"></div>
       </div>
     </div>`,
-  data: () => ({ method: "spline", distance: 0.2, scale: 5, stretch: true, preview: null, dry: null, problem: "", chosen: null, isRunning: false, flying: null }),
+  data: () => ({ method: "spline", distance: 0.2, scale: 5, stretch: true, preview: null, dry: null, problem: "", chosen: null, isRunning: false, dryShare: 0, flying: null }),
   mounted() {
     this.mark = cc.drawer(this.$refs.position, () => this.draw());
     this.sizes = new ResizeObserver(() => this.mark());
     this.sizes.observe(this.$el);
     this.offs = [
       cc.on("drawings", () => { this.isStale = true; if (this.$el.offsetParent) this.soon(); }),
-      cc.on("words", (words) => { this.flying = words.flying; }),
+      cc.on("words", (words) => { this.flying = words.flying; this.dryShare = words.dry_run ?? 0; }),
       cc.on("shown", (tab) => { if (tab === "Preview" && (this.isStale || !this.preview)) this.soon(); this.mark(); }),
     ];
   },
@@ -68,7 +68,7 @@ export default {
       this.dry = cc.dry = answer.ok ? answer : null;
       this.mark();
     },
-    fly() { cc.command({ name: "fly", preview: this.preview.key }); },
+    fly() { cc.emit("about to fly", { name: "fly", preview: this.preview.key }); },
     draw() {
       const part = this.preview && this.preview.parts.find((one) => one.drone === this.chosen);
       const colors = ["#e0524d", "#3aa655", "#3d7fe0"];

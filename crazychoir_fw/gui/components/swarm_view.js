@@ -28,7 +28,7 @@ export default {
       </div>
       <div v-if="problem" class="cc-view-problem">{{ problem }}</div>
     </div>`,
-  data: () => ({ show: { names: true, trails: true, references: true, graph: true, obstacles: true, follow: false }, problem: "" }),
+  data: () => ({ show: { names: true, trails: true, references: true, graph: true, obstacles: true, axes: true, curves: true, follow: false }, problem: "" }),
   mounted() {
     this.canvas = this.$el.querySelector("canvas");
     try {
@@ -67,7 +67,7 @@ export default {
     build() {
       if (!cc.frame) { setTimeout(() => this.build(), 100); return; }
       const scene = this.three.scene, count = cc.setting.names.length;
-      if (this.three.room) { scene.remove(this.three.room); }
+      if (this.three.room) { scene.remove(this.three.room); this.curvesShown = undefined; }
       const room = (this.three.room = new THREE.Group());
       scene.add(room);
       const grid = (this.three.grid = new THREE.GridHelper(20, 20));
@@ -76,6 +76,8 @@ export default {
       grid.material.transparent = true;
       grid.material.opacity = 0.35;
       room.add(grid);
+      room.add((this.three.axes = this.axes()));
+      room.add((this.three.curves = new THREE.Group()));
       // one body of many: an arm cross with four rotors, nose along x
       const parts = this.body();
       this.three.bodies = parts.map(({ geometry, isAccent }) => {
@@ -127,6 +129,38 @@ export default {
         return label;
       });
       this.look();
+    },
+    axes() { // red x, green y, blue z from the origin, and numbers along the floor (m)
+      const group = new THREE.Group();
+      const label = (text, x, y, z) => {
+        const element = document.createElement("div");
+        element.className = "cc-axis";
+        element.textContent = text;
+        const one = new CSS2DObject(element);
+        one.position.set(x, y, z);
+        group.add(one);
+      };
+      [["x", 0xd33a3a], ["y", 0x2f9e44], ["z", 0x3d7fe0]].forEach(([name, color], k) => {
+        const end = new THREE.Vector3().setComponent(k, 1.0);
+        group.add(new THREE.ArrowHelper(end, new THREE.Vector3(0, 0, 0.01), 1.0, color, 0.08, 0.05));
+        label(name, ...end.clone().multiplyScalar(1.08).toArray());
+      });
+      for (const meters of [-4, -3, -2, -1, 2, 3, 4]) { label(`${meters} m`, meters, 0, 0); label(`${meters} m`, 0, meters, 0); }
+      return group;
+    },
+    putCurves() { // what the preview has made of the drawings, and the drawings that have no curve yet
+      const parts = cc.preview ? cc.preview.parts.map((part) => ({ drone: part.drone, points: part.position }))
+        : cc.drawings.drawings.map((drawing) => ({ drone: drawing.drone, points: drawing.points.map(([x, y]) => [x, y, drawing.height]) }));
+      const key = cc.preview ? cc.preview.key : `drawn ${cc.drawings.version}`;
+      if (key === this.curvesShown) return;
+      this.curvesShown = key;
+      this.three.curves.traverse((thing) => { thing.geometry?.dispose(); thing.material?.dispose(); });
+      this.three.curves.clear();
+      for (const { drone, points } of parts) {
+        const geometry = new THREE.BufferGeometry().setFromPoints(points.map((point) => new THREE.Vector3(...point)));
+        const material = new THREE.LineDashedMaterial({ color: this.colorOf(cc.setting.names.indexOf(drone)), dashSize: 0.06, gapSize: 0.04 });
+        this.three.curves.add(new THREE.Line(geometry, material).computeLineDistances());
+      }
     },
     colorOf(i) {
       const color = new THREE.Color();
@@ -201,6 +235,10 @@ export default {
       this.three.bodies.forEach((mesh) => { mesh.instanceMatrix.needsUpdate = true; });
       this.three.ghosts.instanceMatrix.needsUpdate = true;
       this.three.obstacles.visible = this.show.obstacles;
+      this.putCurves();
+      this.three.curves.visible = this.show.curves;
+      this.three.axes.visible = this.show.axes;
+      this.three.axes.traverse((thing) => { if (thing.isCSS2DObject) thing.visible = this.show.axes; });
       this.three.moving.forEach((body, k) => { body.position.fromArray(frame.moving[k].position); body.quaternion.fromArray(frame.moving[k].quat); });
       this.putMarks();
       // trails grow ten times a second, and are the most work
@@ -213,11 +251,12 @@ export default {
       this.put(this.three.graph, this.show.graph ? cc.setting.graph.flatMap(([i, j]) => [[i, frame.drones[i].position], [j, frame.drones[j].position]]) : []);
       this.renderer.setClearColor(cc.isDark() ? 0x14181d : 0xf4f6f8);
       this.renderer.render(scene, camera);
-      if (this.show.names || this.hadNames || this.three.marks.children.length) {
+      if (this.show.names || this.hadNames || this.show.axes || this.hadAxes || this.three.marks.children.length) {
         this.spread(camera, width, height);
         this.labels.render(scene, camera);
       }
       this.hadNames = this.show.names;
+      this.hadAxes = this.show.axes;
       if (cc.isSlow()) { // waits until it is drawn, so that its cost is known
         const gl = this.renderer.getContext();
         gl.readPixels(0, 0, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, new Uint8Array(4));

@@ -4,8 +4,8 @@ import { echarts } from "nicegui-echart";
 const RED = "rgb(220,40,40)", TOP = 50, LEFT = 54, RIGHT = 14, BOTTOM = 24; // pixels
 
 // series: [{name, color, points: [[x, y]], dash, width}]; limits: [{value, name}]; spans: [[begin, end]]; isMap: both axes
-// are in meters and have one scale
-export const plot = (box, { series, limits = [], spans = [], title = "", unit = "", isMap = false }) => {
+// are in meters and have one scale; canZoom: the wheel zooms in time
+export const plot = (box, { series, limits = [], spans = [], title = "", unit = "", isMap = false, canZoom = false }) => {
   const chart = echarts.getInstanceByDom(box) || echarts.init(box);
   if (chart.getWidth() !== box.clientWidth || chart.getHeight() !== box.clientHeight) chart.resize();
   const [x, y] = ranges(series, limits, isMap && [box.clientWidth - LEFT - RIGHT, box.clientHeight - TOP - BOTTOM]);
@@ -23,7 +23,8 @@ export const plot = (box, { series, limits = [], spans = [], title = "", unit = 
       { text: title + (unit ? ` (${unit})` : ""), left: 8, top: 4, textStyle: { fontSize: 12, fontWeight: "normal", color: cc.ink(0.85) } },
       { text: x.min === undefined ? "no data yet" : "", left: "center", top: "middle", textStyle: { fontSize: 12, fontWeight: "normal", color: cc.ink(0.5) } },
     ],
-    legend: { show: !isMap, type: "scroll", left: 4, right: 4, top: 22, itemWidth: 12, itemHeight: 3, icon: "rect", textStyle: { color: cc.ink(0.8) },
+    ...(canZoom ? { dataZoom: [{ type: "inside", filterMode: "none" }] } : {}),
+    legend: { show: !isMap, type: series.length > 4 ? "scroll" : "plain", left: 4, right: 4, top: 22, itemWidth: 12, itemHeight: 3, icon: "rect", textStyle: { color: cc.ink(0.8) },
       pageTextStyle: { color: cc.ink(0.8) }, pageIconSize: 10 },
     tooltip: { show: !isMap, trigger: "axis", confine: true, valueFormatter: (value) => (value == null ? "-" : String(Number(value.toPrecision(5)))) },
     grid: { left: LEFT, right: RIGHT, top: TOP, bottom: BOTTOM },
