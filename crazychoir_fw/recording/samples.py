@@ -33,6 +33,11 @@ class Samples:
         return self._count + len(next(iter(self._blocks.values())))
 
     @property
+    def bytes_in_memory(self) -> int:
+        """What the rows that no stream has take (bytes)."""
+        return sum(len(block) * block.row_bytes for block in self._blocks.values())
+
+    @property
     def description(self) -> list[list[Any]]:
         """The fields as plain data, for the header of a section."""
         return [[name, list(block.shape), block.dtype.str] for name, block in self._blocks.items()]

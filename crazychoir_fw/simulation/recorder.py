@@ -25,6 +25,8 @@ from crazychoir_fw.recording.signals import EXTRA, signals_of
 from crazychoir_fw.simulation.swarm_views import swarm_parts
 from crazychoir_fw.simulation.world import World
 
+_FLUSH_BYTES = 1 << 24
+
 
 class FlightRecorder:
     """Collects samples of a world; `finish` makes a `FlightLog` of them."""
@@ -70,6 +72,8 @@ class FlightRecorder:
         row["requests"][...] = len(self._world.journal)
         for name in self._extra:
             row[EXTRA + name][:] = extra[name]  # type: ignore[index]
+        if self._output is not None and self._samples.bytes_in_memory > _FLUSH_BYTES:
+            self.flush()  # at hundred times real time half a second of wall time is much
         if self._journal is not self._world.journal:
             self._was_taken_back = self._journal is not None
             self._journal = self._world.journal
