@@ -37,7 +37,7 @@ COMMANDS = {
     "fly layers": ["fly", "layered.yaml", "--no-video", "--out", "out"],
     "fly integrator": ["fly", "layered.yaml", "--backend", "integrator", "--no-video", "--out", "out"],
     "fly --ros": ["fly", "layered.yaml", "--ros", "--no-video", "--out", "out"],
-    "serve": ["serve", "--drones", "2", "--port", "0", "--out", "out"],
+    "serve": ["serve", "--count", "2", "--port", "0", "--out", "out"],
     "gui": ["gui", "layered.yaml", "--port", "0", "--no-browser"],
     "run": ["run", "drones.xml", "--seconds", "300"],
     "replay": ["replay", "log.npz", "--out", "again.npz"],
