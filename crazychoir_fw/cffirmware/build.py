@@ -105,8 +105,8 @@ class _ModuleBuild:
     def _build(self, generated: Path, suffix: str) -> Path:
         recipe = self.recipe
         bindings = bindings_folder()
-        scenery = digest_of(recipe.header_names())
-        self.objects = Objects(self.compiler, self.cache, self.fingerprints, scenery)
+        headers = recipe.header_names()
+        self.objects = Objects(self.compiler, self.cache, self.fingerprints, headers, self._root())
         theirs = recipe.host_flags(generated)
 
         compiled = self._compile([Unit(path, theirs) for path in recipe.sources])

@@ -6,6 +6,7 @@ One module per command. Whatever is slow to import, a command imports when it ru
 import typer
 
 from crazychoir_fw.cli.app import app as app_commands
+from crazychoir_fw.cli.campaign import campaign
 from crazychoir_fw.cli.export import export
 from crazychoir_fw.cli.firmware import firmware
 from crazychoir_fw.cli.fly import fly
@@ -40,6 +41,7 @@ app.command()(variables)
 app.command()(vehicle)
 app.command()(radio_budget)
 app.add_typer(app_commands, name="app")
+app.add_typer(campaign, name="campaign")
 firmware.command()(install_shim)
 app.add_typer(ros, name="ros")
 app.add_typer(firmware, name="firmware")

@@ -14,7 +14,7 @@ import secrets
 import shutil
 import stat
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -128,10 +128,18 @@ class Cache:
                 f"the cache {self.root} cannot be written ({error.strerror}): name another folder with {VARIABLE}"
             ) from None
 
-    def recall(self, key: str, fingerprints: Fingerprints) -> dict[str, Any] | None:
-        """Return what was remembered under a key for the files as they are now, or None."""
+    def recall(
+        self, key: str, fingerprints: Fingerprints, path_of: Callable[[str], str] = str
+    ) -> dict[str, Any] | None:
+        """Return what was remembered under a key for the files as they are now, or None.
+
+        Args:
+            key: The key.
+            fingerprints: Of the files as they are now.
+            path_of: Gives the path of a file by the name under which it was remembered.
+        """
         for entry in self._entries(key):
-            if fingerprints.match(entry["inputs"]):
+            if fingerprints.match({path_of(name): content for name, content in entry["inputs"].items()}):
                 return entry["value"]
         return None
 

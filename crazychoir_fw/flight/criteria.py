@@ -211,9 +211,10 @@ class Judge:
         return found
 
     def _landed(self, counted: NDArray[np.bool_], names: Sequence[str]) -> Verdict:
-        # what became of those that failed is said elsewhere
+        # what became of those that failed or were stopped is said elsewhere
         last = np.asarray(self.log.signals["layers.phase"])[-1]
-        asked = counted & (last != DronePhase.FAILED.number) & (last != DronePhase.GROUND.number)
+        elsewhere = [phase.number for phase in (DronePhase.FAILED, DronePhase.STOPPED, DronePhase.GROUND)]
+        asked = counted & ~np.isin(last, elsewhere)
         late = [name for name, down, counts in zip(names, self.landed(), asked, strict=True) if counts and not down]
         sentence = f"{', '.join(late)}: did not land" if late else "all landed"
         return Verdict("landed", True, float(self.landed().sum()), not late, sentence)

@@ -171,7 +171,7 @@ class Experiment(Stateful):
         self.backend.stop([agent.index for agent in chosen])
         for agent in chosen:
             self._guarded(agent, _button(agent.guidance, "stop"), self.time)
-            agent.phase = DronePhase.LANDED if agent.phase is not DronePhase.FAILED else agent.phase
+            agent.phase = DronePhase.STOPPED if agent.is_up else agent.phase
             self._note("stop", agent)
 
     def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
