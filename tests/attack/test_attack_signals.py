@@ -115,6 +115,8 @@ def end(folder, command, number, delay):
     if "Traceback" in text and not is_early:
         return text[-1500:]
     left = [path.name for path in (*folder.glob(".*.npz"), *(folder / "out").glob(".*"))]
+    for path in (*folder.glob(".*.npz"), *(folder / "out").glob(".*")):
+        path.unlink()
     if left:
         return f"it left files: {left}"
     for log in folder.glob("out/*.npz"):
