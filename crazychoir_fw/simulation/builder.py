@@ -21,6 +21,7 @@ from crazychoir_fw.simulation.loading import add_payload, check_payload, set_ine
 from crazychoir_fw.simulation.mirrored import MirroredConfig, add_mirrored
 from crazychoir_fw.simulation.model_drones import is_crazyflie
 from crazychoir_fw.simulation.provider_words import BUILTIN, load_providers
+from crazychoir_fw.simulation.scene_file import SUFFIXES, scene_spec
 from crazychoir_fw.simulation.scene_limits import check_scene
 
 MAX_FOR_NEWTON = 100
@@ -40,7 +41,7 @@ def build_model(
 
     Args:
         drones: The drones, with unique names.
-        scene: A name of `SCENES` or the path of an MJCF file.
+        scene: A name of `SCENES` or the path of an MJCF file, or of a YAML file (`scene_file.py`).
         seed: Seed of all noise.
         visuals: Whether drones can be seen. What cannot be seen is faster; the flight is the same to the last bit.
         mirrored: Bodies that are moved from outside.
@@ -175,10 +176,12 @@ def _is_finite(value: object) -> bool:
 
 def _scene(scene: str | Path) -> mujoco.MjSpec:
     if not isinstance(scene, str | Path):
-        raise RangeError(f"scene is {scene!r}, allowed: the path of an MJCF file or one of {', '.join(SCENES)}")
+        raise RangeError(f"scene is {scene!r}, allowed: the path of an MJCF or YAML file or one of {', '.join(SCENES)}")
     path = model_path(str(scene)) if str(scene) in SCENES else Path(scene)
     if not path.is_file():
         raise UnknownNameError(f"scene '{scene}' is neither a file nor one of: {', '.join(SCENES)}")
+    if path.suffix in SUFFIXES:
+        return scene_spec(path)
     if str(scene) not in SCENES:
         check_scene(path)
     try:
