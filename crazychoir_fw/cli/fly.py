@@ -20,7 +20,9 @@ def fly(
     ] = None,
     camera: Annotated[str | None, typer.Option(help=f"{CAMERA_HELP} Means --video.", metavar="NAME")] = None,
     view: View = None,
-    out: Annotated[Path | None, typer.Option(help="Output folder; otherwise out/ and the mission's name.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Output folder; otherwise out/ and the mission's name.")
+    ] = None,
     seed: Seed = None,
     changes: Annotated[
         list[str] | None,
@@ -30,7 +32,7 @@ def fly(
     threads: Threads = None,
     app: Annotated[
         list[Path] | None,
-        typer.Option(help="C file with a controller or an estimator of yours; repeatable."),
+        typer.Option(help="C file with a controller or an estimator of yours; repeatable.", metavar="FILE.c"),
     ] = None,
     mcap: Annotated[
         bool, typer.Option("--mcap", help="Write log.mcap too, for Foxglove, PlotJuggler and rosbag.")
@@ -53,7 +55,8 @@ def fly(
     pace: Annotated[
         float | None,
         typer.Option(
-            help="With --ros, simulated seconds per second; otherwise in lockstep, as fast as all can answer."
+            help="With --ros, simulated seconds per second; otherwise in lockstep, as fast as all can answer.",
+            metavar="FACTOR",
         ),
     ] = None,
     restart: Restart = False,

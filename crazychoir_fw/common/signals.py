@@ -40,10 +40,21 @@ def unwind_at_signals() -> Iterator[None]:
         _leave_terminal(number)
         if number == signal.SIGINT:
             raise KeyboardInterrupt
-        raise SystemExit(128 + number)
+        raise _SignaledError(number)
 
     with _handled(handle):
-        yield
+        try:
+            yield
+        except _SignaledError as signaled:
+            raise SystemExit(128 + signaled.number) from None
+
+
+class _SignaledError(BaseException):
+    """A signal has come; no `SystemExit`, because a user's code may raise that, and then only its drone stops."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
 
 
 @contextmanager

@@ -21,6 +21,7 @@ from crazychoir_fw.simulation.loading import add_payload, check_payload, set_ine
 from crazychoir_fw.simulation.mirrored import MirroredConfig, add_mirrored
 from crazychoir_fw.simulation.model_drones import is_crazyflie
 from crazychoir_fw.simulation.provider_words import BUILTIN, load_providers
+from crazychoir_fw.simulation.scene_limits import check_scene
 
 MAX_FOR_NEWTON = 100
 """Drones up to which Newton's method solves the contacts of a world, see `_choose_solver`."""
@@ -201,6 +202,8 @@ def _scene(scene: str | Path) -> mujoco.MjSpec:
     path = model_path(str(scene)) if str(scene) in SCENES else Path(scene)
     if not path.is_file():
         raise UnknownNameError(f"scene '{scene}' is neither a file nor one of: {', '.join(SCENES)}")
+    if str(scene) not in SCENES:
+        check_scene(path)
     try:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
