@@ -207,11 +207,5 @@ class IntegratorBackend(Stateful):
         """See `Backend`."""
         return self._recorder.finish(metadata)
 
-    @property
-    def film(self) -> tuple[Array, Array]:
-        """Pose of each drone at each sample (m; quaternion wxyz), shape (T, N * 7), and times (s), shape (T,)."""
-        poses = [np.hstack([pose.position, np.roll(pose.orientation, 1, axis=1)]) for pose in self._recorder.true_poses]
-        return np.array(poses).reshape(len(poses), -1), self._recorder.times
-
     def close(self) -> None:
         """See `Backend`."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections import deque
 from collections.abc import Callable
@@ -31,7 +30,6 @@ class OnboardFlight:
     """One flight while it runs, of simulated drones; the engine asks a `LayersFlight` the same."""
 
     rounds_per_picture = 1
-    longest_film_s = math.inf
 
     def __init__(
         self, mission: Mission, backend: SimBackend, observe: Callable[[OnboardFlight], None] | None = None
@@ -155,7 +153,12 @@ class OnboardFlight:
         Args:
             about: What it says about the flight beside what is known here.
         """
-        return self.backend.log({**about, "faults": self.backend.faults})
+        start = self.began or 0.0
+        windows = [
+            [name, start + begin / TICKS_PER_SECOND, start + end / TICKS_PER_SECOND]
+            for name, begin, end in (self.plan.windows if self.began is not None else ())
+        ]
+        return self.backend.log({**about, "faults": self.backend.faults, "windows": windows})
 
     def assess(self, log: FlightLog) -> Assessment:
         """Return what the flight came down to; places are looked at if all drones flew to its end."""

@@ -45,11 +45,6 @@ class PlainRecorder:
         """Time of each sample (s), shape (T,)."""
         return np.array(self._times)
 
-    @property
-    def true_poses(self) -> list[Pose | None]:
-        """The truth of each sample, as far as there is one."""
-        return self._true
-
     def finish(self, metadata: dict[str, Any]) -> FlightLog:
         """Return everything recorded so far."""
         signals = motion_signals("stateEstimate", self._told)

@@ -203,11 +203,6 @@ class SimBackend(Stateful):
             log.signals[name] = np.array([sample[name] for sample in self._extra], np.float32)
         return log
 
-    @property
-    def film(self) -> tuple[Array, Array]:
-        """Positions of the whole model at each sample, shape (T, nq), and times (s), shape (T,)."""
-        return self._recorder.qpos, self._recorder.times
-
     def state(self) -> dict[str, Any]:
         """See `Stateful`. The journal begins anew: an hour of it would be copied into every state otherwise."""
         self.world.journal = Journal(self.world.journal.recipe)

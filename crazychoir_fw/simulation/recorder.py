@@ -19,6 +19,7 @@ from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.onboard.core import identity, provider_identity
 from crazychoir_fw.recording.flight_log import FlightLog
 from crazychoir_fw.recording.journal import Journal
+from crazychoir_fw.simulation.stage import scenery_columns
 from crazychoir_fw.simulation.swarm_views import swarm_parts
 from crazychoir_fw.simulation.world import World
 
@@ -75,7 +76,7 @@ class FlightRecorder:
 
     @property
     def qpos(self) -> NDArray[np.float64]:
-        """Positions of the whole model at each sample, shape (T, nq): what a film is made of."""
+        """Positions of the whole model at each sample, shape (T, nq)."""
         return self._qpos.rows()
 
     @property
@@ -97,7 +98,15 @@ class FlightRecorder:
             metadata={**self._provenance(), **(metadata or {})},
             events=[event.as_dict() for event in self._world.events],
             journal=journal,
+            scenery=self._scenery(),
         )
+
+    def _scenery(self) -> NDArray[np.float32] | None:
+        """Return what moves beside drones and mirrored bodies, shape (T, any), or None."""
+        columns = scenery_columns(self._world.model, [drone.id for drone in self._world.drones])
+        mirrored = scenery_columns(self._world.model, self._world.mirrored)
+        columns = np.intersect1d(columns, mirrored)
+        return self.qpos[:, columns].astype(np.float32) if len(columns) else None
 
     def _signals(self) -> dict[str, NDArray[Any]]:
         """Return every log variable of the swarm, shape (T, N)."""

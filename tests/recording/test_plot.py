@@ -6,9 +6,10 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 
+from crazychoir_fw.recording.colors import palette
 from crazychoir_fw.recording.error_curve import ErrorCurve
 from crazychoir_fw.recording.flight_log import FlightLog
-from crazychoir_fw.recording.plot import _reference, palette, plot_flight
+from crazychoir_fw.recording.plot import plot_flight
 
 
 @pytest.mark.parametrize("drones", [1, 2, 8, 9, 30])
@@ -83,13 +84,13 @@ def test_a_reference_of_zeros_is_no_reference(make_log):
     for axis in "xyz":
         log.signals[f"ctrltarget.{axis}"][:4, 0] = 0.0
     log.signals["ctrltarget.x"][:, 1] = 0.0  # one coordinate alone may be zero
-    reference = _reference(log)
+    reference = log.reference()
     assert np.isnan(reference[:4, 0]).all()
     assert np.isfinite(reference[4:, 0]).all()
     assert np.isfinite(reference[:, 1]).all()
     for axis in "xyz":
         log.signals[f"ctrltarget.{axis}"][:] = 0.0
-    assert _reference(log) is None
+    assert log.reference() is None
 
 
 def test_plotting_never_touches_pyplot():
