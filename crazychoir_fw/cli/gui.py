@@ -1,5 +1,6 @@
 """`crazychoir gui`: a page in the browser to draw, preview, fly, watch and rewind a mission."""
 
+import errno
 import socket
 import threading
 import webbrowser
@@ -52,14 +53,20 @@ Domain = Annotated[
 
 def gui(
     mission: Annotated[Path, typer.Argument(help="Mission file (YAML).", metavar="MISSION.yaml")],
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0 is any free one.")] = DEFAULT_PORT,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, metavar="PORT", help="Port of the page; 0 is any free one.")
+    ] = DEFAULT_PORT,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
     host: Host = "127.0.0.1",
     token: Token = None,
     backend: Backend = None,
     uri_base: UriBase = None,
-    speed: Annotated[float, typer.Option(min=0.0, max=100.0, help="Simulated seconds per second; 0 pauses.")] = 1.0,
-    drawings: Annotated[Path, typer.Option(help="Folder in which drawings are saved.")] = Path("drawings"),
+    speed: Annotated[
+        float, typer.Option(min=0.0, max=100.0, metavar="FACTOR", help="Simulated seconds per second; 0 pauses.")
+    ] = 1.0,
+    drawings: Annotated[Path, typer.Option(metavar="DIR", help="Folder in which drawings are saved.")] = Path(
+        "drawings"
+    ),
     log: LogFile = None,
     seed: Seed = None,
     ros: Ros = False,
@@ -101,7 +108,9 @@ def gui(
         complain_of(error)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:
-        complain(f"--host {host} --port {port}: {error.strerror}")
+        taken = f"port {port} of {host} is in use: give another with --port, or 0 for any free one"
+        is_taken = error.errno == errno.EADDRINUSE
+        complain(taken if is_taken else f"--host {host} --port {port}: {error.strerror}")
         raise typer.Exit(BAD_INPUT) from None
 
 

@@ -19,7 +19,9 @@ _FRAME_TICKS = 20
 
 def run(
     model: Annotated[Path, typer.Argument(help="Model with Crazyflies in it (MJCF).", metavar="MODEL.xml")],
-    seconds: Annotated[float, typer.Option(min=0.0, max=86400.0, help="How long to fly, once they can.")] = 10.0,
+    seconds: Annotated[
+        float, typer.Option(min=0.0, max=86400.0, metavar="SECONDS", help="How long to fly, once they can.")
+    ] = 10.0,
     view: View = None,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of the noise.")] = 0,
     threads: Threads = None,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console, refuse
+from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, about_file, complain, complain_of, console, refuse
 from crazychoir_fw.cli.serve_texts import STATUS_S, Status, announce, summary
 from crazychoir_fw.cli.shared_options import Provider, Seed, Threads
 from crazychoir_fw.cli.view import View, require_way
@@ -48,14 +48,19 @@ class ServeRequest:
 
 
 Drones = Annotated[
-    int | None, typer.Option(min=1, max=1000, help="Serve a grid of so many default drones instead of a mission.")
+    int | None,
+    typer.Option("--count", min=1, max=1000, help="Serve a grid of so many default drones instead of a mission."),
 ]
-Port = Annotated[int, typer.Option(min=0, max=65535, help="UDP port of the first drone; 0 takes any free ones.")]
+Port = Annotated[
+    int, typer.Option(min=0, max=65535, metavar="PORT", help="UDP port of the first drone; 0 takes any free ones.")
+]
 Speed = Annotated[
-    float, typer.Option(min=0.0, max=1000.0, help="Simulated seconds per second; 0 is as fast as possible.")
+    float,
+    typer.Option(min=0.0, max=1000.0, metavar="FACTOR", help="Simulated seconds per second; 0 is as fast as possible."),
 ]
 Seconds = Annotated[
-    float | None, typer.Option(min=0.0, max=1e6, help="Simulated time to serve (s); otherwise until Ctrl-C.")
+    float | None,
+    typer.Option(min=0.0, max=1e6, metavar="SECONDS", help="Simulated time to serve (s); otherwise until Ctrl-C."),
 ]
 NewestWins = Annotated[
     bool, typer.Option("--newest-wins", help="A second client takes a drone from the first; otherwise it waits.")
@@ -65,7 +70,8 @@ KeepPriority = Annotated[
     typer.Option("--keep-priority", help="Do not relax the priority of set-points when a client has gone."),
 ]
 Storage = Annotated[
-    Path | None, typer.Option(help="Folder of what clients store on their drones, from one run to the next.")
+    Path | None,
+    typer.Option(metavar="DIR", help="Folder of what clients store on their drones, from one run to the next."),
 ]
 AsAsked = Annotated[
     bool,
@@ -83,14 +89,16 @@ NoJournal = Annotated[
 def serve(
     mission: Annotated[
         Path | None,
-        typer.Argument(help="Mission file (YAML): its drones, scene and faults.", metavar="[MISSION.yaml]"),
+        typer.Argument(help="Mission file (YAML): its drones, scene and faults.", metavar="MISSION.yaml"),
     ] = None,
     drones: Drones = None,
     host: Annotated[str, typer.Option(help="Address of this machine to listen at.")] = "127.0.0.1",
     port: Port = 19850,
     speed: Speed = 1.0,
     seconds: Seconds = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for log.npz, flight.png and statistics.json.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for log.npz, flight.png and statistics.json.")
+    ] = None,
     view: View = None,
     seed: Seed = None,
     provider: Provider = None,
@@ -107,7 +115,7 @@ def serve(
 
     require_way(view)
     if (mission is None) == (drones is None):
-        refuse("name a mission file, or a number of drones with --drones")
+        refuse("name a mission file, or a number of drones with --count")
     request = ServeRequest(
         host,
         port,
@@ -134,7 +142,7 @@ def serve(
         complain_of(error)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:
-        complain(f"{error.filename or out} cannot be written: {error.strerror}")
+        complain(about_file(error, out))
         raise typer.Exit(BAD_INPUT) from None
     for failure in failures:
         complain(failure)
@@ -150,7 +158,7 @@ def _mission(path: Path | None, drones: int | None, overrides: dict[str, Any]) -
         return real_part(load_mission(path, **overrides))
     # a mission needs a phase, which is not flown here
     grid = {"name": "served", "drones": {"count": drones, "spacing": 1.0}, "flight": [{"hover": {"duration": 1.0}}]}
-    return parse_mission(grid, source="--drones", **overrides)
+    return parse_mission(grid, source="--count", **overrides)
 
 
 def _serve(mission: "Mission", request: ServeRequest) -> list[str]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.common.user_code import describe
+from crazychoir_fw.common.user_code import USER_ERRORS, describe
 from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.guidance.metrics import FINAL_S, Flown, Metrics, Verdict, worst
 
@@ -235,5 +235,5 @@ class Judge:
 def _verdict_of_law(metrics: Metrics, key: str, limit: Any, flown: Flown) -> Verdict:
     try:
         return metrics.verdict(key, limit, flown)
-    except Exception as error:  # a user's code may raise anything, and the flight is over
+    except USER_ERRORS as error:  # a user's code may raise anything, and the flight is over
         return Verdict(key, limit, None, False, f"criteria.{key}: {describe(error)}")
