@@ -9,6 +9,7 @@ import pytest
 
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 SMALLEST = {
+    "campaign_speed.py": ["--flights", "2", "--workers", "1"],
     "endurance.py": ["--hours", "0.02"],
     "flight_matrix.py": ["--platforms", "cf2", "--controllers", "pid", "--positioning", "mocap"],
     "control_gains.py": ["--sets", "mujoco", "--flights", "hover"],
@@ -28,6 +29,7 @@ SMALLEST = {
         *("--drones", "1", "2", "--threads", "1", "--seconds", "0.02", "--repeats", "1"),
         *("--pile", "3", "2", "--start", "2"),
     ],
+    "threads_under_load.py": ["--drones", "8", "--load", "0", "1", "--work", "0.1", "--pairs", "1"],
     "tick_cost.py": ["--drones", "1", "--repeats", "1"],
     "time_machine.py": ["--drones", "1", "--repeats", "1", "--futures", "2", "--seconds", "0.02"],
 }

@@ -7,6 +7,7 @@ from pathlib import Path
 import mujoco
 import pytest
 
+from crazychoir_fw.campaign.campaign import check_ends, load_campaign
 from crazychoir_fw.flight import FlightResult, fly
 from crazychoir_fw.mission import load_mission, parse_mission
 from crazychoir_fw.onboard import core
@@ -38,7 +39,17 @@ def test_python_runs_as_printed(code, tmp_path, monkeypatch, capsys):
     assert printed.strip()
 
 
-@pytest.mark.parametrize("text", all_blocks("yaml"))
+CAMPAIGNS = [block for block in all_blocks("yaml") if block.id.startswith("campaign-")]
+
+
+@pytest.mark.parametrize("text", CAMPAIGNS)
+def test_campaigns_are_right_as_printed(text, tmp_path):
+    path = tmp_path / "campaign.yaml"
+    path.write_text(text.replace("extends: ", f"extends: {ROOT / 'examples'}/"))
+    check_ends(load_campaign(path))
+
+
+@pytest.mark.parametrize("text", [block for block in all_blocks("yaml") if block not in CAMPAIGNS])
 def test_missions_fly_as_printed(text, tmp_path, monkeypatch, lasting_cache, miniature):
     monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(miniature))
     path = tmp_path / "mission.yaml"
@@ -81,3 +92,14 @@ def test_paths_named_in_the_map_exist():
     assert len(named) > 20
     missing = [path for path in named if not os.path.lexists(ROOT / path)]
     assert missing == []
+
+
+def test_every_promise_of_security_names_tests_that_exist():
+    named = []
+    for line in (ROOT / "docs/security.md").read_text().splitlines():
+        folder = "tests/"
+        for path in re.findall(r"`((?:tests|benchmarks)/[\w/.]+|test_\w+\.py)`", line.rpartition("| ")[2] or line):
+            folder = path.rpartition("/")[0] + "/" if "/" in path else folder
+            named.append(path if "/" in path else folder + path)
+    assert len(named) > 20
+    assert [path for path in named if not (ROOT / path).exists()] == []

@@ -1,4 +1,5 @@
-/* A few threads that share a loop: one fork and join per call, no queue, no allocation per call. */
+/* A few threads that share a loop: one fork and join per call, no queue, no allocation per call. A
+ * loop is done when its parts are, whether or not the system ran every thread. */
 #ifndef CF_MUJOCO_PLUGIN_THREAD_POOL_H
 #define CF_MUJOCO_PLUGIN_THREAD_POOL_H
 
@@ -15,8 +16,8 @@ int cf_threads_get(void);
 
 // Shares body(context, begin, end) among the threads, in parts of `grain` items that cover [0,
 // count), and returns at once. Returns false, and does nothing, when there is only one thread,
-// little work, or another loop under way. Every start that returned true is followed by a finish of
-// the same thread.
+// little work, another loop under way, or a machine that has other work. Every start that returned
+// true is followed by a finish of the same thread.
 bool cf_loop_start(int count, int grain, void (*body)(void *context, int begin, int end),
                    void *context);
 

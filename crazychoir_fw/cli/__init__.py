@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from crazychoir_fw.cli.app import app as app_commands
+from crazychoir_fw.cli.campaign import campaign
 from crazychoir_fw.cli.export import export
 from crazychoir_fw.cli.firmware import firmware
 from crazychoir_fw.cli.fly import fly
@@ -64,6 +65,7 @@ app.command()(variables)
 app.command()(vehicle)
 app.command()(radio_budget)
 app.add_typer(app_commands, name="app")
+app.add_typer(campaign, name="campaign")
 firmware.command()(install_shim)
 app.add_typer(ros, name="ros")
 app.add_typer(firmware, name="firmware")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console
+from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, about_file, complain, complain_of, console
 from crazychoir_fw.cli.tables import flight_tables, verdict
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" =
         complain_of(error)
         return BAD_INPUT
     except OSError as error:
-        complain(f"{error.filename or folder} cannot be written: {error.strerror}")
+        complain(about_file(error, folder))
         return BAD_INPUT
 
     for table in flight_tables(result.summary):

@@ -5,9 +5,11 @@ from typing import Annotated
 
 import typer
 
-from crazychoir_fw.cli.console import complain_of, console, refuse
+from crazychoir_fw.cli.console import about_file, complain_of, console, refuse
+from crazychoir_fw.common.signals import unwind_at_signals
 
 
+@unwind_at_signals()
 def export(
     log: Annotated[Path, typer.Argument(help="Log of a flight (NPZ), or the folder with its log.npz.", metavar="LOG")],
     mcap: Annotated[
@@ -28,5 +30,5 @@ def export(
         complain_of(error)
         raise typer.Exit(2) from None
     except OSError as error:
-        refuse(f"{error.filename or mcap} cannot be written: {error.strerror}")
+        refuse(about_file(error, mcap))
     console.print(f"Written to {mcap} ({mcap.stat().st_size / 1024:.0f} KiB)", markup=False, highlight=False)

@@ -8,7 +8,7 @@ import typer
 from crazychoir_fw.cli.attempt import FlightRequest, attempt
 from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Provider, Restart, Seed, Threads, UriBase, need_ros
 from crazychoir_fw.cli.view import View, require_way
-from crazychoir_fw.common.signals import unwind_at_signals
+from crazychoir_fw.common.signals import held_signals, unwind_at_signals
 
 
 def fly(
@@ -65,6 +65,8 @@ def fly(
     """Fly a mission and report on every drone."""
     overrides = {"seed": seed, "provider": provider, "app": app or None, "backend": backend, "changes": changes}
     require_way(view)
+    with held_signals():
+        import crazychoir_fw.mission.loader  # noqa: F401 pydantic reports Ctrl-C as a mistake in its models
     wants_video = not watch if video is None else video
     request = FlightRequest(mission, wants_video, camera, view, out, threads, overrides, mcap, uri_base)
     if ros:

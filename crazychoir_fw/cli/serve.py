@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console, refuse
+from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, about_file, complain, complain_of, console, refuse
 from crazychoir_fw.cli.serve_texts import STATUS_S, Status, announce, summary
 from crazychoir_fw.cli.shared_options import Provider, Seed, Threads
 from crazychoir_fw.cli.view import View, require_way
@@ -142,7 +142,7 @@ def serve(
         complain_of(error)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:
-        complain(f"{error.filename or out} cannot be written: {error.strerror}")
+        complain(about_file(error, out))
         raise typer.Exit(BAD_INPUT) from None
     for failure in failures:
         complain(failure)

@@ -15,6 +15,9 @@ from typing import Any
 
 from crazychoir_fw.common.errors import CrazychoirError, MissingLibraryError, UnknownNameError
 
+USER_ERRORS = (Exception, SystemExit)
+"""What a user's code may raise; `sys.exit` in it ends no program."""
+
 
 def anchored(name: str, folder: Path) -> str:
     """Return a name whose relative path of a file starts at a folder, so that it means the same from anywhere."""
@@ -66,7 +69,7 @@ def _import(module_name: str, what: str) -> ModuleType:
                 f"{what}: there is no module {error.name}; install its package, or name the file as path/to/file.py"
             ) from None
         raise CrazychoirError(f"{what}: cannot be imported: {describe(error)}") from error
-    except Exception as error:  # whatever a module may do while it is imported
+    except USER_ERRORS as error:  # whatever a module may do while it is imported
         raise CrazychoirError(f"{what}: cannot be imported: {describe(error)}") from error
 
 
@@ -84,7 +87,7 @@ def _load_file(path: Path, what: str) -> ModuleType:
     try:
         with _neighbors_importable(path.parent):
             spec.loader.exec_module(module)
-    except Exception as error:  # whatever a module may do while it is imported
+    except USER_ERRORS as error:  # whatever a module may do while it is imported
         sys.modules.pop(name, None)
         raise CrazychoirError(f"{what}: cannot be imported: {describe(error)}") from error
     return module

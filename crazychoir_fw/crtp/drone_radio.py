@@ -6,6 +6,7 @@ import socket
 from collections import deque
 
 from crazychoir_fw.crtp.client_session import Address, ClientSession
+from crazychoir_fw.crtp.power_switch import PowerSwitch
 from crazychoir_fw.crtp.server_statistics import PacketCounts
 from crazychoir_fw.crtp.station import Station
 
@@ -35,6 +36,7 @@ class DroneRadio:
         """Hears and talks to its client alone, where the operating system can do that."""
         self.private_for: Address | None = None
         self.session = session
+        self.power = PowerSwitch(station.context)
         self.counts = PacketCounts()
         self.is_open = False
         """Whether a session has begun."""

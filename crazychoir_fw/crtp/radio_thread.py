@@ -18,6 +18,7 @@ from crazychoir_fw.crtp.drone_radio import DroneRadio
 from crazychoir_fw.crtp.link_model import Direction, Link
 from crazychoir_fw.crtp.pacing import Clock
 from crazychoir_fw.crtp.packet import NULL
+from crazychoir_fw.crtp.power_switch import Power, is_power_request
 from crazychoir_fw.crtp.read_scheduler import ReadScheduler
 from crazychoir_fw.crtp.sockets import LONGEST, is_for_one_address, open_private, read_refusals, receive, turn_to
 from crazychoir_fw.crtp.toc import parameter_toc
@@ -258,6 +259,9 @@ class Radio:
         if not budget.take(now):
             counts.rate_limited += 1
             return
+        if radio.power.state is not Power.ON or is_power_request(datagram):
+            self._switch(radio, datagram, address, now)
+            return
         ruling = session.hear(address, datagram, now)
         if ruling is Ruling.TAKE:
             self._send_up(radio, datagram, now)
@@ -280,6 +284,21 @@ class Radio:
             self._refuse(radio, address, now)
         else:
             counts.malformed += 1
+
+    def _switch(self, radio: DroneRadio, datagram: bytes, address: Address, now: float) -> None:
+        """Do with a datagram what the radio chip does, by itself or while the rest of the drone is without power."""
+        answer = None
+        if is_power_request(datagram):
+            booted = radio.power.boots
+            answer = radio.power.receive(datagram)
+            if radio.power.state is not Power.ON or radio.power.boots != booted:
+                self._end(radio, now, "power")
+                radio.session.leave()
+        elif datagram[:1] and datagram[0] & 0xF3 == 0xF3 and radio.power.state is Power.RADIO_ONLY:
+            answer = NULL
+        if answer is not None:
+            with suppress(OSError):
+                radio.socket.sendto(answer, address)
 
     def _refuse(self, radio: DroneRadio, address: Address, now: float) -> None:
         radio.counts.refused += 1
@@ -428,6 +447,8 @@ class Radio:
 
     def _serve_next(self, radio: DroneRadio, now: float) -> None:
         """Hand the drone to who waits for it, if it is free."""
+        if radio.power.state is not Power.ON:
+            return
         previous = radio.session.address
         request = radio.session.next_in_line(now)
         if request is not None:

@@ -44,8 +44,14 @@ class LayersFlight:
         self._windows: list[Window] = []
 
     def fly(self) -> None:
-        """Fly the phases one after the other, or until no drone flies any more."""
+        """Fly the phases one after the other, or until no drone flies any more.
+
+        Raises:
+            StateError: If drones over the radio are not those that the mission means, or not where it says.
+        """
         experiment, is_down = self._experiment, False
+        if hasattr(self.backend, "before_flight"):  # drones over the radio
+            self.backend.before_flight()
         self.began = self.backend.time
         if experiment.observe is not None:
             experiment.observe(experiment)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -62,6 +62,8 @@ class MixedBackend:
         self.world, self.faults = simulated.world, simulated.faults
         self.mirror = Mirror(self.world, [self.world.mirrored[name] for name in mirrored])
         """What moves the mirrored bodies."""
+        self.before_flight: Callable[[], None] = lambda: None
+        """See `HardwareBackend`."""
         self._real_numbers = np.concatenate([np.zeros(0, np.intp), *self._numbers[1:]])
 
     def part_of(self, index: int) -> tuple[Backend, int]:

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.common.checkpoint import Checkpoint
 from crazychoir_fw.common.errors import CrazychoirError, StateError
+from crazychoir_fw.common.user_code import USER_ERRORS
 from crazychoir_fw.flight.access import Access, open_access
 from crazychoir_fw.flight.agents import graph_of
 from crazychoir_fw.flight.engine import make_experiment
@@ -171,7 +172,7 @@ class Session(Feed):
                 self._round()
         except CrazychoirError as error:
             self._end(str(error))
-        except Exception as error:  # a user's code may raise anything while it is made
+        except USER_ERRORS as error:  # a user's code may raise anything while it is made
             self._end(f"the flight has ended: {type(error).__name__}: {error}")
         finally:
             if self.experiment is not None:

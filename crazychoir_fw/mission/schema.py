@@ -47,7 +47,9 @@ class Mission(Section):
     extends: str | None = None
     """Mission file, seen from this one, that this one changes: mappings are merged, everything else is replaced."""
 
-    description: str = ""
+    description: Annotated[
+        str, word(r"[^\x00-\x08\x0b-\x1f\x7f]{0,2000}", "text of at most 2000 printable characters")
+    ] = ""
     """One line for people."""
 
     scene: str = "arena"

@@ -6,7 +6,7 @@ in the order in which they came; plugins of the user's do not run, because what 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.reading import show_name
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.recording.flight_log import FlightLog
 from crazychoir_fw.recording.journal import Journal, Request
 from crazychoir_fw.simulation.fingerprint import difference
-from crazychoir_fw.simulation.recipe import read_drones, scene_differs
+from crazychoir_fw.simulation.recipe import programs_of, read_drones, scene_differs
 from crazychoir_fw.simulation.recorder import FlightRecorder
 from crazychoir_fw.simulation.world import World
 
@@ -112,6 +113,7 @@ def replay(
     threads: int | None = None,
     observe: Progress | None = None,
     warn: Callable[[str], None] | None = None,
+    trust: bool = False,
 ) -> Replay:
     """Fly a recorded flight again and compare.
 
@@ -120,6 +122,7 @@ def replay(
         threads: Threads that share the drones; the result does not depend on it.
         observe: Called at every sample.
         warn: Called before the flight with everything that is not as it was when it was recorded.
+        trust: Compile and run the apps that the log names; a log of others may name any file.
 
     Raises:
         ReplayError: If it cannot be flown again; the text says why.
@@ -129,6 +132,8 @@ def replay(
         log = load_flight(log)
     warnings = check_before(log)
     journal = _journal(log)
+    if (programs := programs_of(journal.recipe)) and not trust:
+        raise ReplayError(f"{untrusted(programs)}: read what they do, then replay with trust")
     world = build(journal, threads)
     # versions have been compared in detail, and what Python classes asked for is in the journal
     compared = {part: world.fingerprint[part] for part in ("versions", "programs")}
@@ -150,6 +155,13 @@ def replay(
             observe(world.time, float(log.time[-1]))
     again = recorder.finish(log.metadata)
     return Replay(world, again, tuple(warnings), compare(log, again))
+
+
+def untrusted(programs: Sequence[str]) -> str:
+    """Return which programs a log of others would run, as the begin of a sentence."""
+    shown = ", ".join(show_name(name) for name in programs[:SHOWN])
+    more = f" and {len(programs) - SHOWN} more" if len(programs) > SHOWN else ""
+    return f"the log names C that a replay compiles and runs, {shown}{more}"
 
 
 def build(journal: Journal, threads: int | None = None) -> World:

@@ -2,9 +2,21 @@
 
 #include "mujoco_plugin/thread_pool.h"
 
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+
 #include "check.h"
 
 #define MOST 1000
+
+typedef void (*body_t)(void *context, int begin, int end);
+
+// Loops are refused for a while when the machine has other work.
+static void start(int count, int grain, body_t body, void *context) {
+  while (!cf_loop_start(count, grain, body, context)) {
+  }
+}
 
 static void count_visits(void *context, int begin, int end) {
   int *visits = context;
@@ -39,13 +51,41 @@ static void test_a_started_loop_runs_beside_its_caller_and_refuses_another(void)
   for (int round = 0; round < 200; round++) {
     int visits[MOST] = {0};
     int other[MOST]  = {0};
-    CHECK(cf_loop_start(MOST, 8, count_visits, visits));
+    start(MOST, 8, count_visits, visits);
     CHECK(!cf_loop_start(MOST, 8, count_visits, other));
     cf_parallel_for(MOST, 8, count_visits, other);  // does everything itself
     cf_loop_finish();
     check_visited_once(visits, MOST);
     check_visited_once(other, MOST);
   }
+}
+
+typedef struct {
+  pthread_t   caller;
+  atomic_bool is_held;  // a worker has taken a part
+  atomic_int  done;     // items, by the caller
+} hold_t;
+
+// A worker keeps its part until the caller has done all others.
+static void hold(void *context, int begin, int end) {
+  hold_t *hold = context;
+  if (pthread_equal(pthread_self(), hold->caller)) {
+    atomic_fetch_add(&hold->done, end - begin);
+    return;
+  }
+  atomic_store(&hold->is_held, true);
+  while (atomic_load(&hold->done) < MOST - (end - begin)) {
+  }
+}
+
+static void test_the_caller_does_the_share_of_a_worker_that_does_not_get_on(void) {
+  CHECK(cf_threads_set(2) == 2);
+  hold_t context = {.caller = pthread_self()};
+  start(MOST, 8, hold, &context);
+  while (!atomic_load(&context.is_held)) {
+  }
+  cf_loop_finish();
+  CHECK(atomic_load(&context.done) == MOST - 8);
 }
 
 static void test_little_work_and_one_thread_are_not_shared(void) {
@@ -66,6 +106,7 @@ static void test_number_of_threads_is_kept_within_bounds(void) {
 int main(void) {
   test_every_item_is_visited_once();
   test_a_started_loop_runs_beside_its_caller_and_refuses_another();
+  test_the_caller_does_the_share_of_a_worker_that_does_not_get_on();
   test_little_work_and_one_thread_are_not_shared();
   test_number_of_threads_is_kept_within_bounds();
   return 0;
