@@ -179,17 +179,17 @@ def test_observer_sees_the_flight_advance(hop):
     assert seen == pytest.approx(np.arange(0, 9.505, 0.01))
 
 
-def test_flight_ends_soon_after_a_drone_fails_and_says_why(hop):
+def test_flight_goes_on_after_a_drone_fails_and_says_why(hop):
     setup = Setup(hop)
     setup.at(3.01, lambda: setattr(setup.world.drones[1], "sentence", "cf2: crashed at {:.2f} s"))
     result = setup.run()
     assert result.failures == ["cf2: crashed at 4.54 s"]
     assert not result.success
-    assert setup.world.time == pytest.approx(READY_AT + 3.04)
+    assert setup.world.time == pytest.approx(READY_AT + 9.5)
     assert result.summary["drones"][0]["rms_error_m"] == 0.0
 
 
-def test_refused_command_ends_the_flight_with_its_sentence(hop):
+def test_refused_command_fails_its_drone_with_its_sentence(hop):
     setup = Setup(hop)
 
     def refuse(**arguments):
@@ -199,11 +199,12 @@ def test_refused_command_ends_the_flight_with_its_sentence(hop):
     assert setup.run().failures == ["cf1: land is refused: already landing"]
 
 
-def test_drone_that_cannot_take_off_ends_the_flight(hop):
+def test_drone_that_cannot_take_off_is_asked_for_nothing_more(hop):
     setup = Setup(hop)
     setup.world.drones[1].can_fly = False
     assert setup.run().failures == ["cf2: is not ready to take off (Ready to fly)"]
     assert calls_of(setup, drone=1) == []
+    assert calls_of(setup, drone=0)[-1][1] == "land"
 
 
 def test_world_that_never_gets_ready_gives_a_summary_all_the_same(hop):
