@@ -9,7 +9,7 @@ from crazychoir_fw.cli.attempt import FlightRequest, attempt
 from crazychoir_fw.cli.film import CAMERA_HELP, FOLLOW, FilmRequest
 from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Provider, Restart, Seed, Threads, UriBase, need_ros
 from crazychoir_fw.cli.view import View, require_way
-from crazychoir_fw.common.signals import unwind_at_signals
+from crazychoir_fw.common.signals import held_signals, unwind_at_signals
 
 
 def fly(
@@ -64,6 +64,8 @@ def fly(
     """Fly a mission and report on every drone."""
     overrides = {"seed": seed, "provider": provider, "app": app or None, "backend": backend, "changes": changes}
     require_way(view)
+    with held_signals():
+        import crazychoir_fw.mission.loader  # noqa: F401 pydantic reports Ctrl-C as a mistake in its models
     wants_film = camera is not None if video is None else video
     film = FilmRequest(camera or FOLLOW) if wants_film else None
     request = FlightRequest(mission, film, view, out, threads, overrides, mcap, uri_base)
