@@ -22,10 +22,10 @@ _MANY_BOXES = 200
 """More boxes than this are drawn from above only."""
 
 _SHADE, _QUIET, _RED = "#EEF1F5", "#8A929B", "#C0392B"
-_NARROW = 0.018  # of the page's row per character: a phase whose name does not fit has none
+_NARROW = 0.0105  # of the page's row per character: a phase whose name does not fit has none
 _MOST_NOTES = 12
 _ROOM = 0.14  # over the curves of the first row, for the names of phases
-_LINE = 190  # characters under the page
+_LINE = 112  # characters under the rows
 _NEAR_M = 0.6  # beyond what drones fly over, for what stands there
 _LARGE_M = 1.5  # a wall is no reason to show all of it
 
@@ -64,7 +64,7 @@ def draw_story(rows: Sequence[Axes], story: Storyboard) -> None:
 
 
 def _draw_notes(rows: Sequence[Axes], notes: Sequence[Note], begin: float, end: float) -> None:
-    """Draw a line where each note begins, and number it; a text under the page says what the numbers mean."""
+    """Draw a line where each note begins, and number it; a text under them says what the numbers mean."""
     notes = [note for note in notes if begin <= note.begin <= end]
     if not notes:
         return
@@ -85,7 +85,19 @@ def _draw_notes(rows: Sequence[Axes], notes: Sequence[Note], begin: float, end: 
         )
     words = [f"{k} {note.drone}: {note.text}" if note.drone else f"{k} {note.text}" for k, note in enumerate(notes, 1)]
     lines = textwrap.wrap("  ·  ".join(words), _LINE)
-    rows[0].figure.supxlabel("\n".join(lines), fontsize=8, color=_RED, parse_math=False)
+    # under the label of the axis; the layout makes room for it
+    rows[-1].annotate(
+        "\n".join(lines),
+        (0.0, 0.0),
+        xytext=(0.0, -36.0),
+        xycoords="axes fraction",
+        textcoords="offset points",
+        va="top",
+        fontsize=7.5,
+        color=_RED,
+        parse_math=False,
+        annotation_clip=False,
+    )
 
 
 def draw_scenery(space: Axes3D, above: Axes, scenery: Sequence[Box]) -> None:
