@@ -6,6 +6,7 @@
 #include "mujoco_plugin/broadcast.h"
 #include "mujoco_plugin/downwash.h"
 #include "mujoco_plugin/forces.h"
+#include "mujoco_plugin/free_flight.h"
 #include "mujoco_plugin/motion.h"
 #include "mujoco_plugin/prefetch.h"
 #include "mujoco_plugin/sleep.h"
@@ -200,6 +201,7 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
   swarm->model      = model;
   swarm->data       = data;
   straighten_time(model, data);
+  cf_free_flight_step(swarm, model, data);
 
   // ticks that fall into the step that just ended; MuJoCo has already advanced the time
   const double now    = ticks_until(data->time);
@@ -243,21 +245,21 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
   swarm->has_forces = true;
 }
 
-static void add_forces(const mjModel *model, mjData *data, const swarm_t *swarm, int i) {
+static void add_forces(const mjModel *model, mjData *data, swarm_t *swarm, int i) {
   const drone_t *drone = &swarm->drones[i];
-  const work_t  *work  = &swarm->work[i];
-  work_t         now;
-  copy_coordinates(drone, data, now.coordinates);
+  work_t        *work  = &swarm->work[i];
+  double         now[13];
+  double         lift[6];
+  copy_coordinates(drone, data, now);
   const double *force = work->force;
   if (cf_sleep_holds(drone, data)) {
-    cf_sleep_force(drone, model, data, now.force);
-    force = now.force;
-  } else if (!swarm->has_forces ||
-             memcmp(now.coordinates, work->coordinates, sizeof now.coordinates) != 0) {
-    cf_motion_of(drone, data, &now.motion);
-    cf_forces_of(model, drone, cf_state_of(drone, data), &now.motion, rates_of(&now), now.force);
-    force = now.force;
+    cf_sleep_force(drone, model, data, lift);
+    force = lift;
+  } else if (!swarm->has_forces || memcmp(now, work->coordinates, sizeof now) != 0) {
+    cf_motion_of(drone, data, &work->motion);
+    cf_forces_of(model, drone, cf_state_of(drone, data), &work->motion, now + 10, work->force);
   }
+  memcpy(work->coordinates, now, sizeof now);  // free_flight.h starts from here
   for (int k = 0; k < 6; k++) {
     data->qfrc_passive[drone->dof_address + k] += force[k];
   }
@@ -266,7 +268,7 @@ static void add_forces(const mjModel *model, mjData *data, const swarm_t *swarm,
 typedef struct {
   const mjModel *model;
   mjData        *data;
-  const swarm_t *swarm;
+  swarm_t       *swarm;
 } compute_t;
 
 static void compute_part(void *context, int begin, int end) {
@@ -287,4 +289,5 @@ void cf_ticks_compute(const mjModel *model, mjData *data, swarm_t *swarm) {
     // cheap, but each drone is still in the cache of the thread that ticked it
     cf_parallel_for(swarm->count, grain_of(swarm), compute_part, &job);
   }
+  swarm->has_start = true;
 }

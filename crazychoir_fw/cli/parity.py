@@ -12,6 +12,7 @@ from rich.table import Table
 from rich.text import Text
 
 from crazychoir_fw.cli.console import BAD_INPUT, about_file, complain_of, complaints, console, echo_json, refuse
+from crazychoir_fw.common.signals import unwind_at_signals
 
 if TYPE_CHECKING:
     from crazychoir_fw.parity.functions import Comparison
@@ -22,6 +23,7 @@ _STYLES = {"identical": "green", "equal within tolerance": "blue", "different": 
 _MAX_ROWS = 24
 
 
+@unwind_at_signals()
 def parity(
     checkout: Annotated[
         Path | None,

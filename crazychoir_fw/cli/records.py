@@ -72,23 +72,11 @@ def write_together(folder: Path, write: Callable[[Path], None], stream: LogStrea
     """
     from crazychoir_fw.common.replacing import replacing_together
 
-    def write_all() -> None:
+    try:
         with replacing_together(folder, SUMMARIES) as new:
             write(new)
-
-    unwritten = unless_full(write_all, folder)
-    if unwritten is None:
-        stream.close(remove=True)
-    elif stream.has_rows and stream.failure is None:
-        unwritten += f"; what was flown is in {stream.path}"
-    return unwritten
-
-
-def unless_full(write: Callable[[], object], path: Path) -> str | None:
-    """Write something. Returns why it cannot be written, a sentence that names the path; None when it is."""
-    try:
-        write()
     except OSError as error:
-        reason = error.strerror or str(error).partition("\n")[0]
-        return f"{path} cannot be written: {reason}"
+        kept = f"; what was flown is in {stream.path}" if stream.has_rows and stream.failure is None else ""
+        return f"{folder} cannot be written: {error.strerror or error}{kept}"
+    stream.close(remove=True)
     return None

@@ -216,12 +216,5 @@ class IntegratorBackend(Stateful):
         """See `Backend`."""
         return self._recorder.finish(metadata)
 
-    @property
-    def film(self) -> tuple[Array, Array]:
-        """Pose of each drone at each sample (m; quaternion wxyz), shape (T, N * 7), and times (s), shape (T,)."""
-        position, orientation = self._recorder.true("position"), self._recorder.true("orientation")
-        poses = np.concatenate([position, np.roll(orientation, 1, axis=-1)], axis=-1)
-        return poses.reshape(len(poses), -1), self._recorder.times
-
     def close(self) -> None:
         """See `Backend`."""

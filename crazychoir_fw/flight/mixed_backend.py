@@ -87,11 +87,6 @@ class MixedBackend:
         return self.simulated.radio
 
     @property
-    def film(self) -> tuple[Array, Array]:
-        """See `SimBackend.film`: mirrored bodies are in it."""
-        return self.simulated.film
-
-    @property
     def behind_s(self) -> float:
         """How far the world fell behind the clock of the real drones at worst (s)."""
         return max((part.pace.worst_lag_s for part in self.real if hasattr(part, "pace")), default=0.0)
@@ -211,7 +206,7 @@ class MixedBackend:
         )
         if log.journal is not None:
             log.journal.gap = _GAP
-        return FlightLog(log.time, self.names, signals, log.metadata, log.events, log.journal)
+        return FlightLog(log.time, self.names, signals, log.metadata, log.events, log.journal, log.scenery)
 
     def close(self) -> None:
         """See `Backend`."""

@@ -59,10 +59,6 @@ class PlainRecorder:
         """Time of each sample (s), shape (T,)."""
         return np.empty(0) if self._samples is None else self._samples.column("time")
 
-    def true(self, name: str) -> Array:
-        """Return ``position`` or ``orientation`` of the truth at each sample, shape (T, N, ...)."""
-        return np.empty((0, len(self._names), 3)) if self._samples is None else self._samples.column(f"{TRUE}/{name}")
-
     def write_to(self, stream: LogStream, metadata: Mapping[str, Any]) -> None:
         """Have `flush` move samples to a stream, see `FlightRecorder.write_to`."""
         self._output = RecordOutput(stream, metadata)

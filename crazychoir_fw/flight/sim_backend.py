@@ -207,11 +207,6 @@ class SimBackend(Stateful):
         """See `Backend`."""
         return self._recorder.finish(metadata)
 
-    @property
-    def film(self) -> tuple[Array, Array]:
-        """Positions of the whole model at each sample, shape (T, nq), and times (s), shape (T,)."""
-        return self._recorder.qpos, self._recorder.times
-
     def state(self) -> dict[str, Any]:
         """See `Stateful`. The journal begins anew: an hour of it would be copied into every state otherwise."""
         self.world.journal = Journal(self.world.journal.recipe)

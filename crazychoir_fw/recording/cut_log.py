@@ -11,7 +11,7 @@ from crazychoir_fw.recording.journal import Journal
 from crazychoir_fw.recording.log_stream import FLIGHT, StreamFile
 from crazychoir_fw.recording.record_output import requests_of
 from crazychoir_fw.recording.samples import StreamedSamples
-from crazychoir_fw.recording.signals import merged, signals_of
+from crazychoir_fw.recording.signals import merged, scenery_of, signals_of
 
 
 def read_cut(path: Path) -> dict[str, Any]:
@@ -48,6 +48,7 @@ def read_cut(path: Path) -> dict[str, Any]:
         "metadata": {**headers[0]["metadata"], "cut": cut},
         "events": sorted(events, key=lambda event: event["time"]),
         "journal": journal,
+        "scenery": None if first["scenery"] is None else first["scenery"][:count],
     }
 
 
@@ -61,7 +62,9 @@ def _part(file: StreamFile, section: int, header: dict[str, Any]) -> dict[str, A
         ends = np.minimum.accumulate(time[::-1])[::-1]
         kept = np.append(time[:-1] < ends[1:], True)
     signals = signals_of(header["layout"], samples.column)
-    part = {"time": time[kept], "signals": {name: values[kept] for name, values in signals.items()}, "journal": None}
+    scenery = scenery_of(header["layout"], samples.column)
+    part: dict[str, Any] = {"scenery": None if scenery is None else scenery[kept]}
+    part |= {"time": time[kept], "signals": {name: values[kept] for name, values in signals.items()}, "journal": None}
     if header["recipe"] is not None:
         part["journal"] = _journal(file, section, header["recipe"])
         part["requests"] = np.asarray(samples.column("requests"))[kept].tolist()

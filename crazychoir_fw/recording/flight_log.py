@@ -22,6 +22,7 @@ from crazychoir_fw.recording.log_stream import STREAM
 
 _SIGNAL = "signal/"  # prefix of the signals among the members of the file
 _JOURNAL = "journal/"
+_SCENERY = "scenery"
 _MAX_MEMBERS = 20_000  # a log has some hundreds
 
 
@@ -46,6 +47,9 @@ class FlightLog:
 
     journal: Journal | None = None
     """Every request that reached a drone, and how to build the world: what `crazychoir replay` flies from."""
+
+    scenery: NDArray[np.float32] | None = None
+    """Positions of what moves beside the drones, such as payloads, as in ``qpos``, shape (T, any); None: nothing."""
 
     def __post_init__(self) -> None:
         """Refuse shapes that do not fit together.
@@ -83,6 +87,34 @@ class FlightLog:
             return None
         return np.stack([self.signals[name].astype(np.float64) for name in names], axis=-1)
 
+    def between(self, begin: float | None, end: float | None) -> "FlightLog":
+        """Return the log from one time to another (s), ends included; None is that of the log.
+
+        Raises:
+            ValueError: If there is no sample between them.
+        """
+        low, high = -np.inf if begin is None else begin, np.inf if end is None else end
+        kept = (self.time >= low - 1e-9) & (self.time <= high + 1e-9)
+        if not kept.any():
+            span = f"{self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else "no time at all"
+            raise ValueError(f"from {low:g} to {high:g} s there is no sample, allowed: a part of {span}")
+        signals = {name: samples[kept] for name, samples in self.signals.items()}
+        scenery = None if self.scenery is None else self.scenery[kept]
+        return FlightLog(self.time[kept], self.drone_ids, signals, self.metadata, self.events, self.journal, scenery)
+
+    def reference(self) -> NDArray[np.float64] | None:
+        """Return where drones were told to be (m), shape (T, N, 3), NaN where they were not; None if they never were.
+
+        It is what layers asked for, `layers.x, y, z`, or `ctrltarget.x, y, z`; three exact zeros are no place.
+        """
+        reference = self.stack("layers.x", "layers.y", "layers.z")
+        if reference is None:
+            reference = self.stack("ctrltarget.x", "ctrltarget.y", "ctrltarget.z")
+        if reference is None:
+            return None
+        reference[~np.any(reference, axis=-1)] = np.nan
+        return None if np.isnan(reference).all() else reference
+
     def save(self, path: Path) -> None:
         """Write a compressed NPZ file; *path* is replaced in one step, or left alone if writing fails.
 
@@ -92,6 +124,8 @@ class FlightLog:
         members = {_SIGNAL + name: samples for name, samples in self.signals.items()}
         if self.journal is not None:
             members |= {_JOURNAL + name: values for name, values in self.journal.to_arrays().items()}
+        if self.scenery is not None:
+            members[_SCENERY] = self.scenery
         metadata = np.array(json.dumps(self.metadata))
         events = np.array(json.dumps(self.events))
         drone_ids = np.array(self.drone_ids, dtype=np.str_)
@@ -152,6 +186,7 @@ def _members(path: Path) -> dict[str, Any]:
             # files of version 0.1.0 have neither
             "events": json.loads(str(file["events"])) if "events" in file.files else [],
             "journal": Journal.from_arrays(journal) if journal else None,
+            "scenery": file[_SCENERY].astype(np.float32) if _SCENERY in file.files else None,
         }
 
 

@@ -43,6 +43,12 @@ def signals_of(layout: Mapping[str, Any], column: Column) -> dict[str, NDArray[A
     return signals | {name: column(EXTRA + name) for name in layout["extra"]}
 
 
+def scenery_of(layout: Mapping[str, Any], column: Column) -> NDArray[np.float32] | None:
+    """Return positions of what moves beside the drones, shape (T, any), or None if nothing does."""
+    columns = layout.get("scenery")
+    return column("qpos")[:, columns].astype(np.float32) if columns else None
+
+
 def _log_variables(layout: Mapping[str, Any], column: Column) -> dict[str, NDArray[Any]]:
     """Return every log variable of a swarm."""
     found: dict[str, list[tuple[NDArray[np.intp], NDArray[Any]]]] = {}

@@ -21,7 +21,8 @@ from crazychoir_fw.recording.journal import Journal
 from crazychoir_fw.recording.log_stream import LogStream
 from crazychoir_fw.recording.record_output import TAKEN_BACK, RecordOutput
 from crazychoir_fw.recording.samples import Fields, Samples
-from crazychoir_fw.recording.signals import EXTRA, signals_of
+from crazychoir_fw.recording.signals import EXTRA, scenery_of, signals_of
+from crazychoir_fw.simulation.stage import scenery_columns
 from crazychoir_fw.simulation.swarm_views import swarm_parts
 from crazychoir_fw.simulation.world import World
 
@@ -48,6 +49,10 @@ class FlightRecorder:
         self._parts = swarm_parts(world)
         # where each drone has its velocities in qvel, (N, 6)
         self._dofs = np.array([drone.qvel_address for drone in world.drones])[:, None] + np.arange(6)
+        self._scenery = np.intersect1d(  # columns of qpos of what moves beside drones and mirrored bodies
+            scenery_columns(world.model, [drone.id for drone in world.drones]),
+            scenery_columns(world.model, world.mirrored),
+        ).tolist()
         self._samples: Samples | None = None  # its fields are known at the first sample
         self._extra: tuple[str, ...] = ()
         self._journal: Journal | None = None  # of the world; another one after a return to a snapshot
@@ -96,7 +101,7 @@ class FlightRecorder:
 
     @property
     def qpos(self) -> NDArray[np.float64]:
-        """Positions of the whole model at each sample, shape (T, nq): what a film is made of."""
+        """Positions of the whole model at each sample, shape (T, nq)."""
         return self._column("qpos")
 
     @property
@@ -134,6 +139,7 @@ class FlightRecorder:
             "drones": len(self._world.drones),
             "qpos": [drone.qpos_address for drone in self._world.drones],
             "extra": list(self._extra),
+            "scenery": self._scenery,
         }
 
     def finish(self, metadata: Mapping[str, Any] | None = None) -> FlightLog:
@@ -150,6 +156,7 @@ class FlightRecorder:
             metadata={**self._provenance(), **(metadata or {})},
             events=[event.as_dict() for event in self._world.events],
             journal=journal,
+            scenery=scenery_of(self._layout(), self._column),
         )
 
     def _provenance(self) -> dict[str, Any]:

@@ -53,7 +53,7 @@ def test_a_full_disk_costs_neither_verdict_nor_the_old_files(folder, monkeypatch
         monkeypatch.setattr(target, lambda path, *a, **k: full() if path.name[0] == "." else original(path, *a, **k))
     else:
         monkeypatch.setattr(target, full)
-    result = run("fly", folder / "short.yaml", "--no-video", "--out", folder / "out")
+    result = run("fly", folder / "short.yaml", "--out", folder / "out")
     assert result.exit_code == 0, result.output
     assert "success: " in result.stdout and "cf1" in result.stdout
     assert result.stderr.count("No space left on device") == 1 and "out cannot be written" in result.stderr
@@ -74,7 +74,7 @@ def test_a_disk_that_fills_while_it_flies_costs_nothing_else(folder, monkeypatch
         return write(file, data, offset)
 
     monkeypatch.setattr(os, "pwrite", full)
-    result = run("fly", folder / "short.yaml", "--no-video", "--out", folder / "out")
+    result = run("fly", folder / "short.yaml", "--out", folder / "out")
     assert result.exit_code == 0, result.output
     assert sorted(path.name for path in (folder / "out").iterdir()) == ["flight.png", "log.npz", "summary.json"]
     assert run("replay", folder / "out", "--check").exit_code == 0
