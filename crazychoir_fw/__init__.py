@@ -4,8 +4,21 @@ Importing the package registers the engine plugin ``crazychoir.crazyflie`` with 
 that names it flies.
 """
 
+from pathlib import Path
+
+from crazychoir_fw.common.opengl_libraries import importable
 from crazychoir_fw.common.version import __version__
-from crazychoir_fw.onboard.core import register_plugin
+
+try:
+    with importable():
+        from crazychoir_fw.onboard.core import register_plugin
+except ModuleNotFoundError as error:
+    if error.name != "crazychoir_fw._core":
+        raise
+    raise ImportError(
+        f"crazychoir_fw is imported from its sources in {Path(__file__).parents[1]}, which are not built: start Python "
+        "in another folder to use the installed package, or build the sources with pip install -e ."
+    ) from None
 
 register_plugin()
 

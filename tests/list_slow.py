@@ -9,7 +9,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 TESTS = Path(__file__).resolve().parent
-MEAN_S, TOTAL_S = 0.1, 1.5  # of a file that is slow: per test, and altogether
+MEAN_S, TOTAL_S = 0.05, 1.0  # of a file that is slow: per test, and altogether
 
 
 def slow_files(report):

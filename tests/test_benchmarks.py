@@ -9,6 +9,7 @@ import pytest
 
 BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 SMALLEST = {
+    "campaign_speed.py": ["--flights", "2", "--workers", "1"],
     "endurance.py": ["--hours", "0.02"],
     "flight_matrix.py": ["--platforms", "cf2", "--controllers", "pid", "--positioning", "mocap"],
     "control_gains.py": ["--sets", "mujoco", "--flights", "hover"],
@@ -34,6 +35,7 @@ SMALLEST = {
 }
 NEEDS_MORE = {
     "cflib_examples.py",  # a source distribution of cflib, and a minute
+    "endurance_served.py",  # minutes
     "profile_step.py",  # valgrind
 }
 TRIED_ELSEWHERE = {

@@ -7,8 +7,9 @@ from pathlib import Path
 import mujoco
 import pytest
 
-from crazychoir_fw.flight import fly
-from crazychoir_fw.mission import load_mission
+from crazychoir_fw.campaign.campaign import check_ends, load_campaign
+from crazychoir_fw.flight import FlightResult, fly
+from crazychoir_fw.mission import load_mission, parse_mission
 from crazychoir_fw.onboard import core
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -38,7 +39,17 @@ def test_python_runs_as_printed(code, tmp_path, monkeypatch, capsys):
     assert printed.strip()
 
 
-@pytest.mark.parametrize("text", all_blocks("yaml"))
+CAMPAIGNS = [block for block in all_blocks("yaml") if block.id.startswith("campaign-")]
+
+
+@pytest.mark.parametrize("text", CAMPAIGNS)
+def test_campaigns_are_right_as_printed(text, tmp_path):
+    path = tmp_path / "campaign.yaml"
+    path.write_text(text.replace("extends: ", f"extends: {ROOT / 'examples'}/"))
+    check_ends(load_campaign(path))
+
+
+@pytest.mark.parametrize("text", [block for block in all_blocks("yaml") if block not in CAMPAIGNS])
 def test_missions_fly_as_printed(text, tmp_path, monkeypatch, lasting_cache, miniature):
     monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(miniature))
     path = tmp_path / "mission.yaml"
@@ -50,6 +61,14 @@ def test_missions_fly_as_printed(text, tmp_path, monkeypatch, lasting_cache, min
 @pytest.mark.parametrize("text", all_blocks("xml"))
 def test_models_compile_as_printed(text):
     assert mujoco.MjModel.from_xml_string(text).nplugin == 1
+
+
+def test_the_page_of_python_names_what_a_result_has():
+    rows = (ROOT / "docs/python.md").read_text().partition("| `FlightResult` |")[2].splitlines()[2:]
+    named = {name for row in rows if row.startswith("|") for name in re.findall(r"`(\w+)`", row.split("|")[1])}
+    flown = fly(parse_mission({"name": "up", "drones": {"count": 1}, "flight": [{"hover": {"duration": 0.1}}]}))
+    assert isinstance(flown, FlightResult)
+    assert {name for name in dir(flown) if not name.startswith("_")} - {"film", "film_model", "judge"} == named
 
 
 def test_table_of_attributes_is_complete():
@@ -73,3 +92,14 @@ def test_paths_named_in_the_map_exist():
     assert len(named) > 20
     missing = [path for path in named if not os.path.lexists(ROOT / path)]
     assert missing == []
+
+
+def test_every_promise_of_security_names_tests_that_exist():
+    named = []
+    for line in (ROOT / "docs/security.md").read_text().splitlines():
+        folder = "tests/"
+        for path in re.findall(r"`((?:tests|benchmarks)/[\w/.]+|test_\w+\.py)`", line.rpartition("| ")[2] or line):
+            folder = path.rpartition("/")[0] + "/" if "/" in path else folder
+            named.append(path if "/" in path else folder + path)
+    assert len(named) > 20
+    assert [path for path in named if not (ROOT / path).exists()] == []

@@ -19,8 +19,9 @@ SOURCES = (BINDINGS / "sources.txt").read_text().split()
 # rounding than libm's (docs/reference/control-pid.md#7), and the two providers would differ by an ulp
 CFLAGS = ["-std=c11", *(BINDINGS / "cflags.txt").read_text().split()]
 
-# small functions in files of their own cost nothing when linked with LTO; to count executed lines they must stay apart
-LINKING = ["--coverage"] if os.environ.get("CRAZYCHOIR_COVERAGE") else ["-flto=auto"]
+# small functions in files of their own cost nothing when linked with LTO; to count executed lines they must stay
+# apart, and those within a file must not be inlined before lines are counted
+LINKING = ["--coverage", "-fno-early-inlining"] if os.environ.get("CRAZYCHOIR_COVERAGE") else ["-flto=auto"]
 
 _LOCAL_INCLUDE = re.compile(r'#include "(.+)"')
 _INTEGER_CONSTANT = re.compile(r"#define \w+ +-?\d+\s*(//.*)?$")

@@ -15,7 +15,7 @@ from crazychoir_fw.cffirmware.declarations import declarations_of, features
 from crazychoir_fw.common.errors import BuildError, CompileError, LinkError
 from crazychoir_fw.common.version import __version__
 from crazychoir_fw.firmware import linking
-from crazychoir_fw.firmware.cache import Cache, Fingerprints, digest_of, digest_of_code, used
+from crazychoir_fw.firmware.cache import Cache, Fingerprints, digest_of, digest_of_code, sha256_of, used
 from crazychoir_fw.firmware.checkout import open_checkout
 from crazychoir_fw.firmware.objects import Compiled, Objects, Unit, demand_all
 from crazychoir_fw.firmware.own_sources import bindings_folder
@@ -87,7 +87,8 @@ class _ModuleBuild:
                 return path
             path = self._build(generated, suffix)
             if not self.fingerprints.changed_meanwhile(self.inputs):
-                self.cache.remember(key, self.inputs, {"module": f"{path.parent.name}/{path.name}"})
+                value = {"module": f"{path.parent.name}/{path.name}", "sha256": sha256_of(path)}
+                self.cache.remember(key, self.inputs, value)
         self.cache.prune()
         return path
 
@@ -96,7 +97,7 @@ class _ModuleBuild:
         if value is None:
             return None
         path = self.cache.modules / value["module"]
-        if not path.is_file():
+        if not path.is_file() or value.get("sha256") != sha256_of(path):
             return None
         used(path.parent)
         return path
@@ -104,8 +105,8 @@ class _ModuleBuild:
     def _build(self, generated: Path, suffix: str) -> Path:
         recipe = self.recipe
         bindings = bindings_folder()
-        scenery = digest_of(recipe.header_names())
-        self.objects = Objects(self.compiler, self.cache, self.fingerprints, scenery)
+        headers = recipe.header_names()
+        self.objects = Objects(self.compiler, self.cache, self.fingerprints, headers, self._root())
         theirs = recipe.host_flags(generated)
 
         compiled = self._compile([Unit(path, theirs) for path in recipe.sources])

@@ -3,14 +3,20 @@
 One module per command. Whatever is slow to import, a command imports when it runs.
 """
 
+from typing import Annotated
+
 import typer
 
 from crazychoir_fw.cli.app import app as app_commands
+from crazychoir_fw.cli.campaign import campaign
 from crazychoir_fw.cli.export import export
+from crazychoir_fw.cli.film import film
 from crazychoir_fw.cli.firmware import firmware
 from crazychoir_fw.cli.fly import fly
 from crazychoir_fw.cli.gui import gui
 from crazychoir_fw.cli.info import info
+from crazychoir_fw.cli.new import new
+from crazychoir_fw.cli.plain_help import PlainGroup
 from crazychoir_fw.cli.press import press
 from crazychoir_fw.cli.radio_budget import radio_budget
 from crazychoir_fw.cli.replay import replay
@@ -23,23 +29,45 @@ from crazychoir_fw.cli.vehicle import vehicle
 from crazychoir_fw.cli.view import ViewCommand
 
 app = typer.Typer(
+    cls=PlainGroup,
     help="Swarms of Crazyflies in MuJoCo, flown by their own onboard software.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_show_locals=False,
 )
+
+
+def _show_version(is_wanted: bool) -> None:
+    if is_wanted:
+        from crazychoir_fw.common.version import __version__
+
+        typer.echo(f"crazychoir {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def _options(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit.")
+    ] = False,
+) -> None:
+    """Swarms of Crazyflies in MuJoCo, flown by their own onboard software."""
+
+
 app.command(cls=ViewCommand)(fly)
 app.command(cls=ViewCommand)(run)
 app.command(cls=ViewCommand)(serve)
 app.command()(gui)
+app.command()(new)
 app.command(context_settings={"ignore_unknown_options": True})(press)
 app.command()(replay)
+app.command()(film)
 app.command()(export)
 app.command()(info)
 app.command()(variables)
 app.command()(vehicle)
 app.command()(radio_budget)
 app.add_typer(app_commands, name="app")
+app.add_typer(campaign, name="campaign")
 firmware.command()(install_shim)
 app.add_typer(ros, name="ros")
 app.add_typer(firmware, name="firmware")

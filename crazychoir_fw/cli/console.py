@@ -1,6 +1,9 @@
 """Where the commands write: results to stdout, complaints to stderr."""
 
+import errno
 import json
+import os
+from pathlib import Path
 from typing import Any, NoReturn
 
 import typer
@@ -8,12 +11,15 @@ from rich.console import Console
 from rich.text import Text
 
 from crazychoir_fw.common.errors import BuildError, CrazychoirError
+from crazychoir_fw.common.reading import printable
 
 console = Console()
 complaints = Console(stderr=True)
 
 FLIGHT_FAILED = 1
 BAD_INPUT = 2
+
+_WRITING = (errno.ENOSPC, errno.EROFS, errno.EDQUOT, errno.EFBIG)
 
 
 def refuse(sentence: str) -> NoReturn:
@@ -34,7 +40,25 @@ def complain_of(error: CrazychoirError) -> None:
 def complain(sentence: str) -> None:
     """Print one red sentence."""
     # as Text, so that brackets in a key path are not read as markup
-    complaints.print(Text(sentence, style="red"), soft_wrap=True)
+    complaints.print(Text(printable(sentence), style="red"), soft_wrap=True)
+
+
+def about_file(error: OSError, out: Path | None) -> str:
+    """Return a sentence about a file that the system refused.
+
+    Args:
+        error: What the system says; without a file's name it is about `out`.
+        out: File or folder that the command writes. Other files may have been read.
+    """
+    name = out if error.filename is None else os.fsdecode(error.filename)
+    ours = out is None or name is out or _around(Path(str(name)).absolute(), out.absolute())
+    verb = "written" if ours or error.errno in _WRITING else "read or written"
+    return f"{name or 'a file'} cannot be {verb}: {error.strerror or error}"
+
+
+def _around(path: Path, out: Path) -> bool:
+    """Tell whether a file is in a folder, or the other way round."""
+    return path.is_relative_to(out) or out.is_relative_to(path)
 
 
 def echo_json(value: Any) -> None:

@@ -1,11 +1,12 @@
 """`crazychoir gui`: a page in the browser to draw, preview, fly, watch and rewind a mission."""
 
+import errno
 import socket
 import threading
 import webbrowser
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -14,6 +15,7 @@ from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Restart, Seed
 from crazychoir_fw.common.signals import stop_at_signals
 
 if TYPE_CHECKING:
+    from crazychoir_fw.gui.flight_stream import SessionStream
     from crazychoir_fw.gui.session import Session
 
 DEFAULT_PORT = 8080
@@ -52,14 +54,20 @@ Domain = Annotated[
 
 def gui(
     mission: Annotated[Path, typer.Argument(help="Mission file (YAML).", metavar="MISSION.yaml")],
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port of the page; 0 is any free one.")] = DEFAULT_PORT,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, metavar="PORT", help="Port of the page; 0 is any free one.")
+    ] = DEFAULT_PORT,
     no_browser: Annotated[bool, typer.Option("--no-browser", help="Do not open a browser.")] = False,
     host: Host = "127.0.0.1",
     token: Token = None,
     backend: Backend = None,
     uri_base: UriBase = None,
-    speed: Annotated[float, typer.Option(min=0.0, max=100.0, help="Simulated seconds per second; 0 pauses.")] = 1.0,
-    drawings: Annotated[Path, typer.Option(help="Folder in which drawings are saved.")] = Path("drawings"),
+    speed: Annotated[
+        float, typer.Option(min=0.0, max=100.0, metavar="FACTOR", help="Simulated seconds per second; 0 pauses.")
+    ] = 1.0,
+    drawings: Annotated[Path, typer.Option(metavar="DIR", help="Folder in which drawings are saved.")] = Path(
+        "drawings"
+    ),
     log: LogFile = None,
     seed: Seed = None,
     ros: Ros = False,
@@ -101,7 +109,9 @@ def gui(
         complain_of(error)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:
-        complain(f"--host {host} --port {port}: {error.strerror}")
+        taken = f"port {port} of {host} is in use: give another with --port, or 0 for any free one"
+        is_taken = error.errno == errno.EADDRINUSE
+        complain(taken if is_taken else f"--host {host} --port {port}: {error.strerror}")
         raise typer.Exit(BAD_INPUT) from None
 
 
@@ -129,6 +139,20 @@ class Page:
         server = make_server(session, self.host, port, self.token, self.drawings)
         shown = "127.0.0.1" if self.host in ("0.0.0.0", "::") else self.host
         address = f"http://{shown}:{port}/" + (f"?token={self.token}" if self.token else "")
+        if self.log is None:
+            self._serve(session, server, address)
+            return
+        session.stream = stream = self._open_stream(self.log)
+        try:
+            self._serve(session, server, address)
+            _write_log(session, self.log)
+        except BaseException:
+            stream.close()
+            raise
+        stream.close(remove=True)
+
+    def _serve(self, session: "Session", server: Any, address: str) -> None:
+        """Fly until somebody presses Ctrl-C."""
         with self.bound, session:
             with console.status("The drones get ready"):
                 session.wait_until_ready(_READY_S)
@@ -139,8 +163,23 @@ class Page:
                 threading.Thread(target=webbrowser.open, args=[address], daemon=True).start()
             with stop_at_signals(lambda: setattr(server, "should_exit", True)):
                 server.run([self.bound])
-        if self.log is not None:
-            _write_log(session, self.log)
+
+    @staticmethod
+    def _open_stream(log: Path) -> "SessionStream":
+        """Return what the flight is written to until its log is: beside it, with the suffix ``.stream``.
+
+        Raises:
+            CrazychoirError: If it cannot be written.
+        """
+        from crazychoir_fw.common.errors import CrazychoirError
+        from crazychoir_fw.gui.flight_stream import SessionStream
+
+        path = log.with_suffix(".stream")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            return SessionStream(path)
+        except OSError as error:
+            raise CrazychoirError(f"--log {log}: {path} cannot be written: {error.strerror}") from None
 
 
 def _write_log(session: "Session", path: Path) -> None:

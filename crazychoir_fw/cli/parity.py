@@ -11,7 +11,8 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 from rich.table import Table
 from rich.text import Text
 
-from crazychoir_fw.cli.console import BAD_INPUT, complain_of, complaints, console, echo_json, refuse
+from crazychoir_fw.cli.console import BAD_INPUT, about_file, complain_of, complaints, console, echo_json, refuse
+from crazychoir_fw.common.signals import unwind_at_signals
 
 if TYPE_CHECKING:
     from crazychoir_fw.parity.functions import Comparison
@@ -22,6 +23,7 @@ _STYLES = {"identical": "green", "equal within tolerance": "blue", "different": 
 _MAX_ROWS = 24
 
 
+@unwind_at_signals()
 def parity(
     checkout: Annotated[
         Path | None,
@@ -37,7 +39,9 @@ def parity(
         str, typer.Option(help="Provider that is compared with it, such as bitcraze or bitcraze:modules.")
     ] = "bitcraze",
     out: Annotated[Path, typer.Option(help="Folder for parity.html and parity.json.")] = Path("out/parity"),
-    seconds: Annotated[float, typer.Option(min=0.1, max=60.0, help="How long to fly at most.")] = 18.0,
+    seconds: Annotated[
+        float, typer.Option(min=0.1, max=60.0, metavar="SECONDS", help="How long to fly at most.")
+    ] = 18.0,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of all noise.")] = 1,
     same_parameters: Annotated[
         bool, typer.Option("--same-parameters", help="Give the candidate the reference's factory values first.")
@@ -74,7 +78,7 @@ def parity(
         complain_of(error)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:
-        refuse(f"{error.filename or out} cannot be written: {error.strerror}")
+        refuse(about_file(error, out))
     if as_json:
         echo_json(result.as_json())
     else:

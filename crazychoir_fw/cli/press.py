@@ -40,8 +40,12 @@ def press(
             "rewind: SECONDS [BRANCH], otherwise of the one that flies."
         ),
     ] = None,
-    drones: Annotated[str | None, typer.Option(help="Names, with commas between them; otherwise all drones.")] = None,
-    port: Annotated[int, typer.Option(min=1, max=65535, help="Port of a page on this machine.")] = DEFAULT_PORT,
+    drones: Annotated[
+        str | None, typer.Option(help="Names, with commas between them; otherwise all drones.", metavar="NAMES")
+    ] = None,
+    port: Annotated[
+        int, typer.Option(min=1, max=65535, metavar="PORT", help="Port of a page on this machine.")
+    ] = DEFAULT_PORT,
     address: Annotated[
         str | None, typer.Option(help="Where the page is, if not on this machine.", metavar="http://HOST:PORT")
     ] = None,

@@ -17,15 +17,20 @@ STYLES = {"fits": "green", "tight": "yellow", "too much": "red"}
 
 def radio_budget(
     drones: Annotated[
-        int | None, typer.Option(min=1, max=1000, help="Drones on one radio; without it, a table.")
+        int | None, typer.Option("--count", min=1, max=1000, help="Drones on one radio; without it, a table.")
     ] = None,
-    setpoints: Annotated[float, typer.Option(min=0, max=1000, help="Setpoints to each drone (Hz).")] = 10.0,
+    setpoints: Annotated[
+        float, typer.Option(min=0, max=1000, metavar="HZ", help="Setpoints to each drone (Hz).")
+    ] = 10.0,
     logs: Annotated[
-        list[float] | None, typer.Option(min=0, max=1000, help="Full log packets of each drone (Hz); repeatable.")
+        list[float] | None,
+        typer.Option(min=0, max=1000, metavar="HZ", help="Full log packets of each drone (Hz); repeatable."),
     ] = None,
-    poses: Annotated[float, typer.Option(min=0, max=1000, help="External poses to each drone (Hz).")] = 0.0,
-    data_rate: Annotated[str, typer.Option(help="250K, 1M or 2M.")] = "2M",
-    loss: Annotated[float, typer.Option(min=0, max=1, help="Share of lost transmissions.")] = 0.0,
+    poses: Annotated[
+        float, typer.Option(min=0, max=1000, metavar="HZ", help="External poses to each drone (Hz).")
+    ] = 0.0,
+    data_rate: Annotated[str, typer.Option(help="Bits per second.", metavar="250K|1M|2M")] = "2M",
+    loss: Annotated[float, typer.Option(min=0, max=1, metavar="SHARE", help="Share of lost transmissions.")] = 0.0,
 ) -> None:
     """Estimate how many drones one Crazyradio can serve, and how late their setpoints come."""
     from crazychoir_fw.common.errors import CrazychoirError

@@ -1,16 +1,31 @@
 """`crazychoir replay`: fly a recorded flight again from its journal, and compare it bit by bit."""
 
+import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
-from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, complaints, console
+from crazychoir_fw.cli.console import (
+    BAD_INPUT,
+    FLIGHT_FAILED,
+    about_file,
+    complain,
+    complain_of,
+    complaints,
+    console,
+    refuse,
+)
+from crazychoir_fw.common.signals import unwind_at_signals
+
+if TYPE_CHECKING:
+    from crazychoir_fw.recording.flight_log import FlightLog
 
 REPLAYED = "replay.npz"
 
 
+@unwind_at_signals()
 def replay(
     log: Annotated[Path, typer.Argument(help="Log of a flight (NPZ), or the folder with its log.npz.", metavar="LOG")],
     check: Annotated[
@@ -19,6 +34,9 @@ def replay(
     out: Annotated[
         Path | None, typer.Option(help="File for the new log; otherwise, without --check, replay.npz beside LOG.")
     ] = None,
+    trust: Annotated[
+        bool, typer.Option("--trust", help="Compile and run the C files that LOG names, without asking.")
+    ] = False,
     threads: Annotated[int | None, typer.Option(min=1, max=64, help="Worker threads.")] = None,
 ) -> None:
     """Fly a recorded flight again and compare every signal with the record."""
@@ -29,10 +47,11 @@ def replay(
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn())
     try:
         recorded = load_flight(log)
+        _ask(recorded, trust)
         with Progress(*columns, console=complaints, transient=True, disable=not complaints.is_terminal) as bar:
             task = bar.add_task(f"{len(recorded.drone_ids)} drones, {len(recorded.time)} samples", total=None)
             flown = fly_again(
-                recorded, threads, lambda now, end: bar.update(task, completed=now, total=end), warn=_warn
+                recorded, threads, lambda now, end: bar.update(task, completed=now, total=end), _warn, trust=True
             )
         if out is None and not check:
             out = (log if log.is_dir() else log.parent) / REPLAYED
@@ -43,7 +62,7 @@ def replay(
         complain_of(error)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:
-        complain(f"{error.filename or out} cannot be written: {error.strerror}")
+        complain(about_file(error, out))
         raise typer.Exit(BAD_INPUT) from None
 
     if flown.deviation is None:
@@ -54,6 +73,25 @@ def replay(
     complain(f"The replay differs: {flown.deviation}")
     if check:
         raise typer.Exit(FLIGHT_FAILED)
+
+
+def _ask(recorded: "FlightLog", trust: bool) -> None:
+    """Ask on a terminal whether to run what a log names; without one, refuse it."""
+    from crazychoir_fw.simulation.recipe import programs_of
+    from crazychoir_fw.simulation.replay import untrusted
+
+    programs = programs_of(recorded.journal.recipe) if recorded.journal is not None and not trust else []
+    if not programs:
+        return
+    sentence = untrusted(programs)
+    if not _is_terminal():
+        refuse(f"{sentence}: read what they do, then add --trust")
+    if not typer.confirm(f"{sentence}. Run them?", err=True):
+        raise typer.Exit(BAD_INPUT)
+
+
+def _is_terminal() -> bool:
+    return sys.stdin.isatty()
 
 
 def _warn(sentence: str) -> None:

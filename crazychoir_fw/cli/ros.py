@@ -11,7 +11,7 @@ ros = typer.Typer(help="Buttons of a swarm of ROS 2 nodes.", no_args_is_help=Tru
 Domain = Annotated[int | None, typer.Option(help="ROS domain; otherwise ROS_DOMAIN_ID.", min=0, max=232)]
 Drones = Annotated[
     str | None,
-    typer.Option(help="Namespaces of the drones; otherwise all that are found.", metavar="agent_0,agent_1"),
+    typer.Option(help="Names, with commas between them; otherwise all drones that are found.", metavar="NAMES"),
 ]
 
 

@@ -19,7 +19,9 @@ _FRAME_TICKS = 20
 
 def run(
     model: Annotated[Path, typer.Argument(help="Model with Crazyflies in it (MJCF).", metavar="MODEL.xml")],
-    seconds: Annotated[float, typer.Option(min=0.0, max=86400.0, help="How long to fly, once they can.")] = 10.0,
+    seconds: Annotated[
+        float, typer.Option(min=0.0, max=86400.0, metavar="SECONDS", help="How long to fly, once they can.")
+    ] = 10.0,
     view: View = None,
     seed: Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of the noise.")] = 0,
     threads: Threads = None,
@@ -61,7 +63,7 @@ def _report(world: "World") -> None:
     """Print where everybody is, and what went wrong."""
     for drone in world.drones:
         name = type(drone.motor_ctrl).__name__ if drone.motor_ctrl is not None else "nobody"
-        x, y, z = drone.true_position
+        x, y, z = drone.true_position.round(2) + 0.0  # not -0.00
         console.print(
             f"{drone.id}: {drone.supervisor_state} at {x:.2f}, {y:.2f}, {z:.2f} m, flown by {name}",
             markup=False,

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console, refuse
+from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, about_file, complain, complain_of, console, refuse
+from crazychoir_fw.cli.records import write_together, writing
 from crazychoir_fw.cli.serve_texts import STATUS_S, Status, announce, summary
 from crazychoir_fw.cli.shared_options import Provider, Seed, Threads
 from crazychoir_fw.cli.view import View, require_way
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.crtp.server_statistics import Statistics
     from crazychoir_fw.flight.engine import Observer
     from crazychoir_fw.mission.schema import Mission
+    from crazychoir_fw.recording.log_stream import LogStream
     from crazychoir_fw.simulation import FlightRecorder, World
 
 BOOT_S = 5.0
@@ -48,14 +50,19 @@ class ServeRequest:
 
 
 Drones = Annotated[
-    int | None, typer.Option(min=1, max=1000, help="Serve a grid of so many default drones instead of a mission.")
+    int | None,
+    typer.Option("--count", min=1, max=1000, help="Serve a grid of so many default drones instead of a mission."),
 ]
-Port = Annotated[int, typer.Option(min=0, max=65535, help="UDP port of the first drone; 0 takes any free ones.")]
+Port = Annotated[
+    int, typer.Option(min=0, max=65535, metavar="PORT", help="UDP port of the first drone; 0 takes any free ones.")
+]
 Speed = Annotated[
-    float, typer.Option(min=0.0, max=1000.0, help="Simulated seconds per second; 0 is as fast as possible.")
+    float,
+    typer.Option(min=0.0, max=1000.0, metavar="FACTOR", help="Simulated seconds per second; 0 is as fast as possible."),
 ]
 Seconds = Annotated[
-    float | None, typer.Option(min=0.0, max=1e6, help="Simulated time to serve (s); otherwise until Ctrl-C.")
+    float | None,
+    typer.Option(min=0.0, max=1e6, metavar="SECONDS", help="Simulated time to serve (s); otherwise until Ctrl-C."),
 ]
 NewestWins = Annotated[
     bool, typer.Option("--newest-wins", help="A second client takes a drone from the first; otherwise it waits.")
@@ -65,7 +72,8 @@ KeepPriority = Annotated[
     typer.Option("--keep-priority", help="Do not relax the priority of set-points when a client has gone."),
 ]
 Storage = Annotated[
-    Path | None, typer.Option(help="Folder of what clients store on their drones, from one run to the next.")
+    Path | None,
+    typer.Option(metavar="DIR", help="Folder of what clients store on their drones, from one run to the next."),
 ]
 AsAsked = Annotated[
     bool,
@@ -83,14 +91,16 @@ NoJournal = Annotated[
 def serve(
     mission: Annotated[
         Path | None,
-        typer.Argument(help="Mission file (YAML): its drones, scene and faults.", metavar="[MISSION.yaml]"),
+        typer.Argument(help="Mission file (YAML): its drones, scene and faults.", metavar="MISSION.yaml"),
     ] = None,
     drones: Drones = None,
     host: Annotated[str, typer.Option(help="Address of this machine to listen at.")] = "127.0.0.1",
     port: Port = 19850,
     speed: Speed = 1.0,
     seconds: Seconds = None,
-    out: Annotated[Path | None, typer.Option(help="Folder for log.npz, flight.png and statistics.json.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Folder for log.npz, flight.png and statistics.json.")
+    ] = None,
     view: View = None,
     seed: Seed = None,
     provider: Provider = None,
@@ -107,7 +117,7 @@ def serve(
 
     require_way(view)
     if (mission is None) == (drones is None):
-        refuse("name a mission file, or a number of drones with --drones")
+        refuse("name a mission file, or a number of drones with --count")
     request = ServeRequest(
         host,
         port,
@@ -129,12 +139,13 @@ def serve(
             raise RangeError(f"--wait-for is {wait_for}, allowed: 0 to {len(chosen.fleet)}, the number of drones")
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
-        failures = _serve(chosen, request)
+        with nullcontext() if out is None else writing(out) as stream:
+            failures = _serve(chosen, request, stream)
     except CrazychoirError as error:
         complain_of(error)
         raise typer.Exit(BAD_INPUT) from None
     except OSError as error:
-        complain(f"{error.filename or out} cannot be written: {error.strerror}")
+        complain(about_file(error, out))
         raise typer.Exit(BAD_INPUT) from None
     for failure in failures:
         complain(failure)
@@ -150,13 +161,14 @@ def _mission(path: Path | None, drones: int | None, overrides: dict[str, Any]) -
         return real_part(load_mission(path, **overrides))
     # a mission needs a phase, which is not flown here
     grid = {"name": "served", "drones": {"count": drones, "spacing": 1.0}, "flight": [{"hover": {"duration": 1.0}}]}
-    return parse_mission(grid, source="--drones", **overrides)
+    return parse_mission(grid, source="--count", **overrides)
 
 
-def _serve(mission: "Mission", request: ServeRequest) -> list[str]:
+def _serve(mission: "Mission", request: ServeRequest, stream: "LogStream | None") -> list[str]:
     """Serve until the end. Returns what the core stopped drones for, one sentence each."""
     from crazychoir_fw.common.errors import StateError
     from crazychoir_fw.flight.backends import add_faults, build_world, simulated_radios
+    from crazychoir_fw.flight.streamed import Flushes
     from crazychoir_fw.simulation import FlightRecorder
 
     view: AbstractContextManager[Observer | None] = nullcontext(None)
@@ -181,9 +193,11 @@ def _serve(mission: "Mission", request: ServeRequest) -> list[str]:
     with view as show, server, stop_at_signals(server.stop):
         _boot(world)
         add_faults(mission, world)
-        recorder = None
-        if request.out is not None:
+        recorder, flushes = None, None
+        if stream is not None:
             recorder = FlightRecorder(world)
+            recorder.write_to(stream, _about(mission))
+            flushes = Flushes(stream, recorder.flush, lambda: ())
             recorder.sample()
             world.agenda.every(recorder.ticks_per_sample, recorder.sample)
         # a page waits for somebody who opens it, and drones do not move before
@@ -197,6 +211,8 @@ def _serve(mission: "Mission", request: ServeRequest) -> list[str]:
 
                 def observe(_: "Server") -> None:
                     status.show()
+                    if flushes is not None:
+                        flushes.look()
                     if server.is_paused and server.clients >= request.clients:
                         server.resume()
                     if picture is not None:
@@ -207,12 +223,19 @@ def _serve(mission: "Mission", request: ServeRequest) -> list[str]:
             if show is None:
                 raise
             console.print(str(error), markup=False)  # the window was closed
-    _report(server.statistics(), mission, request.out, recorder)
+        finally:
+            if flushes is not None:
+                flushes.write()
+    _report(server.statistics(), mission, request.out, recorder, stream)
     return [drone.failure for drone in world.drones if drone.failure is not None]
 
 
 def _report(
-    statistics: "Statistics", mission: "Mission", folder: Path | None, recorder: "FlightRecorder | None"
+    statistics: "Statistics",
+    mission: "Mission",
+    folder: Path | None,
+    recorder: "FlightRecorder | None",
+    stream: "LogStream | None",
 ) -> None:
     """Say how it went, and write it down."""
     console.print(summary(statistics))
@@ -220,8 +243,12 @@ def _report(
         from crazychoir_fw.crtp.link_model.tables import link_tables
 
         console.print(link_tables(statistics.link))
-    if folder is not None and recorder is not None:
-        _write(folder, mission, recorder, statistics)
+    if folder is not None and recorder is not None and stream is not None:
+        _write(folder, mission, recorder, statistics, stream)
+
+
+def _about(mission: "Mission") -> dict[str, Any]:
+    return {"mission": mission.name, "description": mission.description}
 
 
 def _boot(world: "World") -> None:
@@ -250,16 +277,23 @@ class _Picture:
         self._show(self._world, Progress(seconds, 0.0, seconds))
 
 
-def _write(folder: Path, mission: "Mission", recorder: "FlightRecorder", statistics: "Statistics") -> None:
+def _write(
+    folder: Path, mission: "Mission", recorder: "FlightRecorder", statistics: "Statistics", stream: "LogStream"
+) -> None:
     """Write the log, the picture and the figures."""
-    from crazychoir_fw.common.replacing import replacing
     from crazychoir_fw.recording.plot import plot_flight
 
-    about = {"mission": mission.name, "description": mission.description, "server": statistics.as_dict()}
-    log = recorder.finish(about)
-    log.save(folder / "log.npz")
-    plot_flight(log, folder / "flight.png", mission.description or mission.name)
-    with replacing(folder / "statistics.json") as temporary:
-        temporary.write_text(json.dumps(statistics.as_dict(), indent=2) + "\n", encoding="utf-8")
+    log = recorder.finish({**_about(mission), "server": statistics.as_dict()})
+
+    def write(new: Path) -> None:
+        log.save(new / "log.npz")
+        plot_flight(log, new / "flight.png", mission.description or mission.name)
+        text = json.dumps(statistics.as_dict(), indent=2) + "\n"
+        (new / "statistics.json").write_text(text, encoding="utf-8")
+
+    unwritten = write_together(folder, write, stream)
+    if unwritten is not None:
+        complain(unwritten)
+        return
     note = "" if log.journal is None or log.journal.is_kept else " (without a journal: it cannot be replayed)"
     console.print(f"Written to {folder}/{note}", markup=False, highlight=False)

@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from crazychoir_fw.cli.console import console, refuse
+from crazychoir_fw.cli.console import about_file, console, refuse
 
 
 def install_shim(
@@ -19,7 +19,7 @@ def install_shim(
     except CrazychoirError as error:
         refuse(str(error))
     except OSError as error:
-        refuse(f"{error.filename} cannot be written: {error.strerror}")
+        refuse(about_file(error, None))
     if done is None:
         console.print("no shim is installed", soft_wrap=True)
         return

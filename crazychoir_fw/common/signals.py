@@ -40,10 +40,31 @@ def unwind_at_signals() -> Iterator[None]:
         _leave_terminal(number)
         if number == signal.SIGINT:
             raise KeyboardInterrupt
-        raise SystemExit(128 + number)
+        raise _SignaledError(number)
 
     with _handled(handle):
+        try:
+            yield
+        except _SignaledError as signaled:
+            raise SystemExit(128 + signaled.number) from None
+
+
+class _SignaledError(BaseException):
+    """A signal has come; no `SystemExit`, because a user's code may raise that, and then only its drone stops."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(number)
+        self.number = number
+
+
+@contextmanager
+def held_signals() -> Iterator[None]:
+    """Deliver these signals only afterwards: libraries take an interrupt for a mistake of theirs."""
+    came: list[int] = []
+    with _handled(lambda number, _: came.append(number)):
         yield
+    for number in came[:1]:
+        signal.raise_signal(number)
 
 
 @contextmanager

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import MissionError
+from crazychoir_fw.common.reading import read_text
 
 MEMORY_PIECES = 31
 """Pieces that the trajectory memory of a Crazyflie holds: 4096 bytes, 132 per piece."""
@@ -32,7 +33,7 @@ def read_pieces(path: Path) -> NDArray[np.float32]:
         MissionError: If the file is no trajectory; the text names file, line and what is wrong.
     """
     pieces = []
-    for number, line in enumerate(_text_of(path).splitlines(), start=1):
+    for number, line in enumerate(read_text(path, LARGEST_FILE, MissionError).splitlines(), start=1):
         if line.strip() and not line.lower().startswith(("#", "duration")):
             pieces.append(_piece(line, f"{path}, line {number}"))
     if not 1 <= len(pieces) <= MEMORY_PIECES:
@@ -46,14 +47,15 @@ def read_points(path: Path) -> list[tuple[float, ...]]:
     Raises:
         MissionError: If the file is no such file; the text names file, line and what is wrong.
     """
-    text = _text_of(path)
+    text = read_text(path, LARGEST_FILE, MissionError)
     rows: list[tuple[float, ...]] = []
-    for number_of_line, cells in enumerate(csv.reader(text.splitlines()), start=1):
-        if not cells or cells[0].lstrip().startswith("#") or cells[0].strip().lower() in ("t", "time", "time_s"):
-            continue
+    for number_of_line, line in enumerate(text.splitlines(), start=1):
         try:
+            cells = next(csv.reader([line]), [])
+            if not cells or cells[0].lstrip().startswith("#") or cells[0].strip().lower() in ("t", "time", "time_s"):
+                continue
             row: tuple[float, ...] = tuple(float(cell) for cell in cells if cell.strip())
-        except ValueError:
+        except (ValueError, csv.Error):
             row = ()
         if len(row) != 4 or not all(math.isfinite(value) and abs(value) <= 36000.0 for value in row):
             raise MissionError(f"{path}, line {number_of_line}: allowed: four numbers, time (s), x, y, z (m)")
@@ -78,16 +80,6 @@ def end_points(pieces: NDArray[np.float32]) -> tuple[NDArray[np.float64], NDArra
     exact = pieces.astype(np.float64)
     first, last = exact[0, :32].reshape(4, 8), exact[-1, :32].reshape(4, 8)
     return first[:, 0], last @ exact[-1, 32] ** np.arange(8)
-
-
-def _text_of(path: Path) -> str:
-    try:
-        return path.read_bytes()[:LARGEST_FILE].decode()
-    except OSError as error:
-        raise MissionError(f"{path} cannot be read: {error.strerror}") from None
-    except ValueError:
-        # no text, or a name that no file can have
-        raise MissionError(f"{str(path)!r} is not a text file") from None
 
 
 def _piece(line: str, where: str) -> list[float]:

@@ -6,12 +6,17 @@ import hashlib
 import importlib
 import importlib.util
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
 from crazychoir_fw.common.errors import CrazychoirError, MissingLibraryError, UnknownNameError
+
+USER_ERRORS = (Exception, SystemExit)
+"""What a user's code may raise; `sys.exit` in it ends no program."""
 
 
 def anchored(name: str, folder: Path) -> str:
@@ -64,7 +69,7 @@ def _import(module_name: str, what: str) -> ModuleType:
                 f"{what}: there is no module {error.name}; install its package, or name the file as path/to/file.py"
             ) from None
         raise CrazychoirError(f"{what}: cannot be imported: {describe(error)}") from error
-    except Exception as error:  # whatever a module may do while it is imported
+    except USER_ERRORS as error:  # whatever a module may do while it is imported
         raise CrazychoirError(f"{what}: cannot be imported: {describe(error)}") from error
 
 
@@ -80,11 +85,35 @@ def _load_file(path: Path, what: str) -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     sys.modules[name] = module  # dataclasses and pickles look their module up
     try:
-        spec.loader.exec_module(module)
-    except Exception as error:  # whatever a module may do while it is imported
+        with _neighbors_importable(path.parent):
+            spec.loader.exec_module(module)
+    except USER_ERRORS as error:  # whatever a module may do while it is imported
         sys.modules.pop(name, None)
         raise CrazychoirError(f"{what}: cannot be imported: {describe(error)}") from error
     return module
+
+
+@contextmanager
+def _neighbors_importable(folder: Path) -> Iterator[None]:
+    """Let a file import the modules beside it, whatever modules of these names other folders have.
+
+    What it imports from there is executed again for the next file, so that what was saved runs.
+    """
+    found = {path.stem for path in folder.glob("*.py")} | {path.parent.name for path in folder.glob("*/__init__.py")}
+    names = found - sys.stdlib_module_names
+
+    def taken_out() -> dict[str, ModuleType]:
+        return {name: sys.modules.pop(name) for name in list(sys.modules) if name.split(".")[0] in names}
+
+    others = taken_out()
+    sys.path.insert(0, str(folder))
+    importlib.invalidate_caches()
+    try:
+        yield
+    finally:
+        sys.path.remove(str(folder))
+        taken_out()
+        sys.modules.update(others)
 
 
 def describe(error: BaseException) -> str:

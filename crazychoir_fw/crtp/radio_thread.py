@@ -18,6 +18,7 @@ from crazychoir_fw.crtp.drone_radio import DroneRadio
 from crazychoir_fw.crtp.link_model import Direction, Link
 from crazychoir_fw.crtp.pacing import Clock
 from crazychoir_fw.crtp.packet import NULL
+from crazychoir_fw.crtp.power_switch import Power, is_power_request
 from crazychoir_fw.crtp.read_scheduler import ReadScheduler
 from crazychoir_fw.crtp.sockets import LONGEST, is_for_one_address, open_private, read_refusals, receive, turn_to
 from crazychoir_fw.crtp.toc import parameter_toc
@@ -26,7 +27,7 @@ _MAX_DATAGRAMS = 64
 """Read of one socket in a row, so that one drone's flood does not keep others waiting."""
 _MAX_LOOKS = 4096
 """At all sockets in one turn, so that a flood does not stop a simulation in lockstep."""
-_MAX_UNSENT = 500
+_MAX_UNSENT = 2000
 _MAX_REPORTS = 50
 STALL_SHARE = 0.5
 """A client that has been silent for half the time that ends a session, without a ping even, does not read either: it
@@ -258,6 +259,9 @@ class Radio:
         if not budget.take(now):
             counts.rate_limited += 1
             return
+        if radio.power.state is not Power.ON or is_power_request(datagram):
+            self._switch(radio, datagram, address, now)
+            return
         ruling = session.hear(address, datagram, now)
         if ruling is Ruling.TAKE:
             self._send_up(radio, datagram, now)
@@ -270,16 +274,31 @@ class Radio:
             counts.scans += 1
             with suppress(OSError):
                 radio.socket.sendto(NULL, address)
-        elif ruling is Ruling.KEEP:
+        elif ruling is Ruling.KEEP or ruling is Ruling.REFUSE:
             self._refuse(radio, address, now)
             if previous is not None and radio.of_probes.take(now):
                 # should its socket be closed, the operating system says so at once
                 with suppress(OSError):
                     radio.socket.sendto(NULL, previous)
-        elif ruling is Ruling.REFUSE:
-            self._refuse(radio, address, now)
+                if ruling is Ruling.REFUSE and self._hear_of_gone(radio, now) and radio.session.address is None:
+                    self._rule(radio, datagram, address, now)
         else:
             counts.malformed += 1
+
+    def _switch(self, radio: DroneRadio, datagram: bytes, address: Address, now: float) -> None:
+        """Do with a datagram what the radio chip does, by itself or while the rest of the drone is without power."""
+        answer = None
+        if is_power_request(datagram):
+            booted = radio.power.boots
+            answer = radio.power.receive(datagram)
+            if radio.power.state is not Power.ON or radio.power.boots != booted:
+                self._end(radio, now, "power")
+                radio.session.leave()
+        elif datagram[:1] and datagram[0] & 0xF3 == 0xF3 and radio.power.state is Power.RADIO_ONLY:
+            answer = NULL
+        if answer is not None:
+            with suppress(OSError):
+                radio.socket.sendto(answer, address)
 
     def _refuse(self, radio: DroneRadio, address: Address, now: float) -> None:
         radio.counts.refused += 1
@@ -346,6 +365,9 @@ class Radio:
         """Send what services sent of their own accord; what may be dropped, within its budget."""
         radio.has_output = False
         for _ in range(len(radio.unsent)):
+            if not self._may_reply(radio, now):
+                self._hold_back(radio)
+                break
             self._emit(radio, radio.unsent.popleft(), False, now)
         counts, session = radio.counts, radio.session
         is_silent = not self._was_deaf and now - session.heard_at > STALL_SHARE * self._silence_s
@@ -360,8 +382,22 @@ class Radio:
     def _send_down(self, radio: DroneRadio, datagram: bytes, droppable: bool, now: float) -> None:
         if self._link is not None:
             self._link.send(self._link_clock(), radio.name, Direction.DOWN, _Letter.of(radio, datagram), droppable)
-        else:
+        elif droppable or (not radio.unsent and self._may_reply(radio, now)):
             self._emit(radio, datagram, droppable, now)
+        elif len(radio.unsent) < _MAX_UNSENT:
+            radio.unsent.append(datagram)
+            self._hold_back(radio)
+        else:
+            radio.counts.lost += 1
+
+    def _may_reply(self, radio: DroneRadio, now: float) -> bool:
+        """Tell whether a client has room for an answer; in lockstep no time passes in which it could read."""
+        return self.link_rate <= 0.0 or radio.of_replies.take(now)
+
+    def _hold_back(self, radio: DroneRadio) -> None:
+        """Look again soon at what was not sent."""
+        self._wake_for(radio)
+        self._rest_s = _RETRY_S
 
     def _emit(self, radio: DroneRadio, datagram: bytes, droppable: bool, now: float) -> None:
         """Hand a datagram to the operating system, for the client."""
@@ -376,8 +412,7 @@ class Radio:
             except BlockingIOError:
                 if not droppable and len(radio.unsent) < _MAX_UNSENT:
                     radio.unsent.append(datagram)
-                    self._wake_for(radio)
-                    self._rest_s = _RETRY_S
+                    self._hold_back(radio)
                     return
                 break
             except ConnectionError:
@@ -428,6 +463,8 @@ class Radio:
 
     def _serve_next(self, radio: DroneRadio, now: float) -> None:
         """Hand the drone to who waits for it, if it is free."""
+        if radio.power.state is not Power.ON:
+            return
         previous = radio.session.address
         request = radio.session.next_in_line(now)
         if request is not None:

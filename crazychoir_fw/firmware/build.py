@@ -172,8 +172,9 @@ class _Build:
 
     def _build(self, generated: Path) -> Library:
         recipe = self.recipe
-        scenery = digest_of(recipe.header_names())
-        self.objects = Objects(self.compiler, self.cache, self.fingerprints, scenery, recall=not self.force)
+        root = None if recipe.checkout is None else recipe.checkout.root
+        headers = recipe.header_names()
+        self.objects = Objects(self.compiler, self.cache, self.fingerprints, headers, root, recall=not self.force)
         # behind those of the checkout, which has headers of the same names
         own_includes = tuple(f"-idirafter{path}" for path in recipe.own_include_dirs)
         self._host, self._vehicle = recipe.host_flags(generated), recipe.vehicle_flags(generated)
@@ -184,7 +185,8 @@ class _Build:
         choice, compiled = self._compile_checkout()
         system = self._compile("compiling", [Unit(path, self._vehicle) for path in recipe.system])
         fixed = self._compile("compiling", [Unit(path, ours) for path in recipe.own])
-        apps = self._compile("compiling", [Unit(path, (*self._vehicle, *recipe.app_flags)) for path in recipe.apps])
+        app_flags = (*self._vehicle, *recipe.app_flags)
+        apps = self._compile("compiling", [Unit(path, app_flags, placed=True) for path in recipe.apps])
         for _ in range(_MAX_LINKS):
             known = [*feature_flags(found), *self._source_flags(choice), *self._level_flags()]
             adapter = self._compile("compiling", [Unit(path, (*adapting, *known)) for path in recipe.adapter])

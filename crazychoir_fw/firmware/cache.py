@@ -12,8 +12,9 @@ import json
 import os
 import secrets
 import shutil
+import stat
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -51,6 +52,11 @@ def digest(*parts: bytes | str) -> str:
         name.update(len(data).to_bytes(8, "little"))
         name.update(data)
     return name.hexdigest()[:40]
+
+
+def sha256_of(path: Path) -> str:
+    """Return the digest of a file that is checked before it is loaded."""
+    return hashlib.sha256(path.read_bytes()).hexdigest()
 
 
 def digest_of(value: Any) -> str:
@@ -111,8 +117,10 @@ class Cache:
         self._generated = self.root / "generated"
         self._records = self.root / "records"
         try:
-            for folder in (self.objects, self.libraries, self.modules, self._generated, self._records):
-                folder.mkdir(parents=True, exist_ok=True)
+            self.root.parent.mkdir(parents=True, exist_ok=True)
+            for folder in (self.root, self.objects, self.libraries, self.modules, self._generated, self._records):
+                folder.mkdir(mode=0o700, exist_ok=True)
+                make_private(folder)
             if not (self.root / _MARK).is_file():
                 write_text(self.root / _MARK, _SIGNATURE)
         except OSError as error:
@@ -120,10 +128,18 @@ class Cache:
                 f"the cache {self.root} cannot be written ({error.strerror}): name another folder with {VARIABLE}"
             ) from None
 
-    def recall(self, key: str, fingerprints: Fingerprints) -> dict[str, Any] | None:
-        """Return what was remembered under a key for the files as they are now, or None."""
+    def recall(
+        self, key: str, fingerprints: Fingerprints, path_of: Callable[[str], str] = str
+    ) -> dict[str, Any] | None:
+        """Return what was remembered under a key for the files as they are now, or None.
+
+        Args:
+            key: The key.
+            fingerprints: Of the files as they are now.
+            path_of: Gives the path of a file by the name under which it was remembered.
+        """
         for entry in self._entries(key):
-            if fingerprints.match(entry["inputs"]):
+            if fingerprints.match({path_of(name): content for name, content in entry["inputs"].items()}):
                 return entry["value"]
         return None
 
@@ -180,6 +196,30 @@ class Cache:
         _keep_newest(self._generated, _KEPT_GENERATED)
         _keep_newest(self.objects, _KEPT_OBJECTS)
         _keep_newest(self._records, 2 * _KEPT_OBJECTS)
+
+
+def make_private(folder: Path) -> None:
+    """Let nobody else into a folder whose content is executed.
+
+    Raises:
+        BuildError: If it belongs to another user, others could have written into it, or it is a link of another user.
+    """
+    status = folder.lstat()
+    if stat.S_ISLNK(status.st_mode) and status.st_uid == os.geteuid():
+        status = folder.stat()  # to another disk, for instance
+    if not stat.S_ISDIR(status.st_mode):
+        trouble = "is no folder"
+    elif status.st_uid != os.geteuid():
+        trouble = f"belongs to user {status.st_uid}"
+    elif status.st_mode & 0o022:
+        trouble = f"may be written by others (mode {stat.S_IMODE(status.st_mode):o})"
+    else:
+        if status.st_mode & 0o077:
+            folder.chmod(0o700)
+        return
+    raise BuildError(
+        f"the cache {folder} {trouble}, and what is in it would be executed: delete it, or name another with {VARIABLE}"
+    )
 
 
 def used(path: Path) -> None:

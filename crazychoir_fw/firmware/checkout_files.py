@@ -15,6 +15,9 @@ from crazychoir_fw.firmware.fallback_lists import GENERATED
 from crazychoir_fw.firmware.own_sources import bindings_folder, read_list
 from crazychoir_fw.firmware.setup_lists import SetupLists
 
+ALSO = "CRAZYFLIE_FIRMWARE_ALSO"
+"""Environment variable with folders outside of a checkout, from which its build may take sources and headers."""
+
 # folders of headers of the vehicle's build that the list of the bindings lacks, or may lack
 _MORE_INCLUDES = (
     "src/modules/interface",
@@ -52,8 +55,14 @@ def files_of(root: Path, lists: SetupLists, settings: Mapping[str, str], level: 
     """
     system = _system(root, level, settings)
     sources = [path for path in _sources(root, lists, notes) if path not in system]
+    for path in (*sources, *system):
+        if not is_inside(root, path):
+            raise CheckoutError(
+                f"{os.path.relpath(path, root)} of {root} lies outside of this checkout, at {path.resolve()}: "
+                f"take it out of {SETUP}, or name its folder with {ALSO} if you trust it"
+            )
     extras = _extras(root, bindings_folder() / "bitcraze" / "extra_sources.txt", settings)
-    extras = [path for path in extras if path not in sources and path not in system]
+    extras = [path for path in extras if path not in sources and path not in system and is_inside(root, path)]
     # the vendor's code knows neither mode; the vehicle's half of this one asks modules that are not compiled
     only_host = (root / VENDOR, root / MODULES / "collision_avoidance.c")
     listed = [name for name in lists.include_dirs if not _is_generated(name)]
@@ -65,8 +74,22 @@ def files_of(root: Path, lists: SetupLists, settings: Mapping[str, str], level: 
         vehicle_mode=frozenset(
             path for path in (*sources, *extras) if not any(path.is_relative_to(one) for one in only_host)
         ),
-        include_dirs=tuple(folder for folder in folders if folder.is_dir()),
+        include_dirs=tuple(folder for folder in folders if folder.is_dir() and _may_include(root, folder, notes)),
     )
+
+
+def is_inside(root: Path, path: Path) -> bool:
+    """Tell whether a path lies in a checkout, or in a folder that the user trusts, links followed."""
+    trusted = [Path(name).expanduser() for name in os.environ.get(ALSO, "").split(os.pathsep) if name]
+    real = path.resolve()
+    return any(real.is_relative_to(place.resolve()) for place in (root, *trusted))
+
+
+def _may_include(root: Path, folder: Path, notes: list[str]) -> bool:
+    if is_inside(root, folder):
+        return True
+    notes.append(f"headers in {folder.resolve()} left out, outside of the checkout ({ALSO} may name the folder)")
+    return False
 
 
 def _sources(root: Path, lists: SetupLists, notes: list[str]) -> list[Path]:

@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from crazychoir_fw.common.errors import BuildError
-from crazychoir_fw.firmware.cache import write_text
+from crazychoir_fw.firmware.cache import sha256_of, write_text
 
 MANIFEST = "library.json"
 BUILD_LOG = "build.log"
-_FORM = 1  # of the manifest
+_FORM = 2  # of the manifest
 
 
 @dataclass(frozen=True)
@@ -37,6 +37,7 @@ class Library:
         manifest = {
             "form": _FORM,
             "file": self.path.name,
+            "sha256": sha256_of(self.path),
             "name": self.name,
             "platform": self.platform,
             "ranges": [list(piece) for piece in self.ranges],
@@ -56,6 +57,8 @@ class Library:
             manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
             if manifest["form"] != _FORM or not (folder / manifest["file"]).is_file():
                 raise ValueError("another form")
+            if manifest["sha256"] != sha256_of(folder / manifest["file"]):
+                raise ValueError(f"{manifest['file']} is not the file that was built")
             return cls(
                 path=folder / manifest["file"],
                 name=manifest["name"],

@@ -1,4 +1,7 @@
-"""Sources to objects: in parallel, and only those whose text, headers, flags or compiler changed."""
+"""Sources to objects: in parallel, and only those whose text, headers, flags or compiler changed.
+
+What was compiled of one checkout serves each other one with the same text: a clone, a worktree, a folder that moved.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,8 @@ from crazychoir_fw.common.errors import CompileError
 from crazychoir_fw.firmware.cache import Cache, Fingerprints, digest, digest_of, used
 from crazychoir_fw.firmware.toolchain import Compiler, run
 
+_ROOT = "\0"  # stands for the folder of the checkout; no path and no compiler has it
+
 
 @dataclass(frozen=True)
 class Unit:
@@ -24,6 +29,8 @@ class Unit:
     flags: tuple[str, ...]
     syntax_only: bool = False
     """Only ask whether it compiles."""
+    placed: bool = False
+    """Whether the debug information must name this very file, and not one with the same text."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +52,13 @@ class Objects:
     """Compiles units into a cache."""
 
     def __init__(
-        self, compiler: Compiler, cache: Cache, fingerprints: Fingerprints, scenery: str, recall: bool = True
+        self,
+        compiler: Compiler,
+        cache: Cache,
+        fingerprints: Fingerprints,
+        headers: Sequence[str],
+        root: Path | None = None,
+        recall: bool = True,
     ) -> None:
         """Make a compiler of units.
 
@@ -53,13 +66,17 @@ class Objects:
             compiler: The C compiler.
             cache: Where objects are kept.
             fingerprints: Digests of files, shared by one build.
-            scenery: Digest of the names in all include folders: a new header may hide another one.
+            headers: Names of all headers in include folders: a new one may hide another one.
+            root: Folder of the checkout, whose place does not count.
             recall: Whether what was compiled before is used.
         """
         self._compiler = compiler
         self._cache = cache
         self._fingerprints = fingerprints
-        self._scenery = scenery
+        self._root = None if root is None else str(root)
+        self._scenery = digest_of([self._anywhere(name) for name in headers])
+        # where files are is no part of what is compiled: assertions name them from the root on
+        self._naming = () if root is None else (f"-fmacro-prefix-map={root}/=",)
         self._may_recall = recall
         self.commands: list[str] = []
         """Command lines that were run, for the build log."""
@@ -83,14 +100,24 @@ class Objects:
 
     def compile(self, unit: Unit) -> Compiled:
         """Compile one unit, or find what it was compiled to before."""
-        key = digest_of([self._compiler.command, self._compiler.version, unit.flags, str(unit.source), self._scenery])
+        flags = [flag if flag.startswith("-D") else self._anywhere(flag) for flag in unit.flags]
+        source = str(unit.source) if unit.placed else self._anywhere(str(unit.source))
+        key = digest_of([self._compiler.command, self._compiler.version, flags, source, self._scenery])
         key = f"object-{key}"
         if (kept := self._recall(unit, key)) is not None:
             return kept
         return self._compile(unit, key)
 
+    def _anywhere(self, text: str) -> str:
+        """Return a text without the place of the checkout."""
+        return text if self._root is None else text.replace(self._root, _ROOT)
+
+    def _here(self, text: str) -> str:
+        """Return such a text with the place of this checkout."""
+        return text if self._root is None else text.replace(_ROOT, self._root)
+
     def _recall(self, unit: Unit, key: str) -> Compiled | None:
-        value = self._cache.recall(key, self._fingerprints) if self._may_recall else None
+        value = self._cache.recall(key, self._fingerprints, self._here) if self._may_recall else None
         if value is None:
             return None
         name = value["object"]
@@ -99,22 +126,23 @@ class Objects:
             if not path.is_file():
                 return None
             used(path)
-        inputs = self._fingerprints.all_of(value["inputs"])
-        return Compiled(unit, value["ok"], value["output"], inputs, path, from_cache=True)
+        inputs = self._fingerprints.all_of(map(self._here, value["inputs"]))
+        return Compiled(unit, value["ok"], self._here(value["output"]), inputs, path, from_cache=True)
 
     def _compile(self, unit: Unit, key: str) -> Compiled:
         temporary = self._cache.objects / f".{secrets.token_hex(8)}.o"
         listing = temporary.with_suffix(".d")
         what = ["-fsyntax-only"] if unit.syntax_only else ["-c", "-o", str(temporary)]
-        command = [*self._compiler.command, *unit.flags, *what, str(unit.source)]
+        command = [*self._compiler.command, *unit.flags, *self._naming, *what, str(unit.source)]
         self.commands.append(shlex.join(command))
         try:
             ran = run([*command, "-MD", "-MF", str(listing), "-MT", "x"])
             ok = ran.returncode == 0
             inputs = self._fingerprints.all_of(self._inputs(unit, listing))
+            anywhere = {self._anywhere(name): content for name, content in inputs.items()}
             path = None
             if ok and not unit.syntax_only:
-                path = self._cache.objects / f"{digest(key, digest_of(inputs))}.o"
+                path = self._cache.objects / f"{digest(key, digest_of(anywhere))}.o"
                 temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)
@@ -122,8 +150,9 @@ class Objects:
         # a failure may have other reasons than the sources, a full disk for instance
         if (ok or unit.syntax_only) and not self._fingerprints.changed_meanwhile(inputs):
             name = path.name if path is not None else None
+            output = self._anywhere(ran.stderr)
             self._cache.remember(
-                key, inputs, {"ok": ok, "output": ran.stderr, "object": name, "inputs": sorted(inputs)}
+                key, anywhere, {"ok": ok, "output": output, "object": name, "inputs": sorted(anywhere)}
             )
         return Compiled(unit, ok, ran.stderr, inputs, path)
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from crazychoir_fw.common.errors import UnknownNameError
 from crazychoir_fw.firmware import configuration, levels
 from crazychoir_fw.firmware.checkout import SETUP, Checkout
-from crazychoir_fw.firmware.checkout_files import files_of
+from crazychoir_fw.firmware.checkout_files import files_of, is_inside
 from crazychoir_fw.firmware.own_sources import bindings_folder, deciding_flags, read_list
 from crazychoir_fw.firmware.setup_lists import SetupLists, read_setup_lists
 
@@ -270,7 +270,7 @@ def _flags(lists: SetupLists, root: Path, notes: list[str]) -> list[str]:
     """
     theirs = []
     for flag in lists.flags:
-        if flag.startswith("-I") and len(flag) > 2:
+        if flag.startswith("-I") and len(flag) > 2 and is_inside(root, root / flag[2:]):
             theirs.append(f"-I{root / flag[2:]}")
         elif _HARMLESS.fullmatch(flag) and not _HARMFUL.match(flag):
             theirs.append(flag)

@@ -27,6 +27,8 @@ class DronePhase(enum.Enum):
     """Motors off again."""
     FAILED = "failed"
     """Motors off for good."""
+    STOPPED = "stopped"
+    """Motors off by the STOP button, wherever the drone was."""
 
     def __init__(self, word: str) -> None:
         """Count the phases; thirty drones ask a hundred times per second, and hashing a member is slow."""

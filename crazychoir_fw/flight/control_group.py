@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -39,6 +39,8 @@ class ControlGroup:
                 positions that they are given are where they are.
         """
         self.controller = controller
+        self.of_one: Callable[[int], ControlGroup] | None = None
+        """Makes the same for one drone alone, by its number."""
         self.indices = np.array(indices)
         self.kind = kind
         self.follows = follows

@@ -110,14 +110,21 @@ def _groups(
         sensing: What they see each other by, if they do.
     """
 
+    def of_one(i: int) -> ControlGroup:
+        return group(make_controller(mission, [i], masses), [i], what_it_follows(mission, i))
+
+    def with_one(made: ControlGroup) -> ControlGroup:
+        made.of_one = of_one
+        return made
+
     def group(controller: Any, members: Sequence[int], follows: str, accelerated: Sequence[int] = ()) -> ControlGroup:
         if sensing is None:
-            return ControlGroup(controller, members, layer.command, follows, accelerated)
+            return with_one(ControlGroup(controller, members, layer.command, follows, accelerated))
         avoidance = make_collision_avoidance(mission)
         if avoidance is not None:
             rate = float(mission.layers.safety.rate or mission.layers.rate)  # type: ignore[union-attr]
             controller = FilteredController(controller, avoidance, rate)
-        return SafeControlGroup(sensing, controller, members, layer.command, follows, accelerated)
+        return with_one(SafeControlGroup(sensing, controller, members, layer.command, follows, accelerated))
 
     if set(alike) == {"fullstate", "acceleration"} and MixedReferenceCtrl.replaces(layer):
         everybody = sorted([*alike["fullstate"], *alike["acceleration"]])

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.common.user_code import describe
+from crazychoir_fw.common.user_code import USER_ERRORS, describe
 from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.guidance.metrics import FINAL_S, Flown, Metrics, Verdict, worst
 
@@ -211,9 +211,10 @@ class Judge:
         return found
 
     def _landed(self, counted: NDArray[np.bool_], names: Sequence[str]) -> Verdict:
-        # what became of those that failed is said elsewhere
+        # what became of those that failed or were stopped is said elsewhere
         last = np.asarray(self.log.signals["layers.phase"])[-1]
-        asked = counted & (last != DronePhase.FAILED.number) & (last != DronePhase.GROUND.number)
+        elsewhere = [phase.number for phase in (DronePhase.FAILED, DronePhase.STOPPED, DronePhase.GROUND)]
+        asked = counted & ~np.isin(last, elsewhere)
         late = [name for name, down, counts in zip(names, self.landed(), asked, strict=True) if counts and not down]
         sentence = f"{', '.join(late)}: did not land" if late else "all landed"
         return Verdict("landed", True, float(self.landed().sum()), not late, sentence)
@@ -234,5 +235,5 @@ class Judge:
 def _verdict_of_law(metrics: Metrics, key: str, limit: Any, flown: Flown) -> Verdict:
     try:
         return metrics.verdict(key, limit, flown)
-    except Exception as error:  # a user's code may raise anything, and the flight is over
+    except USER_ERRORS as error:  # a user's code may raise anything, and the flight is over
         return Verdict(key, limit, None, False, f"criteria.{key}: {describe(error)}")

@@ -14,7 +14,7 @@ from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
 from crazychoir_fw.common.finite import are_finite
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
-from crazychoir_fw.common.user_code import describe
+from crazychoir_fw.common.user_code import USER_ERRORS, describe
 from crazychoir_fw.flight.agent import Agent, DronePhase, SwarmPhases
 from crazychoir_fw.flight.backend import Backend, one_of
 from crazychoir_fw.flight.control_group import ControlGroup
@@ -171,7 +171,7 @@ class Experiment(Stateful):
         self.backend.stop([agent.index for agent in chosen])
         for agent in chosen:
             self._guarded(agent, _button(agent.guidance, "stop"), self.time)
-            agent.phase = DronePhase.LANDED if agent.phase is not DronePhase.FAILED else agent.phase
+            agent.phase = DronePhase.STOPPED if agent.is_up else agent.phase
             self._note("stop", agent)
 
     def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
@@ -263,15 +263,10 @@ class Experiment(Stateful):
         decided = clock()
         self._follow(now)
         planned = clock()
-        orders = []
-        if up:
-            orders = [
-                (group, group.step(self.agents, self.accelerations, turning, poses, now)) for group in self.groups
-            ]
+        orders = self._control(list(self.groups), turning, poses, now) if up else []
         controlled = clock()
-        for group, order in orders:
-            if order is not None:
-                self._send(group, *order)
+        for group, indices, twist in orders:
+            self._send(group, indices, twist)
         self._look(up, poses)
         sent = clock()
         if self._rounds % self._rounds_per_sample == 0:
@@ -330,7 +325,7 @@ class Experiment(Stateful):
             decisions = group.step(now)
             for agent, outputs in zip(agents, decisions, strict=True):
                 self._take(agent, outputs, poses, now)
-        except Exception:
+        except USER_ERRORS:
             self._together = None  # who it was turns out when each decides for itself
 
     def _begin_rounds(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
@@ -344,7 +339,7 @@ class Experiment(Stateful):
                 if hasattr(guidance, "begin_round"):
                     guidance.begin_round(now)
                     agent.in_round = guidance.round_open
-            except Exception as error:  # a user's code may raise anything, and stops its own drone only
+            except USER_ERRORS as error:  # a user's code may raise anything, and stops its own drone only
                 self._fail_by(agent, guidance, error)
 
     def _finish_rounds(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
@@ -359,7 +354,7 @@ class Experiment(Stateful):
                 outputs = guidance.finish_round(now) if is_over else guidance.step(now)
                 _check_reference(outputs.reference)
                 self._take(agent, outputs, poses, now)
-            except Exception as error:
+            except USER_ERRORS as error:
                 self._fail_by(agent, guidance, error)
 
     def _let_watch(self, poses: Pose) -> None:
@@ -403,11 +398,37 @@ class Experiment(Stateful):
                 continue
             try:
                 reference = agent.planner.evaluate(now)
-            except Exception as error:
+            except USER_ERRORS as error:
                 self._fail_by(agent, agent.planner, error)
                 continue
             if reference is not None:
                 agent.reference = reference
+
+    def _control(
+        self, groups: Iterable[ControlGroup], turning: NDArray[np.bool_], poses: Pose, now: float
+    ) -> list[tuple[ControlGroup, Any, Any]]:
+        """Ask controllers for commands; returns whom to send which, group by group.
+
+        Drones of a group that raises get a controller each, and one that raises there stops its own drone only.
+        """
+        orders = []
+        for group in groups:
+            try:
+                order = group.step(self.agents, self.accelerations, turning, poses, now)
+            except USER_ERRORS as error:  # a user's code may raise anything
+                at = self.groups.index(group)
+                if len(group.indices) > 1 and group.of_one is not None:
+                    alone = [group.of_one(int(i)) for i in group.indices]
+                    self.groups[at : at + 1] = alone
+                    orders += self._control(alone, turning, poses, now)
+                else:
+                    del self.groups[at]
+                    for i in group.indices:
+                        self._fail_by(self.agents[i], group.controller, error)
+                continue
+            if order is not None:
+                orders.append((group, *order))
+        return orders
 
     def _send(self, group: ControlGroup, indices: Any, twist: Any) -> None:
         linear, angular = twist.linear, twist.angular
@@ -474,14 +495,14 @@ class Experiment(Stateful):
     def _guarded(self, agent: Agent, call: Callable[..., Any], *arguments: Any) -> None:
         try:
             call(*arguments)
-        except Exception as error:
+        except USER_ERRORS as error:
             self._fail_by(agent, agent.guidance, error)
 
     def _serve(self, service: Service, call: Callable[..., None], *arguments: Any) -> None:
         """Give a service its turn; one that raises gets no more."""
         try:
             call(*arguments)
-        except Exception as error:
+        except USER_ERRORS as error:
             sentence = f"{type(service).__name__}: {describe(error)} (at {self.time:.2f} s)"
             self.services.remove(service)
             self.service_failures.append(sentence)
@@ -491,7 +512,7 @@ class Experiment(Stateful):
         name = None if drone is None else self.agents[drone].name
         self.events.append(Event(self.time, kind, name, details))
 
-    def _fail_by(self, agent: Agent, layer: object, error: Exception) -> None:
+    def _fail_by(self, agent: Agent, layer: object, error: BaseException) -> None:
         self._fail(agent, f"{agent.name}: {type(layer).__name__}: {describe(error)} (at {self.time:.2f} s)")
 
     def _fail(self, agent: Agent, sentence: str) -> None:

@@ -18,6 +18,7 @@ from crazychoir_fw.flight.plain_recorder import PlainRecorder
 if TYPE_CHECKING:
     from crazychoir_fw.radio import RadioHandler
     from crazychoir_fw.recording.flight_log import FlightLog
+    from crazychoir_fw.recording.log_stream import LogStream
 
 Array = NDArray[np.float64]
 
@@ -25,7 +26,8 @@ STALE_S = 0.5
 """Age (s) at which the pose of a drone counts as unknown: it gets no commands then, and its handler takes over."""
 
 SUPERVISOR = "supervisor.info"
-_WATCHED = {SUPERVISOR: 10.0, "pm.vbat": 1.0}  # [Hz]
+_BATTERY = "pm.vbat"
+_WATCHED = {SUPERVISOR: 10.0, _BATTERY: 1.0}  # [Hz]
 _ENDS = {1 << 5: "tumbled", 1 << 6: "locked up", 1 << 7: "crashed"}
 """Bits of the supervisor that end a flight."""
 
@@ -91,6 +93,8 @@ class HardwareBackend:
         """What rounds wait for."""
         self._recorder = PlainRecorder(self.names)
         self._refusals: dict[int, str] = {}
+        self.before_flight: Callable[[], None] = lambda: None
+        """Called before the first phase of a mission; what it raises keeps the drones on the floor."""
         self.when_closed: list[Callable[[], object]] = []
         """Called when the drones are let go."""
         if connects:
@@ -129,15 +133,45 @@ class HardwareBackend:
             raise RadioError(f"{names}: no pose within {timeout_s:g} s; is there a positioning system?")
         self.pace.begin_anew()
 
+    def simulated_names(self) -> list[str | None]:
+        """Return the name that each drone of a served simulation says, None for those that are real."""
+        from crazychoir_fw.radio.identity import simulated_name
+
+        return [simulated_name(drone.cf) for drone in self._drones]
+
+    def batteries(self, timeout_s: float = 2.0) -> Array:
+        """Return the voltages of the batteries (V), shape (N,), NaN where a drone does not say in time."""
+        self.wait_until(lambda: all(_BATTERY in drone.latest for drone in self._drones), timeout_s)
+        seen = [drone.latest.get(_BATTERY) for drone in self._drones]
+        return np.array([np.nan if one is None else one.value for one in seen], float)
+
+    def grounded(self) -> list[str | None]:
+        """Return why the supervisor of each drone keeps its motors off until a person helps, or None."""
+        from crazychoir_fw.radio.supervisor import NEEDS_A_HAND, supervisor_bits, why_grounded
+
+        bits = [supervisor_bits(drone.cf) for drone in self._drones]
+        return [None if one is None or not one & NEEDS_A_HAND else why_grounded(one, True) for one in bits]
+
     def _silent_after(self, timeout_s: float, indices: Indices) -> list[int]:
         """Wait until some drones have said where they are; returns those that have not in time."""
-        deadline = self._clock() + timeout_s
-        while True:
+        silent: list[int] = []
+
+        def are_heard() -> bool:
             unknown = np.isnan(self.poses().position[:, 0])
-            silent = [int(i) for i in indices if unknown[i]]
-            if not silent or self._clock() >= deadline:
-                return silent
+            silent[:] = [int(i) for i in indices if unknown[i]]
+            return not silent
+
+        self.wait_until(are_heard, timeout_s)
+        return silent
+
+    def wait_until(self, holds: Callable[[], bool], timeout_s: float) -> bool:
+        """Wait until something holds; returns whether it did in time."""
+        deadline = self._clock() + timeout_s
+        while not holds():
+            if self._clock() >= deadline:
+                return False
             self._sleep(0.02)
+        return True
 
     def pose_of(self, index: int) -> Pose:
         """See `Backend`."""
@@ -212,6 +246,14 @@ class HardwareBackend:
     def record(self, extra: dict[str, Array]) -> None:
         """See `Backend`."""
         self._recorder.sample(self.time, self.poses(), None, extra)
+
+    def write_to(self, stream: LogStream, metadata: dict[str, Any]) -> None:
+        """See `Backend`."""
+        self._recorder.write_to(stream, metadata)
+
+    def flush(self) -> None:
+        """See `Backend`."""
+        self._recorder.flush()
 
     def log(self, metadata: dict[str, Any]) -> FlightLog:
         """See `Backend`."""

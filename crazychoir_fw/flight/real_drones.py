@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from crazychoir_fw.flight.agents import is_only_watched, masses_of, names_of, starts_of
 from crazychoir_fw.flight.hardware_backend import HardwareBackend
 from crazychoir_fw.flight.mixed_backend import MixedBackend
 from crazychoir_fw.flight.pose_forwarder import PoseForwarder
+from crazychoir_fw.flight.roll_call import Part, roll_call
 from crazychoir_fw.flight.watched_backend import WatchedBackend
 from crazychoir_fw.mission.mixed import is_real
 from crazychoir_fw.mocap.sources import MotionCapture, PoseSource, UdpPoses, installed_source
@@ -30,7 +32,10 @@ def over_the_radio(mission: LayeredMission) -> Backend:
         CrazychoirError: If drones or motion capture are not reached.
     """
     source = _mocap(mission, range(len(mission.fleet)))
-    return _radio(mission, list(range(len(mission.fleet))), mission.layers.commands[0], source)
+    numbers = list(range(len(mission.fleet)))
+    backend = _radio(mission, numbers, mission.layers.commands[0], source)
+    backend.before_flight = partial(roll_call, mission, [(numbers, backend)])
+    return backend
 
 
 def mixed_reality(mission: LayeredMission, simulated: MakeSimulated) -> MixedBackend:
@@ -50,12 +55,15 @@ def mixed_reality(mission: LayeredMission, simulated: MakeSimulated) -> MixedBac
     world = simulated([_likeness(mission, i) for i in real])
     source = _mocap(mission, real)
     parts: list[Backend] = []
+    flown: list[Part] = []
     try:
         for kind, numbers in by_kind.items():
-            parts.append(_radio(mission, numbers, kind, source))
+            flown.append((numbers, _radio(mission, numbers, kind, source)))
+            parts.append(flown[-1][1])
         if watched:
             parts.append(_watched(mission, watched, source))
         backend = MixedBackend(names_of(mission), world, parts)
+        backend.before_flight = partial(roll_call, mission, flown)
         backend.look()
     except BaseException:
         for part in parts:

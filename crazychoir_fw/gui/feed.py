@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 FRAME_S = 1.0 / 15.0
 """Between two frames for browsers (s, by the clock on the wall)."""
 
-PHASES = ("ground", "flying", "landing", "landed", "failed")
+PHASES = ("ground", "flying", "landing", "landed", "failed", "stopped")
 
 
 @dataclass(frozen=True)

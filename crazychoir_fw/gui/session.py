@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.common.checkpoint import Checkpoint
 from crazychoir_fw.common.errors import CrazychoirError, StateError
+from crazychoir_fw.common.user_code import USER_ERRORS
 from crazychoir_fw.flight.access import Access, open_access
 from crazychoir_fw.flight.agents import graph_of
 from crazychoir_fw.flight.engine import make_experiment
@@ -28,6 +29,7 @@ from crazychoir_fw.gui.room import Room
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.experiment import Experiment
+    from crazychoir_fw.gui.flight_stream import SessionStream
     from crazychoir_fw.gui.flying import Flying
     from crazychoir_fw.gui.mission_run import MissionRun
     from crazychoir_fw.mission.schema import LayeredMission
@@ -73,6 +75,8 @@ class Session(Feed):
         self.experiment: Experiment | None = None
         self.access: Access | None = None
         self.branches = Branches()
+        self.stream: SessionStream | None = None
+        """Where the flight is written while it flies."""
         self.flying: Flying | MissionRun | None = None
         self.dry_share: float | None = None
         """Which share of a dry run is flown, 0 to 1, while there is one."""
@@ -171,7 +175,7 @@ class Session(Feed):
                 self._round()
         except CrazychoirError as error:
             self._end(str(error))
-        except Exception as error:  # a user's code may raise anything while it is made
+        except USER_ERRORS as error:  # a user's code may raise anything while it is made
             self._end(f"the flight has ended: {type(error).__name__}: {error}")
         finally:
             if self.experiment is not None:
@@ -248,7 +252,10 @@ class Session(Feed):
         self._remembered = now
         if now >= self._next_sample:
             self._next_sample = now + SAMPLE_S - 1e-6
-            self.branches.present.sample(now, self._sample(now))
+            sample = self._sample(now)
+            self.branches.present.sample(now, sample)
+            if self.stream is not None:
+                self.stream.sample(self, now, sample)
         if now >= self._next_moment:
             self._keep_moment(now)
 
@@ -311,6 +318,8 @@ class Session(Feed):
         moment.checkpoint.restore()
         self.flying = moment.flying
         self.branches.leave(parent, moment)
+        if self.stream is not None:
+            self.stream.begin_again(zip(*self.branches.lineage(self.branches.present.number), strict=True))
         self._remembered = now = self.experiment.time
         self._next_sample = self._next_plot = -np.inf
         self._next_moment = now + MOMENT_S

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import Field
 from pydantic_core import core_schema as schemas
 
-from crazychoir_fw.common.constraints import Constraint, choice, listed, number, point
+from crazychoir_fw.common.constraints import Constraint, choice, choices, listed, number, point
 from crazychoir_fw.mission.layers.values import Options
 from crazychoir_fw.mission.mixed import MocapSettings
 from crazychoir_fw.mission.section import Section
@@ -62,6 +62,16 @@ class HardwareSettings(Section):
 
     safety_area: SafetyBox | None = None
     """Box that drones are kept in."""
+
+    start_tolerance_m: Annotated[float, number(0.01, 100.0, "m")] = 0.3
+    """How far from its start in the mission a drone may stand before the flight (m), on the floor."""
+
+    least_battery_v: Annotated[float, number(0.0, 5.0, "V")] = 3.5
+    """Voltage that the battery of a drone must have before the flight (V)."""
+
+    accept: Annotated[tuple[str, ...], choices("places", "names", "mixture")] = ()
+    """What is not checked before the flight: `places`, drones take off where they stand; `names`, served simulations
+    may have other drones; `mixture`, simulations may answer for some of the real drones."""
 
     radio: Options = Field(default_factory=dict)
     """Further options of the radio handler, see `crazychoir_fw.radio.Options`."""

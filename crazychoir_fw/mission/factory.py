@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from crazychoir_fw.common.errors import CrazychoirError, MissionError
-from crazychoir_fw.common.user_code import describe
+from crazychoir_fw.common.user_code import USER_ERRORS, describe
 from crazychoir_fw.guidance.law import arguments_of
 from crazychoir_fw.mission.registry import law_named
 from crazychoir_fw.mission.section import Section
@@ -49,7 +49,7 @@ def build(cls: type, key: str, arguments: Mapping[str, Any], options: Mapping[st
         return cls(**{**known, **options})
     except CrazychoirError as error:
         raise MissionError(f"{key}: {error}") from error
-    except Exception as error:  # a user's code may raise anything
+    except USER_ERRORS as error:  # a user's code may raise anything
         raise MissionError(f"{key}: {cls.__name__} cannot be made: {describe(error)}") from error
 
 

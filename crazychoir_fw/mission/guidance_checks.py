@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Sequence
 
 from crazychoir_fw.common.errors import CrazychoirError, MissionError
-from crazychoir_fw.common.user_code import describe
+from crazychoir_fw.common.user_code import USER_ERRORS, describe
 from crazychoir_fw.guidance import CFGuidance
 from crazychoir_fw.guidance.law import arguments_of, options_of
 from crazychoir_fw.mission.communication import Graph
@@ -195,7 +195,7 @@ def _check_criteria(mission: LayeredMission) -> None:
     """Refuse criteria that no law of the mission declares, and limits out of their ranges."""
     try:
         declared = {key: one for metrics in metrics_of(mission) for key, one in metrics.criteria.items()}
-    except Exception as error:  # a user's code may raise anything
+    except USER_ERRORS as error:  # a user's code may raise anything
         raise MissionError(f"layers.guidance: its metrics cannot be made: {describe(error)}") from error
     for key, limit in mission.criteria.of_laws.items():
         if key not in declared:

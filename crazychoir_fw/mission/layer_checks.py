@@ -31,17 +31,24 @@ def check_layers(mission: LayeredMission) -> None:
 
 
 def with_uris(mission: LayeredMission, uris: Sequence[str] | None) -> LayeredMission:
-    """Return the mission with these URIs for its drones, in their order.
+    """Return the mission with these URIs for its drones, in their order; simulated drones of `mixed` stay simulated.
 
     Raises:
-        MissionError: If their number is another one.
+        MissionError: If their number is another one, or no drone of a mixed mission has a URI.
     """
     if uris is None:
         return mission
     entries = mission.drones.entries() if isinstance(mission.drones, Layout) else mission.drones
     if len(uris) != len(entries):
         raise MissionError(f"there are {len(uris)} uris, but must be {len(entries)}, one for each drone")
-    drones = [entry.model_copy(update={"uri": uri}) for entry, uri in zip(entries, uris, strict=True)]
+    of_file = [drone.uri is not None or mission.backend != "mixed" for drone in mission.fleet]
+    if not any(of_file):
+        raise MissionError("no drone has a uri in the mission, so that --uri-base has none to number; backend is mixed")
+    left = iter(uris)
+    drones = [
+        entry.model_copy(update={"uri": next(left)}) if has_uri else entry
+        for entry, has_uri in zip(entries, of_file, strict=True)
+    ]
     copy = mission.model_copy(update={"drones": drones})
     copy.__dict__.pop("fleet", None)  # the copy brings along what the original had decided
     return copy

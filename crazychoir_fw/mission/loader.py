@@ -132,7 +132,7 @@ def parse_mission(
         else:
             plan_flight(mission)
     except ValidationError as error:
-        raise MissionError(told.blame(_sentence(error))) from None
+        raise MissionError(told.blame(sentence_of(error))) from None
     except MissionError as error:
         raise MissionError(told.blame(str(error))) from None
     return mission
@@ -196,7 +196,7 @@ def _with(mission: Mission, settings: Mapping[str, Any]) -> Mission:
     try:
         chosen = Settings(**settings).model_dump(exclude_none=True)
     except ValidationError as error:
-        raise MissionError(_sentence(error)) from None
+        raise MissionError(sentence_of(error)) from None
     if isinstance(mission.drones, Layout):
         drones = mission.drones.model_copy(update=chosen)
     else:
@@ -222,7 +222,7 @@ _MUST = {
 }
 
 
-def _sentence(error: ValidationError) -> str:
+def sentence_of(error: ValidationError) -> str:
     """Return what is wrong, in one sentence: the unknown keys first, because a typo also makes a key missing."""
     errors = error.errors(include_url=False)
     worst = next((e for e in errors if e["type"] == "unknown_key"), errors[0])

@@ -14,7 +14,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
-from crazychoir_fw.common.user_code import describe, load_module
+from crazychoir_fw.common.user_code import USER_ERRORS, describe, load_module
 
 _OURS: Mapping[str, Mapping[str, str]] = {
     "guidance": {
@@ -83,7 +83,7 @@ def law_named(kind: str, word: str, key: str, base: type | None = None) -> type:
         entry = installed_names(kind)[word]
         try:
             found = entry.load()
-        except Exception as error:  # whatever a module may do while it is imported
+        except USER_ERRORS as error:  # whatever a module may do while it is imported
             raise CrazychoirError(f"{what}: the installed {entry.value} cannot be loaded: {describe(error)}") from error
     if not isinstance(found, type) or (base is not None and not issubclass(found, base)):
         must = f"a subclass of {base.__name__}" if base is not None else "a class"

@@ -7,7 +7,8 @@ import functools
 from importlib.resources import files
 from typing import Literal, NamedTuple
 
-import yaml
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.plain_yaml import parse_yaml
 
 
 class Description(NamedTuple):
@@ -22,7 +23,7 @@ class Description(NamedTuple):
 @functools.cache
 def _rows() -> dict[str, list[list[str]]]:
     text = files("crazychoir_fw.onboard").joinpath("descriptions.yaml").read_text(encoding="utf-8")
-    rows: dict[str, list[list[str]]] = yaml.safe_load(text)
+    rows: dict[str, list[list[str]]] = parse_yaml(text, "descriptions.yaml", CrazychoirError)
     return rows
 
 

@@ -12,7 +12,9 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 
 import numpy as np
-import yaml
+
+from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.plain_yaml import read_yaml
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,7 @@ class Tolerance:
 
 
 def _read() -> dict[str, tuple[Tolerance, ...]]:
-    tables = yaml.safe_load((Path(__file__).with_suffix(".yaml")).read_text(encoding="utf-8"))
+    tables = read_yaml(Path(__file__).with_suffix(".yaml"), CrazychoirError)
     return {
         name: tuple(Tolerance(**{**row, "patterns": tuple(row["patterns"])}) for row in rows)
         for name, rows in tables.items()

@@ -363,6 +363,8 @@ class FlightState:
 
     def _send_emergency_stop(self, cf: LinkedCrazyflie) -> None:
         cf.supervisor.send_emergency_stop()
+        # one that has just landed does not look for it until it resets, which disarming begins
+        cf.supervisor.send_arming_request(False)
         if cf.link is not None:  # else it has gone nowhere
             self._emergency_stop_due = math.inf
 

@@ -20,25 +20,17 @@ from typing import Any
 
 import mujoco
 
+from crazychoir_fw.common.opengl_libraries import has_libraries
+
 __all__ = ["RenderingError", "create_context", "rendering_available"]
 
 _OFF = ("disable", "disabled", "off", "false", "0")
+_WAYS = ("egl", "osmesa", "glfw", "glx", "cgl")
 _UNSPECIFIC = ("", "enable", "enabled", "on", "true", "1")
 
 
 class RenderingError(RuntimeError):
     """There is no OpenGL on this machine; the message says what was tried."""
-
-
-def _loads(*names: str) -> bool:
-    """Return whether one of the shared libraries can be loaded."""
-    for name in names:
-        try:
-            ctypes.CDLL(name)
-        except OSError:
-            continue
-        return True
-    return False
 
 
 def _egl_display_opens() -> bool:
@@ -63,11 +55,11 @@ def _egl_display_opens() -> bool:
 def _missing(backend: str) -> str | None:
     """Return what keeps *backend* from working, None if nothing obvious does."""
     if backend == "egl":
-        if not _loads("libEGL.so.1") or not _loads("libOpenGL.so.0", "libGL.so.1"):
+        if not has_libraries("egl"):
             return "egl: libEGL or libGL is not installed (Debian: apt install libegl1 libgl1)"
         if not _egl_display_opens():
             return "egl: no device without a screen (Debian: apt install libegl-mesa0 libgl1-mesa-dri)"
-    if backend == "osmesa" and not _loads("libOSMesa.so.8", "libOSMesa.so.6", "libOSMesa.so"):
+    if backend == "osmesa" and not has_libraries("osmesa"):
         return "osmesa: libOSMesa is not installed (Debian: apt install libosmesa6)"
     if backend == "glfw" and sys.platform == "linux" and not _screen():
         return "glfw: there is no screen"
@@ -82,12 +74,14 @@ def _candidates() -> list[str]:
     """Return the ways to try, best first.
 
     Raises:
-        RenderingError: If `MUJOCO_GL` forbids drawing.
+        RenderingError: If `MUJOCO_GL` forbids drawing, or names no way to draw.
     """
     wish = os.environ.get("MUJOCO_GL", "").strip().lower()
     if wish in _OFF:
         raise RenderingError(f"no rendering: MUJOCO_GL={wish}")
     if wish not in _UNSPECIFIC:
+        if wish not in _WAYS:
+            raise RenderingError(f"no rendering: MUJOCO_GL is {wish}, allowed: {', '.join(_WAYS)}, or unset")
         return ["glfw" if wish == "glx" else wish]
     taken = os.environ.get("PYOPENGL_PLATFORM", "").strip().lower()
     if taken in ("egl", "osmesa"):

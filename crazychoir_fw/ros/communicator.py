@@ -21,7 +21,7 @@ from std_msgs.msg import UInt8MultiArray
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.guidance.transport import Receiver, Transport
-from crazychoir_fw.ros.conversions import bytes_to_message, message_to_bytes
+from crazychoir_fw.ros.conversions import from_bytes, labeled_bytes, message_to_bytes
 
 RELIABLE = QoSProfile(
     depth=100,  # rounds that a neighbor may be ahead; in lock step it is one
@@ -66,14 +66,14 @@ class RosTransport(Transport):
         """Send bytes of a round to all who subscribed to the topic."""
         if topic not in self._publishers:
             self.advertise(topic)
-        self._publishers[topic].publish(bytes_to_message(label, data))
+        self._publishers[topic].publish(labeled_bytes(label, data))
 
     def subscribe(self, topic: str, callback: Receiver) -> None:
         """Have ``callback(label, data)`` called for every message; one without label is told to the log."""
 
-        def receive(message: UInt8MultiArray) -> None:
+        def receive(raw: bytes) -> None:
             try:
-                label, data = message_to_bytes(message)
+                label, data = message_to_bytes(from_bytes(raw, UInt8MultiArray))
             except RangeError as error:
                 self._node.get_logger().warning(f"{topic}: {error}", throttle_duration_sec=1.0)
                 return
@@ -82,7 +82,7 @@ class RosTransport(Transport):
                 told()
 
         self._subscriptions[topic, callback] = self._node.create_subscription(
-            UInt8MultiArray, _absolute(topic), receive, self._qos
+            UInt8MultiArray, _absolute(topic), receive, self._qos, raw=True
         )
 
     def unsubscribe(self, topic: str, callback: Receiver) -> None:

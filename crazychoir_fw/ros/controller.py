@@ -17,7 +17,7 @@ from crazychoir_fw.control import (
     SenderStrategy,
 )
 from crazychoir_fw.guidance.law import arguments_of
-from crazychoir_fw.ros.conversions import message_to_reference, twist_to_message
+from crazychoir_fw.ros.conversions import message_to_reference, twist_to_bytes
 from crazychoir_fw.ros.names import CMD_VEL, LATEST, REFERENCES
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
@@ -91,9 +91,9 @@ class CrazyflieController(PoseTriggered, LayerNode):
         handler = made.traj_handler
         if hasattr(handler, "kind") and hasattr(handler, "topic"):
             topic = REFERENCES[handler.kind]
-            self.listen(topic, self._take_reference, handler.topic)
+            self.listen(topic, self._take_reference, handler.topic, fast=True)
             self.create_subscription(Bool, "idle", self._take_idle, LATEST)
-        self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
+        self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self.take_pose, pose_callback)
         self.when_time_jumps_back(self._begin_anew)
         for period in made.periods:
             self.every(1.0 / period, self._tick)
@@ -112,7 +112,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
     def send_input(self, twist: Twist) -> None:
         """Publish a command; may be overridden."""
         try:
-            self._commands.publish(twist_to_message(twist))
+            self._commands.publish(twist_to_bytes(twist))
         except RangeError as error:
             self.get_logger().error(f"command not sent: {error}", throttle_duration_sec=1.0)
 
@@ -124,7 +124,8 @@ class CrazyflieController(PoseTriggered, LayerNode):
         """A guidance says whether its drone rests, and then sends no references."""
         self._is_idle = message.data
 
-    def _take_pose(self, pose: Pose) -> None:
+    def take_pose(self, pose: Pose) -> None:
+        """Take the newest pose of the drone."""
         self.controller.set_pose(pose)
         self._watch.saw(pose, self.now())
         if self._is_new_pose(pose.time) and self.is_simulated_time and self._is_led_by_poses(pose.time):

@@ -6,6 +6,7 @@ One drone at a time: arrays of shape (3,). Times are seconds of the node's clock
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from geometry_msgs.msg import Twist as TwistMessage
 from nav_msgs.msg import Odometry
 from numpy.typing import ArrayLike, NDArray
 from rosbags.typesys import Stores, get_typestore
-from std_msgs.msg import MultiArrayDimension, MultiArrayLayout, UInt8MultiArray
+from std_msgs.msg import UInt8MultiArray
 from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJointTrajectoryPoint
 
 from crazychoir_fw.common.errors import RangeError, UnknownNameError
@@ -25,10 +26,41 @@ from crazychoir_fw.ros.names import BODY_FRAME, ODOM_FRAME, REFERENCES, WORLD_FR
 
 Array = NDArray[np.float64]
 
-_TYPES, _ODOMETRY = get_typestore(Stores.ROS2_JAZZY), "nav_msgs/msg/Odometry"
+_TYPES = get_typestore(Stores.ROS2_JAZZY)
+_LITTLE_ENDIAN = b"\x00\x01\x00\x00"  # CDR: what bytes of a message begin with
+_UInt8MultiArray, _MultiArrayLayout, _MultiArrayDimension = (
+    _TYPES.types[f"std_msgs/msg/{name}"] for name in ("UInt8MultiArray", "MultiArrayLayout", "MultiArrayDimension")
+)
 _MIN_NORM = 0.8  # of a quaternion: less is a lost sample (docs/reference/crazychoir.md#10)
 _LARGEST_TIME = 2**31  # [s], of the 32 bits that messages have
 _MAX_DIGITS = 18  # of a label
+
+
+# ---------------------------------------------------------------- bytes, which publishers and raw subscriptions take
+
+
+@cache
+def _name_of(kind: type) -> str:
+    return f"{kind.__module__.partition('.')[0]}/msg/{kind.__name__}"
+
+
+def from_bytes(data: bytes, kind: type) -> Any:
+    """Return what has the fields of a kind of message, lists of numbers as arrays; rclpy takes 3 times as long."""
+    return _TYPES.deserialize_cdr(data, _name_of(kind))
+
+
+def to_bytes(message: Any, kind: type) -> bytes:
+    """Return what has the fields of a kind of message as bytes."""
+    return bytes(_TYPES.serialize_cdr(message, _name_of(kind)))
+
+
+def vectors_to_bytes(**vectors: ArrayLike | None) -> bytes:
+    """Return a message that consists of vectors of three numbers; rclpy takes twice as long.
+
+    Raises:
+        RangeError: If a number is not finite; the message names the vector.
+    """
+    return _LITTLE_ENDIAN + b"".join(_vector(*item).astype("<f8").tobytes() for item in vectors.items())
 
 
 # ---------------------------------------------------------------- numbers
@@ -136,16 +168,6 @@ def pose_to_odometry(pose: Pose, frame_id: str = ODOM_FRAME, child_frame_id: str
     return message
 
 
-def read_odometry(data: bytes) -> Any:
-    """Return odometry out of the bytes of a subscription, five times as fast as rclpy does for its covariances."""
-    return _TYPES.deserialize_cdr(data, _ODOMETRY)
-
-
-def odometry_bytes(message: Any) -> bytes:
-    """Return what `read_odometry` returned as bytes, ready to be published."""
-    return bytes(_TYPES.serialize_cdr(message, _ODOMETRY))
-
-
 def odometry_to_pose(message: Odometry) -> Pose:
     """Return odometry as a pose; a stamp of zero is no stamp.
 
@@ -183,17 +205,17 @@ def checked_pose(who: str, pose: Pose) -> Pose:
 # ---------------------------------------------------------------- commands and references
 
 
-def twist_to_message(twist: Twist) -> TwistMessage:
-    """Return a command as a message.
+def twist_to_bytes(twist: Twist) -> bytes:
+    """Return a command as the bytes of its message.
 
     Raises:
         RangeError: If a number is not finite.
     """
-    return TwistMessage(linear=to_vector3("linear", twist.linear), angular=to_vector3("angular", twist.angular))
+    return vectors_to_bytes(linear=twist.linear, angular=twist.angular)
 
 
 def message_to_twist(message: TwistMessage) -> Twist:
-    """Return the message of a command; see `twist_to_message`."""
+    """Return the message of a command; see `twist_to_bytes`."""
     return Twist(_xyz("cmd_vel: linear", message.linear), _xyz("cmd_vel: angular", message.angular))
 
 
@@ -219,6 +241,13 @@ def reference_to_message(reference: Reference, kind: str) -> Vector3 | MultiDOFJ
     if reference.acceleration is not None:
         message.accelerations = [TwistMessage(linear=to_vector3("acceleration", reference.acceleration))]
     return message
+
+
+def reference_to_bytes(reference: Reference, kind: str) -> bytes:
+    """Return a reference as the bytes of its message; see `reference_to_message`."""
+    if kind in ("position", "acceleration"):
+        return vectors_to_bytes(**{kind: getattr(reference, kind)})
+    return to_bytes(reference_to_message(reference, kind), MultiDOFJointTrajectoryPoint)
 
 
 def message_to_reference(message: Vector3 | MultiDOFJointTrajectoryPoint, kind: str) -> Reference:
@@ -295,10 +324,10 @@ def joint_trajectory_to_points(message: JointTrajectory) -> list[TrajectoryPoint
 # ---------------------------------------------------------------- labeled bytes
 
 
-def bytes_to_message(label: int, data: bytes) -> UInt8MultiArray:
-    """Return bytes as an array of one dimension, whose label is a number in words."""
-    dimension = MultiArrayDimension(label=str(label), size=len(data), stride=len(data))
-    return UInt8MultiArray(layout=MultiArrayLayout(dim=[dimension]), data=data)
+def labeled_bytes(label: int, data: bytes) -> bytes:
+    """Return bytes as those of a `UInt8MultiArray` of one dimension, whose label is a number in words."""
+    layout = _MultiArrayLayout([_MultiArrayDimension(str(label), len(data), len(data))], 0)
+    return to_bytes(_UInt8MultiArray(layout, np.frombuffer(data, np.uint8)), UInt8MultiArray)
 
 
 def message_to_bytes(message: UInt8MultiArray) -> tuple[int, bytes]:

@@ -20,7 +20,7 @@ from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.ros.communicating import CommunicatingNode
-from crazychoir_fw.ros.conversions import points_to_joint_trajectory, reference_to_message
+from crazychoir_fw.ros.conversions import points_to_joint_trajectory, reference_to_bytes
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, ODOM, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.pose_triggered import CLOSE, PoseTriggered
@@ -121,7 +121,7 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
         self._idle_publisher = self.create_publisher(Bool, "idle", LATEST)
 
     def _hear_poses(self, handler: str | None, topic: str | None, callback: Callable[[], None] | None) -> None:
-        self.pose_source = pose_subscribe(handler, topic, self, self._take_pose, callback)
+        self.pose_source = pose_subscribe(handler, topic, self, self.take_pose, callback)
         for other in getattr(self.guidance, "watched", ()):
             of_other = self.topic_of(other, ODOM.name)
             pose_subscribe("pubsub", of_other, self, lambda pose, j=other: self.guidance.see(j, pose))
@@ -140,7 +140,8 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
 
     # ---------------------------------------------------------------- in
 
-    def _take_pose(self, pose: Pose) -> None:
+    def take_pose(self, pose: Pose) -> None:
+        """Take the newest pose of the drone."""
         self._has_pose = pose.position is not None
         self.guidance.set_pose(pose)
         if not self._is_new_pose(pose.time):
@@ -252,7 +253,7 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
             self._trajectory.publish(points_to_joint_trajectory(outputs.trajectory, self.agent_id))
         if reference is not None:
             try:
-                self._reference.publish(reference_to_message(reference, self._kind))
+                self._reference.publish(reference_to_bytes(reference, self._kind))
             except RangeError as error:
                 self.get_logger().error(f"reference not sent: {error}", throttle_duration_sec=1.0)
         idle = bool(getattr(outputs, "idle", False))

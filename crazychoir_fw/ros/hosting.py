@@ -123,7 +123,7 @@ class HostedExperiment(TopicExperiment):
                 continue
             follows = what_it_follows(mission, i)
             topic = REFERENCES[follows]
-            node.listen(topic, reference_taker(guidance, follows), node.topic_of(i, topic.name))
+            node.listen(topic, reference_taker(guidance, follows), node.topic_of(i, topic.name), fast=True)
 
     def _collector(self, mission: Any, remote: Sequence[RemoteGuidance]) -> StatisticsCollector:
         graph = graph_of(mission)

@@ -121,7 +121,7 @@ class JoinedFlight:
 
     def stop(self, drones: Names = None) -> None:
         """Press ``/stop``; see `takeoff`."""
-        self._press("stop", drones, DronePhase.LANDED)
+        self._press("stop", drones, DronePhase.STOPPED)
 
     def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
         """Publish points on ``traj_params``; see `takeoff`."""
@@ -266,7 +266,7 @@ class JoinedFlight:
                 if button in ("takeoff", "start"):
                     agent.phase = DronePhase.FLYING
                 elif agent.is_up:
-                    agent.phase = DronePhase.LANDING if button == "land" else DronePhase.LANDED
+                    agent.phase = DronePhase.LANDING if button == "land" else DronePhase.STOPPED
 
     def _take_states(self, text: str) -> None:
         told = read_states(text)

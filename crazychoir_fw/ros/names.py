@@ -35,7 +35,7 @@ class Topic:
     type: type
     """Message class."""
     publish_depth: int
-    """How many messages a publisher keeps."""
+    """How many messages a publisher keeps; Fast DDS has each of them acknowledged where that is one."""
     subscribe_depth: int
     """How many messages a subscriber keeps."""
     meaning: str
@@ -75,12 +75,14 @@ CF_ODOM = Topic("cf_odom", Odometry, 10, 10, "pose that a real drone estimates i
 MOCAP_POSE = Topic(
     "/vicon/cf{d}/cf{d}", PoseStamped, 10, 10, "pose of motion capture (m, world); d: last digit of the URI"
 )
-CMD_VEL = Topic("cmd_vel", Twist, 1, 1, "command of a controller, by its sender: thrust and rates, angles, or velocity")
-CMD_VEL_DES = Topic("cmd_vel_des", Twist, 1, 1, "velocity before a safety filter (m/s, world)")
-ACCELERATION = Topic("acceleration", Vector3, 1, 1, "desired acceleration (m/s^2, world)")
-POSITION = Topic("position", Vector3, 1, 1, "desired position (m, world)")
+CMD_VEL = Topic(
+    "cmd_vel", Twist, 10, 1, "command of a controller, by its sender: thrust and rates, angles, or velocity"
+)
+CMD_VEL_DES = Topic("cmd_vel_des", Twist, 10, 1, "velocity before a safety filter (m/s, world)")
+ACCELERATION = Topic("acceleration", Vector3, 10, 1, "desired acceleration (m/s^2, world)")
+POSITION = Topic("position", Vector3, 10, 1, "desired position (m, world)")
 FULLSTATE = Topic(
-    "fullstate", MultiDOFJointTrajectoryPoint, 1, 1, "desired position, yaw, velocity and acceleration (world)"
+    "fullstate", MultiDOFJointTrajectoryPoint, 10, 1, "desired position, yaw, velocity and acceleration (world)"
 )
 TRAJ_PARAMS = Topic("traj_params", JointTrajectory, 1, 10, "one point: a go-to; many: a drawn trajectory (m, s, world)")
 CLOSEST_ROBOTS = Topic("closest_robots", UInt8MultiArray, 10, 10, "poses of the drones nearby")

@@ -20,7 +20,7 @@ from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.control import safety as plain
 from crazychoir_fw.control.periodic_timer import PeriodicTimer
 from crazychoir_fw.guidance.serialization import dumps, loads
-from crazychoir_fw.ros.conversions import bytes_to_message, message_to_bytes, odometry_to_pose, read_odometry
+from crazychoir_fw.ros.conversions import labeled_bytes, message_to_bytes, odometry_to_pose
 from crazychoir_fw.ros.names import CLOSEST_ROBOTS, ODOM
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_triggered import CLOSE
@@ -36,8 +36,8 @@ _MAX_NEAR = 10_000  # robots in a message
 
 def closest_to_message(
     time: float, numbers: Sequence[int] | NDArray[np.intp], position: Array, velocity: Array
-) -> UInt8MultiArray:
-    """Return a message of ``closest_robots``.
+) -> bytes:
+    """Return a message of ``closest_robots`` as bytes.
 
     Args:
         time: Time of the poses (s).
@@ -46,7 +46,7 @@ def closest_to_message(
         velocity: How they move (m/s, world), shape (K, 3).
     """
     who = np.asarray(numbers, np.int64)
-    return bytes_to_message(round(time * 1e9), dumps((who, np.asarray(position, float), np.asarray(velocity, float))))
+    return labeled_bytes(round(time * 1e9), dumps((who, np.asarray(position, float), np.asarray(velocity, float))))
 
 
 def message_to_closest(message: UInt8MultiArray) -> tuple[float, NDArray[np.int64], Pose]:
@@ -122,13 +122,13 @@ class ClosestRobotGetter(LayerNode):
         self._schedule = PeriodicTimer(rate)
         self._closest = [self.announce(CLOSEST_ROBOTS, self.topic_of(i, CLOSEST_ROBOTS.name)) for i in self.agents]
         for row, i in enumerate(self.agents):
-            self.listen(ODOM, self._pose_taker(row), self.topic_of(i, ODOM.name), raw=True)
+            self.listen(ODOM, self._pose_taker(row), self.topic_of(i, ODOM.name), fast=True)
         self.when_time_jumps_back(self._begin_anew)
         self.every(rate, self._tick)
 
-    def _pose_taker(self, row: int) -> Callable[[bytes], None]:
-        def take(data: bytes) -> None:
-            pose = odometry_to_pose(read_odometry(data))
+    def _pose_taker(self, row: int) -> Callable[[Any], None]:
+        def take(message: Any) -> None:
+            pose = odometry_to_pose(message)
             now = self.now()
             self._position[row] = pose.position
             self._velocity[row] = 0.0 if pose.velocity is None else pose.velocity

@@ -20,6 +20,7 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from crazychoir_fw.common.errors import CrazychoirError, RangeError
+from crazychoir_fw.ros.conversions import from_bytes
 from crazychoir_fw.ros.names import BUTTONS, NAMESPACE_PATTERN, Topic
 from crazychoir_fw.ros.periodic import Periodic, check_frequency
 
@@ -169,6 +170,11 @@ class LayerNode(Node):
         """Whether the node follows ``/clock``."""
         return bool(self.get_parameter("use_sim_time").value)
 
+    def share_time(self, other: LayerNode) -> None:
+        """Follow ``/clock`` by the subscription of another node of this process."""
+        self._time_source.detach_node()
+        other._time_source.attach_clock(self.get_clock())
+
     def every(self, frequency: float, work: Callable[[float], None]) -> Periodic:
         """Call ``work(now)`` so many times per second of the clock of ROS.
 
@@ -219,7 +225,7 @@ class LayerNode(Node):
         *,
         profile: QoSProfile | None = None,
         callback_group: CallbackGroup | None = None,
-        raw: bool = False,
+        fast: bool = False,
     ) -> Subscription:
         """Subscribe to a line of the table.
 
@@ -232,14 +238,16 @@ class LayerNode(Node):
             name: Name, if not that of the table.
             profile: Quality of service, if not that of the table.
             callback_group: Callback group of rclpy.
-            raw: The callback takes bytes.
+            fast: The callback takes what `from_bytes` returns, instead of a message of rclpy.
         """
         name = name or topic.name
-        guarded = self._guarded(callback, name)
+        guarded = self.guarded((lambda data: callback(from_bytes(data, topic.type))) if fast else callback, name)
         profile = topic.subscribe_qos if profile is None else profile
-        return self.create_subscription(topic.type, name, guarded, profile, callback_group=callback_group, raw=raw)
+        return self.create_subscription(topic.type, name, guarded, profile, callback_group=callback_group, raw=fast)
 
-    def _guarded(self, callback: Callable[[Any], None], name: str) -> Callable[[Any], None]:
+    def guarded(self, callback: Callable[[Any], None], name: str) -> Callable[[Any], None]:
+        """Return a callback whose errors of this package are told to the log, as those of a topic."""
+
         def guarded(message: Any) -> None:
             try:
                 callback(message)

@@ -19,8 +19,8 @@ from crazychoir_fw.flight.services import make_services
 from crazychoir_fw.ros.conversions import (
     joint_trajectory_to_points,
     points_to_joint_trajectory,
-    reference_to_message,
-    twist_to_message,
+    reference_to_bytes,
+    twist_to_bytes,
 )
 from crazychoir_fw.ros.names import CMD_VEL, LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.parts import one_command
@@ -84,7 +84,7 @@ class OneProcessExperiment(TopicExperiment):
         if agent.planner is None and kind == "acceleration":
             reference = Reference(acceleration=self.accelerations[agent.index])
         try:
-            publisher.publish(reference_to_message(reference, kind))
+            publisher.publish(reference_to_bytes(reference, kind))
         except CrazychoirError as error:  # it lacks what its message has
             self.node.complain(publisher.topic_name, error)
 
@@ -98,7 +98,7 @@ class OneProcessExperiment(TopicExperiment):
         super()._send(group, indices, twist)
         for i, linear, angular in zip(indices, twist.linear, twist.angular, strict=True):
             if self._twists[i].get_subscription_count():
-                self._guarded(self.agents[i], self._twists[i].publish, twist_to_message(Twist(linear, angular)))
+                self._guarded(self.agents[i], self._twists[i].publish, twist_to_bytes(Twist(linear, angular)))
         if self.node.latencies is not None:
             self.node.latencies += [time.perf_counter() - self.node.last_step_wall] * len(indices)
 

@@ -13,7 +13,7 @@ from rclpy.subscription import Subscription
 from crazychoir_fw.common.errors import StateError, UnknownNameError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.mocap import decode_odometry, decode_pose_stamped, decode_vicon_position
-from crazychoir_fw.ros.conversions import checked_pose, odometry_to_pose, read_odometry
+from crazychoir_fw.ros.conversions import checked_pose, odometry_to_pose
 from crazychoir_fw.ros.names import MOCAP_POSE, ODOM, Topic, qos
 from crazychoir_fw.ros.node import LayerNode
 
@@ -88,17 +88,13 @@ def pose_subscribe(
         qos_profile = qos(line.subscribe_depth)
         qos_profile.reliability = QoSReliabilityPolicy.BEST_EFFORT
     profile = qos(qos_profile) if isinstance(qos_profile, int) else qos_profile
-    return node.listen(line, take, topic, profile=profile, callback_group=callback_group, raw=line is ODOM)
+    return node.listen(line, take, topic, profile=profile, callback_group=callback_group, fast=line is ODOM)
 
 
 def _source(handler: str, node: LayerNode) -> tuple[Topic, Callable[[Any], Pose], Callable[[Any], Pose]]:
     """Return the line of the table, what decodes messages as they are, and what refuses bad ones."""
     if handler == "pubsub":
-        return (
-            ODOM,
-            lambda data: decode_odometry(read_odometry(data)),
-            lambda data: odometry_to_pose(read_odometry(data)),
-        )
+        return ODOM, decode_odometry, odometry_to_pose
     if handler in ("pose", "vicon"):
         return MOCAP_POSE, decode_pose_stamped, lambda message: checked_pose("pose", decode_pose_stamped(message))
     try:

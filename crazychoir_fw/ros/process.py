@@ -17,18 +17,21 @@ from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException
 from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
 from std_msgs.msg import String
 
 from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight import agents
 from crazychoir_fw.flight.services import make_table
 from crazychoir_fw.guidance import TimeVaryingCommunicator
 from crazychoir_fw.mission.communicators import disturbed, goes_by_distance
 from crazychoir_fw.ros.communicator import RosTransport
 from crazychoir_fw.ros.guidance_node import ANSWERED, GuidanceNode
-from crazychoir_fw.ros.names import CLOCK, LATEST
+from crazychoir_fw.ros.names import CLOCK, LATEST, ODOM
 from crazychoir_fw.ros.parts import SENSING, TABLE, Part, has_table, layers_of_drone
 from crazychoir_fw.ros.pose_cache import PoseCache
+from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.safety_parts import make_avoidance_node, make_control_node, make_sensing_node
 from crazychoir_fw.ros.tasks import TableDesk, TaskTable
 from crazychoir_fw.ros.topic_experiment import READY
@@ -79,20 +82,38 @@ def make_nodes(
         nodes.append(TaskTable(table, parameters={"use_sim_time": True}, context=context))
     for i in part.agents:
         common: dict[str, Any] = {"agent_id": i, "parameters": {"use_sim_time": True}, "context": context}
+        common["pose_handler"] = None  # of one subscription for all layers
+        own: list[Any] = []
         for layer in layers_of_drone(mission, i):
             if layer not in part.layers:
                 continue
             if layer == "guidance":
-                nodes.append(_guidance(mission, i, lockstep, patience, common))
+                own.append(_guidance(mission, i, lockstep, patience, common))
             elif layer == "planning":
-                nodes.append(TrajectoryHandler(handler=agents.make_trajectory_handler(mission, i), **common))
+                own.append(TrajectoryHandler(handler=agents.make_trajectory_handler(mission, i), **common))
             elif layer == "avoidance":
-                nodes.append(make_avoidance_node(mission, **common))
+                own.append(make_avoidance_node(mission, **common))
             else:
-                nodes.append(make_control_node(mission, **common))
+                own.append(make_control_node(mission, **common))
+        _share_poses(own)
+        nodes += own
     if SENSING in part.layers:
         nodes.append(make_sensing_node(mission, parameters={"use_sim_time": True}, context=context))
+    for node in nodes[1:]:
+        node.share_time(nodes[0])
     return nodes
+
+
+def _share_poses(nodes: Sequence[Any]) -> None:
+    """Let the layers of a drone hear its odometry by one subscription, and decode it once."""
+    takers = [node.guarded(node.take_pose, ODOM.name) for node in nodes]
+
+    def take(pose: Pose) -> None:
+        for taker in takers:
+            taker(pose)
+
+    if nodes:
+        pose_subscribe("pubsub", ODOM.name, nodes[0], take)
 
 
 def _guidance(mission: Any, i: int, lockstep: bool, patience: float | None, common: dict[str, Any]) -> GuidanceNode:
@@ -227,7 +248,8 @@ def spin(
     is_ready = False
     looked = clock_looked = clock_seen = 0.0
     while context.ok() and not is_over():
-        executor.spin_once(timeout_sec=0.1 if is_ready else _LOOK_EVERY)
+        # works on many messages in one call: a call for each was a tenth of the time of a process
+        executor.spin_until_future_complete(Future(), timeout_sec=0.1 if is_ready else _LOOK_EVERY)
         now = time.monotonic()
         if leave_after is not None and now - clock_looked > _LOOK_AT_CLOCK:
             clock_looked = now

@@ -24,7 +24,7 @@ from crazychoir_fw.control import SafeHierarchicalController as PlainSafeHierarc
 from crazychoir_fw.control import safety as plain
 from crazychoir_fw.control.periodic_timer import PeriodicTimer
 from crazychoir_fw.ros.controller import CrazyflieController, HierarchicalController
-from crazychoir_fw.ros.conversions import message_to_reference, message_to_twist, to_vector3, twist_to_message
+from crazychoir_fw.ros.conversions import message_to_reference, message_to_twist, to_vector3, twist_to_bytes
 from crazychoir_fw.ros.names import ACCELERATION, CLOSEST_ROBOTS, CMD_VEL, CMD_VEL_DES, Topic
 from crazychoir_fw.ros.neighbor_sensing import message_to_closest
 from crazychoir_fw.ros.node import LayerNode
@@ -243,7 +243,7 @@ class CollisionAvoidance(PoseTriggered, LayerNode):
         self._gathering = Gathering(self._work, wants_desired=True)
         self.listen(topic, self._take_desired, f"{name}_des")
         self._sight = _Sight(self, made.set_closest, self._gathering.took_closest)
-        self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
+        self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self.take_pose, pose_callback)
         self.when_time_jumps_back(self._begin_anew)
         self.every(node_frequency, self._tick)
 
@@ -262,7 +262,8 @@ class CollisionAvoidance(PoseTriggered, LayerNode):
         self._desired_at = max(self.now(), self._pose_time)
         self._gathering.took_desired()
 
-    def _take_pose(self, pose: Pose) -> None:
+    def take_pose(self, pose: Pose) -> None:
+        """Take the newest pose of the drone."""
         self.avoidance.set_pose(pose)
         self._watch.saw(pose, self.now())
         if self._is_new_pose(pose.time) and self.is_simulated_time and self._is_led_by_poses(pose.time):
@@ -281,7 +282,7 @@ class CollisionAvoidance(PoseTriggered, LayerNode):
         if not self._sight.is_clear(now) or now - self._desired_at > self._patience:
             safe = self.avoidance.standstill()
         if self._is_twist:
-            self._output.publish(twist_to_message(safe))
+            self._output.publish(twist_to_bytes(safe))
         else:
             self._output.publish(to_vector3("acceleration", safe))
 

@@ -14,6 +14,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 from rclpy.context import Context
+from rclpy.task import Future
 from sensor_msgs.msg import Imu
 from std_msgs.msg import Bool, Empty
 
@@ -97,7 +98,7 @@ class CommandInbox:
         self.is_new = np.zeros(count, bool)
         """Who has sent one since the last look, shape (N,)."""
         for i in range(count):
-            node.listen(CMD_VEL, self._taker(i), node.topic_of(i, CMD_VEL.name))
+            node.listen(CMD_VEL, self._taker(i), node.topic_of(i, CMD_VEL.name), fast=True)
 
     def _taker(self, i: int) -> Callable[[Any], None]:
         node = self._node
@@ -175,6 +176,7 @@ class SimulationNode(LayerNode):
         self.latencies: list[float] | None = None
         """From an odometry to the command that answers it (s, wall), if somebody put a list here."""
         self._kind = command
+        self._all_answered = Future()
         self._stopping = False
         self._stopped = False
         count = len(host.names)
@@ -243,6 +245,8 @@ class SimulationNode(LayerNode):
         """Take note that a party has answered the latest odometry."""
         if self.answers.take(party):
             self.get_logger().warning(f"{self.host.names[party[0]]}: answers again on {party[1]}")
+        if self.answers.is_complete and not self._all_answered.done():
+            self._all_answered.set_result(None)
 
     # ---------------------------------------------------------------- buttons
 
@@ -360,7 +364,8 @@ class SimulationNode(LayerNode):
                         "waited for no more until heard again"
                     )
                 break
-            executor.spin_once(timeout_sec=min(remaining, 0.05))
+            self._all_answered = Future()
+            executor.spin_until_future_complete(self._all_answered, timeout_sec=min(remaining, 0.05))
             self.while_waiting()
             if self._stopping or not self.context.ok():
                 return False

@@ -12,7 +12,7 @@ from trajectory_msgs.msg import JointTrajectory
 from crazychoir_fw import planning as plain
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint
-from crazychoir_fw.ros.conversions import joint_trajectory_to_points, reference_to_message
+from crazychoir_fw.ros.conversions import joint_trajectory_to_points, reference_to_bytes
 from crazychoir_fw.ros.names import REFERENCES, TRAJ_PARAMS, qos
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
@@ -84,11 +84,12 @@ class TrajectoryHandler(LayerNode):
         self._references = self.announce(REFERENCES[handler.kind], handler.input_topic)
         # a handler wants the newest trajectory only
         self.listen(TRAJ_PARAMS, self._take_message, profile=qos(1))
-        self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self._take_pose, pose_callback)
+        self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self.take_pose, pose_callback)
         self.when_time_jumps_back(self._begin_anew)
         self.every(handler.update_frequency, self._tick)
 
-    def _take_pose(self, pose: Pose) -> None:
+    def take_pose(self, pose: Pose) -> None:
+        """Take the newest pose of the drone."""
         self.current_pose = pose
 
     def _take_message(self, message: JointTrajectory) -> None:
@@ -116,7 +117,7 @@ class TrajectoryHandler(LayerNode):
         """Publish the reference of a time (s); may be overridden."""
         reference = self.handler.evaluate(now)
         if reference is not None:
-            self._references.publish(reference_to_message(reference, self.handler.kind))
+            self._references.publish(reference_to_bytes(reference, self.handler.kind))
 
     def _begin_anew(self, now: float) -> None:
         self.handler.reset()

@@ -1,6 +1,6 @@
 """Contacts of drones that have begun, from the core to the events of a world.
 
-Event ``touchdown``: a drone came down upright on a floor, a table or the like, slower than 1 m/s. Event ``collision``:
+Event ``touchdown``: a drone came down upright on a floor, a table or the like, slower than 2 m/s. Event ``collision``:
 everything else. Details of both:
 
 * ``what``: ``drone``, ``floor`` (a surface that carries, within 45 deg of level) or ``obstacle``;

@@ -252,8 +252,13 @@ class Drone:
             raise StateError(f"{self.id}: cannot recover while it lies tumbled")
 
     def emergency_stop(self) -> None:
-        """Stop the motors and lock the drone until it is rebooted."""
+        """Stop the motors and lock the drone until it is rebooted.
+
+        The drone is disarmed too: for 3 s after a landing the firmware does not look for emergency stops, and leaves
+        that state at once when it is not armed (docs/reference/planner-commander.md#14.5).
+        """
         self.uplink.request("cf_emergency_stop")
+        self.uplink.request("cf_arm", False)
 
     def reboot(self) -> None:
         """Boot the onboard software again; battery, rotors and motion go on."""

@@ -56,6 +56,13 @@ def read_drones(recipe: Mapping[str, Any]) -> list[DroneConfig]:
     return drones
 
 
+def programs_of(recipe: Mapping[str, Any]) -> list[str]:
+    """Return the files of C that a world of the recipe compiles and runs: the apps of its drones."""
+    apps = [drone.get("app", ()) for drone in recipe.get("drones", ()) if isinstance(drone, Mapping)]
+    each = [str(path) for app in apps for path in ([app] if isinstance(app, str) else app)]
+    return sorted(set(each))
+
+
 def scene_differs(recipe: Mapping[str, Any]) -> str | None:
     """Return what is wrong with the file of the scene, as a sentence, or None."""
     if recipe.get("scene_sha256") is None:

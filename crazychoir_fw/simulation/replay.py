@@ -6,7 +6,7 @@ in the order in which they came; plugins of the user's do not run, because what 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,11 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import CrazychoirError
+from crazychoir_fw.common.reading import show_name
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.recording.flight_log import FlightLog
 from crazychoir_fw.recording.journal import Journal, Request
+from crazychoir_fw.recording.log_stream import STREAM
 from crazychoir_fw.simulation.fingerprint import difference
-from crazychoir_fw.simulation.recipe import read_drones, scene_differs
+from crazychoir_fw.simulation.recipe import programs_of, read_drones, scene_differs
 from crazychoir_fw.simulation.recorder import FlightRecorder
 from crazychoir_fw.simulation.world import World
 
@@ -75,13 +77,16 @@ class Replay:
 
 
 def load_flight(path: str | Path) -> FlightLog:
-    """Read the log of a flight: a file, or the folder with a `log.npz`.
+    """Read the log of a flight: a file, or the folder with a `log.npz`, or with the stream of a flight that was cut.
 
     Raises:
         ReplayError: If there is none.
     """
     path = Path(path)
-    file = path / "log.npz" if path.is_dir() else path
+    file = path
+    if path.is_dir():
+        # a stream is newer than what was written at the end of a flight before it
+        file = path / STREAM if (path / STREAM).exists() else path / "log.npz"
     try:
         return FlightLog.load(file)
     except (OSError, ValueError) as error:
@@ -103,7 +108,11 @@ def check_before(log: FlightLog) -> list[str]:
         for key in ("version", "mujoco", "compiler", "flags")
         if key in log.metadata and log.metadata[key] != here[key]
     ]
-    changed = scene_differs(journal.recipe)
+    warnings += [str(log.metadata["cut"])] if "cut" in log.metadata else []
+    try:
+        changed = scene_differs(journal.recipe)
+    except (TypeError, ValueError, OSError) as error:
+        raise ReplayError(f"the recipe of the journal names no scene: {error}") from error
     return [*warnings, changed] if changed else warnings
 
 
@@ -112,6 +121,7 @@ def replay(
     threads: int | None = None,
     observe: Progress | None = None,
     warn: Callable[[str], None] | None = None,
+    trust: bool = False,
 ) -> Replay:
     """Fly a recorded flight again and compare.
 
@@ -120,6 +130,7 @@ def replay(
         threads: Threads that share the drones; the result does not depend on it.
         observe: Called at every sample.
         warn: Called before the flight with everything that is not as it was when it was recorded.
+        trust: Compile and run the apps that the log names; a log of others may name any file.
 
     Raises:
         ReplayError: If it cannot be flown again; the text says why.
@@ -129,6 +140,8 @@ def replay(
         log = load_flight(log)
     warnings = check_before(log)
     journal = _journal(log)
+    if (programs := programs_of(journal.recipe)) and not trust:
+        raise ReplayError(f"{untrusted(programs)}: read what they do, then replay with trust")
     world = build(journal, threads)
     # versions have been compared in detail, and what Python classes asked for is in the journal
     compared = {part: world.fingerprint[part] for part in ("versions", "programs")}
@@ -152,6 +165,13 @@ def replay(
     return Replay(world, again, tuple(warnings), compare(log, again))
 
 
+def untrusted(programs: Sequence[str]) -> str:
+    """Return which programs a log of others would run, as the begin of a sentence."""
+    shown = ", ".join(show_name(name) for name in programs[:SHOWN])
+    more = f" and {len(programs) - SHOWN} more" if len(programs) > SHOWN else ""
+    return f"the log names C that a replay compiles and runs, {shown}{more}"
+
+
 def build(journal: Journal, threads: int | None = None) -> World:
     """Return the world of a journal at its first tick.
 
@@ -159,11 +179,16 @@ def build(journal: Journal, threads: int | None = None) -> World:
         CrazychoirError: If it cannot be built here.
     """
     recipe = journal.recipe
-    changed = scene_differs(recipe)
-    if changed is not None and changed.endswith("is gone"):
-        raise ReplayError(changed)
-    drones = read_drones(recipe)
-    return World(drones, recipe["scene"], recipe["seed"], threads=threads, visuals=False, is_replay=True)
+    try:
+        changed = scene_differs(recipe)
+        if changed is not None and changed.endswith("is gone"):
+            raise ReplayError(changed)
+        drones = read_drones(recipe)
+        return World(drones, recipe["scene"], recipe["seed"], threads=threads, visuals=False, is_replay=True)
+    except CrazychoirError:
+        raise
+    except Exception as error:  # a recipe that was altered makes its readers raise whatever they can
+        raise ReplayError(f"the recipe of the journal is damaged: {type(error).__name__}: {error}") from error
 
 
 class _Reader:
@@ -201,7 +226,7 @@ class _Reader:
 def _journal(log: FlightLog) -> Journal:
     journal = log.journal
     if journal is None:
-        raise ReplayError("the log has no journal: it was recorded by an older version")
+        raise ReplayError("the log has no journal: its drones have no onboard software here, or its version is older")
     if journal.gap is not None:
         raise ReplayError(f"the journal has a gap: {journal.gap}")
     if not journal.recipe:

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import json
+import lzma
+import struct
+import tokenize
 import zipfile
+import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.reading import printable
 from crazychoir_fw.common.replacing import replacing
 from crazychoir_fw.recording.journal import Journal
 from crazychoir_fw.simulation.events import Event
@@ -28,6 +33,15 @@ BESIDE_THE_STATE = ("tree_asleep",)
 
 _FORMAT = "crazychoir_fw snapshot 1"
 _JOURNAL = "journal/"
+
+LARGEST = 2**31
+"""Size of an unpacked file (bytes): a thousand drones take 60 MB, a journal 40 bytes per request."""
+
+# what reading an archive raises that was changed at any byte
+_DAMAGES = (
+    *(ValueError, KeyError, TypeError, AttributeError, IndexError, EOFError, OSError, MemoryError, OverflowError),
+    *(RuntimeError, struct.error, zlib.error, lzma.LZMAError, tokenize.TokenError, SyntaxError, zipfile.BadZipFile),
+)
 
 
 @dataclass(frozen=True, repr=False)
@@ -94,6 +108,7 @@ class Snapshot:
         try:
             if Path(path).is_file() and not zipfile.is_zipfile(path):
                 raise ValueError("it is no NumPy archive (.npz)")  # where np.load would guess, and speak of pickles
+            _check_size(path)
             with np.load(path, allow_pickle=False) as file:
                 about = json.loads(str(file["about"]))
                 if about["format"] != _FORMAT:
@@ -111,8 +126,16 @@ class Snapshot:
                 )
         except FileNotFoundError:
             raise
-        except (ValueError, KeyError, TypeError, AttributeError, EOFError, OSError, zipfile.BadZipFile) as error:
-            raise RangeError(f"{path} is not a snapshot: {error}") from error
+        except _DAMAGES as error:
+            raise RangeError(printable(f"{path} is not a snapshot: {error}")) from error
+
+
+def _check_size(path: str | Path) -> None:
+    """Refuse an archive that becomes too much, before it is unpacked."""
+    with zipfile.ZipFile(path) as archive:
+        size = sum(member.file_size for member in archive.infolist())
+    if size > LARGEST:
+        raise ValueError(f"it unpacks to {size} bytes, allowed: at most {LARGEST}")
 
 
 def read_state(model: mujoco.MjModel, data: mujoco.MjData) -> NDArray[np.float64]:

@@ -1,6 +1,6 @@
 """Two drones, one handler: take off, change places along a half circle each, land.
 
-Simulated drones: start `crazychoir serve --drones 2` in another terminal, then run this file.
+Simulated drones: start `crazychoir serve --count 2` in another terminal, then run this file.
 Real ones: python two_drones.py radio://0/80/2M/E7E7E7E701 radio://0/80/2M/E7E7E7E702
 """
 
@@ -17,7 +17,7 @@ SPEED, SECONDS = 0.3, 5.2  # half circles of 1 m, as far as the drones of `serve
 try:
     swarm = RadioHandlerVel(URIS, odometry_hz=20, safety_area=SafetyArea((-3, -3, 0), (3, 3, 2))).connect()
 except CrazychoirError as error:
-    sys.exit(f"{error}\nFor simulated drones, start this first: crazychoir serve --drones 2")
+    sys.exit(f"{error}\nFor simulated drones, start this first: crazychoir serve --count 2")
 
 with swarm:
     swarm.on_event = lambda agent, kind, text: print(f"{agent}: {kind}: {text}")

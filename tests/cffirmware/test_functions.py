@@ -228,3 +228,13 @@ def test_second_init_of_pid_leaves_attitude_loops_alone(fresh):
     other = fresh.instance()
     other.controllerPidInit()
     assert again >= integrated > rolled(other, 2)
+
+
+def test_parts_say_that_they_are_ready(fresh):
+    assert not fresh.controllerPidTest()
+    for part in ("controllerPid", "controllerBrescianini", "powerDistribution"):
+        getattr(fresh, f"{part}Init")()
+        assert getattr(fresh, f"{part}Test")()
+    motors = range(4)
+    assert [fresh.powerDistributionMotorType(motor) for motor in motors] == [1, 1, 1, 1], "each drives a rotor"
+    assert [fresh.powerDistributionStopRatio(motor) for motor in motors] == [0, 0, 0, 0]

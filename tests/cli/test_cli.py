@@ -1,15 +1,18 @@
 """The command line, as far as it goes without flying."""
 
 import json
+import re
 import subprocess
 import sys
 from types import ModuleType
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
 from crazychoir_fw.cli.tables import MANY, flight_tables, verdict
+from crazychoir_fw.common.version import __version__
 from crazychoir_fw.mujoco_models import SCENES
 
 FACTS = {"version": "1.2.3", "providers": ["builtin"], "parameters": 200, "ros": None}
@@ -73,6 +76,54 @@ def test_output_folder_that_cannot_be_made_is_one_sentence(tmp_path):
     result = run("fly", path, "--out", path / "below_a_file")
     assert result.exit_code == 2
     assert result.stderr == f"{path / 'below_a_file'} cannot be written: Not a directory\n"
+
+
+def test_the_version_is_shown():
+    result = run("--version")
+    assert (result.exit_code, result.stdout) == (0, f"crazychoir {__version__}\n")
+
+
+def test_completion_can_be_installed():
+    assert "--install-completion" in run("--help").stdout
+
+
+def command_lines(group, words=()):
+    for name, command in group.commands.items():
+        yield from command_lines(command, (*words, name)) if hasattr(command, "commands") else [(*words, name)]
+
+
+COMMANDS = sorted(command_lines(typer.main.get_command(app)))
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_help_shows_units_and_no_types_of_python(words):
+    result = run(*words, "--help")
+    assert result.exit_code == 0
+    assert not re.findall(r"<(?:int|float|str|bool|path|list).*?>", result.stdout)
+
+
+def test_help_shows_seconds_and_files():
+    assert re.search(r"--seconds +SECONDS", run("run", "--help").stdout)
+    assert re.search(r"--out +DIR", run("fly", "--help").stdout)
+
+
+@pytest.mark.parametrize(("words", "says"), [(("fyl",), "'fly'"), (("firmware", "buld"), "'build'")])
+def test_a_mistyped_command_is_answered_with_the_nearest(words, says):
+    result = run(*words)
+    assert result.exit_code == 2
+    assert f"Did you mean {says}?" in result.stderr
+
+
+@pytest.mark.parametrize("words", COMMANDS, ids=" ".join)
+def test_drones_are_names_wherever_they_are_an_option(words):
+    line = next((line for line in run(*words, "--help").stdout.splitlines() if "--drones" in line), None)
+    assert line is None or "NAMES" in line
+
+
+def test_a_log_is_exported_to_files_of_mcap_only(tmp_path):
+    result = run("export", tmp_path, "--mcap", tmp_path / "x.csv")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr == f"--mcap is {tmp_path / 'x.csv'}, but must end in .mcap\n"
 
 
 def test_no_command_shows_the_help():

@@ -19,6 +19,7 @@ NEEDS_ROS = pytest.mark.skipif(find_spec("rclpy") is None, reason="rclpy is not 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 HOVER = """
 name: hover
+hardware: {accept: [names, places]}  # each of three flies it
 drones: [{id: cf1, position: [0, 0]}]
 flight: [{takeoff: {duration: 3.0}}, {start: {duration: 60.0}}]
 layers:

@@ -64,7 +64,7 @@ def test_a_port_that_is_taken_is_one_sentence():
         port = taken.getsockname()[1]
         result = run("gui", mission, "--no-browser", "--port", port, "--backend", "integrator")
     assert result.exit_code == 2
-    assert f"--port {port}: Address already in use" in result.stderr
+    assert result.stderr == f"port {port} of 127.0.0.1 is in use: give another with --port, or 0 for any free one\n"
 
 
 @pytest.mark.parametrize(

@@ -21,7 +21,7 @@ def test_it_shows_from_where_on_it_is_too_much():
 
 
 def test_it_answers_for_one_number_of_drones():
-    result = run("--drones", "12", "--logs", "10", "--logs", "100", "--poses", "5", "--data-rate", "1M")
+    result = run("--count", "12", "--logs", "10", "--logs", "100", "--poses", "5", "--data-rate", "1M")
     assert result.exit_code == 0
     assert "1M, setpoints 10 Hz, logs 10 + 100 Hz, poses 5 Hz, 0 % loss" in " ".join(result.output.split())
     assert verdicts(result.output) == {12: "too much"}

@@ -76,7 +76,7 @@ def test_a_client_is_served_until_a_signal_comes(tmp_path, end):
 
 
 def test_a_number_of_drones_is_enough():
-    result = serve("--drones", 3, "--port", 0, "--seconds", 0.05)
+    result = serve("--count", 3, "--port", 0, "--seconds", 0.05)
     assert result.exit_code == 0, result.output
     assert "served: 3 drones" in result.output
     assert len(re.findall(r"udp://127\.0\.0\.1:\d+", result.output)) == 3
@@ -85,7 +85,7 @@ def test_a_number_of_drones_is_enough():
 
 
 def test_without_a_journal_there_is_no_replay(tmp_path):
-    words = ("--drones", 1, "--port", 0, "--seconds", 0.05, "--speed", 0, "--out", tmp_path, "--no-journal")
+    words = ("--count", 1, "--port", 0, "--seconds", 0.05, "--speed", 0, "--out", tmp_path, "--no-journal")
     result = serve(*words)
     assert result.exit_code == 0, result.output
     assert "it cannot be replayed" in result.output
@@ -95,7 +95,7 @@ def test_without_a_journal_there_is_no_replay(tmp_path):
 
 
 def test_time_stands_still_until_there_are_clients():
-    with process("--drones", 2, "--port", 0, "--seconds", 0.1, "--wait-for", 2) as (served, uris):
+    with process("--count", 2, "--port", 0, "--seconds", 0.1, "--wait-for", 2) as (served, uris):
         clients = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in uris]
         for client, uri in zip(clients, uris.values(), strict=True):
             # with one of two clients it would wait for ever
@@ -119,7 +119,7 @@ def test_time_stands_still_until_there_are_clients():
 
 
 def test_a_crowd_is_not_listed_whole():
-    result = serve("--drones", 40, "--port", 0, "--seconds", 0.01, "--speed", 0)
+    result = serve("--count", 40, "--port", 0, "--seconds", 0.01, "--speed", 0)
     assert result.exit_code == 0, result.output
     assert len(re.findall(r"udp://127\.0\.0\.1:\d+", result.output)) == 33
     assert "up to cf40 at udp://" in result.output
@@ -127,7 +127,7 @@ def test_a_crowd_is_not_listed_whole():
 
 
 def test_it_says_so_when_others_can_fly():
-    result = serve("--drones", 1, "--port", 0, "--seconds", 0.01, "--host", "0.0.0.0")
+    result = serve("--count", 1, "--port", 0, "--seconds", 0.01, "--host", "0.0.0.0")
     assert result.exit_code == 0, result.output
     assert "whoever reaches 0.0.0.0 over the network can fly these drones" in result.output
 
@@ -135,13 +135,13 @@ def test_it_says_so_when_others_can_fly():
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
-        ([], "name a mission file, or a number of drones with --drones"),
-        (["mission.yaml", "--drones", "2"], "name a mission file, or a number of drones with --drones"),
+        ([], "name a mission file, or a number of drones with --count"),
+        (["mission.yaml", "--count", "2"], "name a mission file, or a number of drones with --count"),
         (["missing.yaml"], "missing.yaml cannot be read"),
-        (["--drones", "2", "--port", "65535"], "port 65535 for 2 drones, allowed: 0 (any free ones) or 1 to 65534"),
-        (["--drones", "2", "--port", "0", "--host", "192.0.2.1"], "host '192.0.2.1' cannot be served from"),
-        (["--drones", "1", "--view=paper"], "--view is 'paper'"),
-        (["--drones", "2", "--wait-for", "3"], "--wait-for is 3, allowed: 0 to 2, the number of drones"),
+        (["--count", "2", "--port", "65535"], "port 65535 for 2 drones, allowed: 0 (any free ones) or 1 to 65534"),
+        (["--count", "2", "--port", "0", "--host", "192.0.2.1"], "host '192.0.2.1' cannot be served from"),
+        (["--count", "1", "--view=paper"], "--view is 'paper'"),
+        (["--count", "2", "--wait-for", "3"], "--wait-for is 3, allowed: 0 to 2, the number of drones"),
     ],
 )
 def test_what_cannot_be_served_is_said_in_one_sentence(words, sentence):
@@ -154,7 +154,7 @@ def test_a_taken_port_is_named():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         other.bind(("127.0.0.1", 0))
         port = other.getsockname()[1]
-        result = serve("--drones", 1, "--port", port)
+        result = serve("--count", 1, "--port", port)
     assert result.exit_code == 2
     assert f"port {port} of 127.0.0.1 is taken" in result.output
 
@@ -179,7 +179,7 @@ def test_it_can_be_watched(monkeypatch):
             pass
 
     monkeypatch.setattr("crazychoir_fw.cli.view.open_view", lambda way, say: View())
-    result = serve("--drones", 1, "--port", 0, "--seconds", 0.2, "--view", "web")
+    result = serve("--count", 1, "--port", 0, "--seconds", 0.2, "--view", "web")
     assert result.exit_code == 0, result.output
     assert len(seen) > 2
     assert seen[0] == 0.0

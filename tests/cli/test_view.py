@@ -100,7 +100,7 @@ def test_a_page_without_nicegui_is_one_sentence(monkeypatch):
 
 
 def test_a_camera_that_is_not_there_is_one_sentence(hop, tmp_path):
-    from crazychoir_fw.recording.video import rendering_available
+    from crazychoir_fw.recording.opengl import rendering_available
 
     if reason := rendering_available():
         pytest.skip(reason)

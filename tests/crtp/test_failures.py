@@ -48,7 +48,7 @@ def wait_for(script, word) -> None:
 @pytest.fixture(scope="module")
 def happened(tmp_path_factory):
     out, cache = tmp_path_factory.mktemp("served"), str(tmp_path_factory.mktemp("cache"))
-    with serving(SCRIPTS / "served.yaml", "--out", out) as (_, uris), serving("--drones", "1") as (other, its):
+    with serving(SCRIPTS / "served.yaml", "--out", out) as (_, uris), serving("--count", "1") as (other, its):
         running = {name: start(SCRIPTS / f"{name}.py", uris[name], cache) for name in uris}
         frozen = start(SCRIPTS / "frozen.py", its["cf1"], cache)
         wait_for(frozen, "logging")

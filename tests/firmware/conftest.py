@@ -49,27 +49,6 @@ def releases_folder(tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def build_quickly(releases_folder):
-    """Build a library from a checkout, as fast as the compiler can, in a cache of their own."""
-
-    def run(checkout, platform="cf2", apps=()):
-        script = checkout / "bindings" / "setup.py"
-        script.write_text(script.read_text().replace('"-O3"', '"-O0"'))
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setenv("CRAZYCHOIR_CACHE", str(releases_folder / "cache"))
-            return build_provider(checkout, platform, apps)
-
-    return run
-
-
-def compiled_quickly(checkout):
-    """Return a checkout, whose flags ask the compiler for no work that is not needed."""
-    script = checkout / "bindings" / "setup.py"
-    script.write_text(script.read_text().replace('"-O3"', '"-O0"'))
-    return checkout
-
-
-@pytest.fixture(scope="session")
 def parts_digest():
     """A digest of all that the miniature is made of."""
     parts = [path for path in sorted((HERE / "miniature").rglob("*")) if path.is_file() and path.suffix != ".pyc"]
@@ -79,7 +58,7 @@ def parts_digest():
 
 @pytest.fixture(scope="session")
 def checkout_of(lasting_folder, parts_digest):
-    """Return the checkout of a release, to be compiled quickly. Not to be written to.
+    """Return the checkout of a release. Not to be written to.
 
     It always lies in the same place, so that only what has changed since the last session is compiled.
     """
@@ -92,7 +71,7 @@ def checkout_of(lasting_folder, parts_digest):
             if not mark.exists() or mark.read_text() != parts_digest:
                 shutil.rmtree(root, ignore_errors=True)
                 form = {"2024.10": "2023", "2025.02": "2025"}.get(release, "2026")
-                compiled_quickly(lay_out(root, release=release, setup_py=form))
+                lay_out(root, release=release, setup_py=form)
                 mark.write_text(parts_digest)
         return root
 
@@ -126,10 +105,10 @@ def level_word(level_library):
 
 @pytest.fixture(scope="session")
 def own_checkout(lasting_folder, worker_id):
-    """A checkout of this worker of pytest, always in the same place, so that little of it is compiled again."""
+    """A checkout of this worker of pytest."""
     root = lasting_folder / f"edited_by_{worker_id}"
     shutil.rmtree(root, ignore_errors=True)
-    return compiled_quickly(lay_out(root, release="2026.08", setup_py="2026"))
+    return lay_out(root, release="2026.08", setup_py="2026")
 
 
 @pytest.fixture
@@ -197,7 +176,7 @@ BROKEN = '#error "needs a driver"\n'
 
 
 @pytest.fixture(scope="session")
-def poor(releases_folder, build_quickly):
+def poor(releases_folder, lasting_cache):
     """For the other platform, with an app; the pose model and the complementary estimator do not compile, and there
     are neither INDI nor the supervisor of the filter."""
     checkout = lay_out(releases_folder / "poor", release="2026.08", setup_py="2025")
@@ -207,7 +186,7 @@ def poor(releases_folder, build_quickly):
     (modules / "kalman_supervisor.c").unlink()
     (modules / "controller/controller_indi.c").unlink()
     (releases_folder / "mine.c").write_text(APP)
-    return build_quickly(checkout, "cf21bl", [releases_folder / "mine.c"])
+    return build_provider(checkout, "cf21bl", [releases_folder / "mine.c"])
 
 
 @pytest.fixture

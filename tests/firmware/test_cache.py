@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 
 from crazychoir_fw.common.errors import BuildError
 from crazychoir_fw.firmware.cache import Cache, Fingerprints, cache_root, clean, digest
+from crazychoir_fw.firmware.library import Library
 
 
 def test_remembers_by_content(cache_folder, tmp_path):
@@ -136,3 +137,38 @@ def test_a_workspace_is_gone_unless_it_was_renamed(cache_folder):
 @given(st.lists(st.binary(max_size=4), max_size=4), st.lists(st.binary(max_size=4), max_size=4))
 def test_a_digest_tells_parts_apart(first, second):
     assert (digest(*first) == digest(*second)) == (first == second)
+
+
+def test_the_cache_is_private(cache_folder):
+    root = cache_root()
+    root.mkdir(parents=True)
+    root.chmod(0o755)  # as it was made by an older version
+    cache = Cache()
+    for folder in (root, cache.libraries, cache.modules, cache.objects):
+        assert folder.stat().st_mode & 0o777 == 0o700
+
+
+@pytest.mark.parametrize("name", [".", "libraries", "modules"])
+def test_a_cache_into_which_others_may_write_is_refused(cache_folder, name):
+    Cache()
+    (cache_root() / name).chmod(0o777)
+    with pytest.raises(BuildError, match=r"may be written by others \(mode 777\).*delete it, or name another with"):
+        Cache()
+
+
+def test_a_cache_of_another_user_is_refused(cache_folder, monkeypatch):
+    Cache()
+    monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
+    with pytest.raises(BuildError, match=f"belongs to user {os.getuid()}"):
+        Cache()
+
+
+def test_a_library_that_is_not_the_one_that_was_built_is_not_loaded(cache_folder):
+    folder = Cache().libraries / "mine"
+    folder.mkdir()
+    (folder / "mine.so").write_bytes(b"built")
+    Library(folder / "mine.so", "mine", None, [(0, 1)], [], {"content": "1"}).save()
+    assert Library.load(folder).name == "mine"
+    (folder / "mine.so").write_bytes(b"other")
+    with pytest.raises(BuildError, match=r"mine\.so is not the file that was built"):
+        Library.load(folder)

@@ -17,13 +17,13 @@ CHANGED = {**{fork: {"fork": fork} for fork in FORKS}, "after 2026.08": {"releas
 
 
 @pytest.fixture(scope="module")
-def built(releases_folder, build_quickly):
+def built(releases_folder, lasting_cache):
     """Return the library of one of them, which is built once."""
     libraries = {}
 
     def build(name):
         if name not in libraries:
-            libraries[name] = build_quickly(lay_out(releases_folder / name, **CHANGED[name]))
+            libraries[name] = build_provider(lay_out(releases_folder / name, **CHANGED[name]))
         return libraries[name]
 
     return build
@@ -60,9 +60,8 @@ def test_the_edits_of_a_fork_are_there(built):
 
 
 @pytest.mark.parametrize("name", CHANGED)
-def test_a_fork_compiles_up_to_its_own_loop(built, releases_folder, monkeypatch, name):
+def test_a_fork_compiles_up_to_its_own_loop(built, releases_folder, name):
     built(name)
-    monkeypatch.setenv("CRAZYCHOIR_CACHE", str(releases_folder / "cache"))
     identity = build_provider(releases_folder / name, level=levels.STABILIZER).identity
     assert identity["host_mode"] == []
     assert identity["notes"] == []

@@ -55,7 +55,7 @@ def test_an_app_with_a_task_only_is_refused_where_no_task_runs(checkout, tmp_pat
         build_app(path, provider=word_of(ALGORITHMS), checkout=checkout)
 
 
-@pytest.mark.parametrize("provider", ["builtin", word_of(ALGORITHMS), word_of(MODULES), word_of(STABILIZER)])
+@pytest.mark.parametrize("provider", ["builtin", word_of(ALGORITHMS), word_of(STABILIZER)])
 def test_an_app_asks_the_tables_and_prints_over_everything(provider, checkout):
     app = build_app(ASKING, provider=provider, checkout=checkout)
     assert app.hooks == ("controller", "estimator")
@@ -72,11 +72,10 @@ def test_an_app_asks_the_tables_and_prints_over_everything(provider, checkout):
     assert [drone.log[f"asking.{name}"] for name in ("paramFound", "paramNamed", "logNamed")] == [1, 1, 1]
 
 
-def test_functions_with_the_same_code_are_both_found_at_full_speed(miniature):
-    for provider in ("builtin", "bitcraze", word_of(MODULES)):
-        app = build_app(ASKING, provider=provider, checkout=miniature)
-        assert "-O3" in app.library.identity["flags"]
-        assert app.hooks == ("controller", "estimator")
+def test_functions_with_the_same_code_are_both_found_at_full_speed():
+    app = build_app(ASKING, provider="builtin")
+    assert "-O3" in app.library.identity["flags"]
+    assert app.hooks == ("controller", "estimator")
 
 
 def test_only_warnings_of_the_own_file_are_told(checkout, tmp_path):

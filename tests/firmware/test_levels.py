@@ -7,6 +7,7 @@ import pytest
 from level_flights import GENERIC, HIGH_LEVEL, RPYT, SUPERVISOR, airborne, everything, pieces, record, world_of
 from miniature import RELEASES
 
+from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import CrazychoirError, StateError
 from crazychoir_fw.firmware.levels import ALGORITHMS, LEVELS, MODULES, STABILIZER
 from crazychoir_fw.firmware.library import BUILD_LOG
@@ -243,6 +244,44 @@ def test_takeoff_velocity_of_theirs_counts(word):
         assert drone.param["hlCommander.vtoff"] == velocity
         heights.append(drone.true_position[2])
     assert heights[0] < 0.55 < 0.85 < heights[1]
+
+
+def test_every_command_of_c_reaches_the_modules(word):
+    world = world_of(word)
+    world.wait_until_ready()
+    drone = world.drones[0]
+    cf = drone.struct
+    assert lib.cf_takeoff_with_velocity(cf, 0.9, True, 0.6, 0.0, True) == lib.CF_OK
+    world.run(2.5)
+    assert drone.true_position[2] == pytest.approx(0.9, abs=0.1)
+    memory, read = pieces().astype("<f4").tobytes(), ffi.new("uint8_t[]", 264)
+    assert lib.cf_write_trajectory(cf, 132, len(memory), memory) == lib.CF_OK
+    assert lib.cf_read_trajectory(cf, 132, len(memory), read) == lib.CF_OK
+    assert bytes(read) == memory
+    assert lib.cf_land_with_velocity(cf, 0.0, False, 0.6, 0.0, True) == lib.CF_OK
+    world.run(1.0)
+    assert 0.1 < drone.true_position[2] < 0.8
+    assert lib.cf_stop(cf) == lib.CF_OK
+    world.run(0.1)
+    assert duties(drone) == [0, 0, 0, 0]
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_commands_with_bad_numbers_are_refused_before_they_are_sent(bad, level_word):
+    cf = world_of(level_word(NEWEST, MODULES)).drones[0].struct
+    refused = [
+        lib.cf_takeoff(cf, bad, 1.0, 0.0, True),
+        lib.cf_land(cf, 0.0, 1.0, bad, False),
+        lib.cf_takeoff_with_velocity(cf, 1.0, False, bad, 0.0, True),
+        lib.cf_land_with_velocity(cf, 0.0, False, 0.5, bad, False),
+        lib.cf_go_to(cf, 0.0, bad, 1.0, 0.0, 1.0, False, False),
+        lib.cf_spiral(cf, ffi.new("cf_spiral_t *", {"duration": 1.0, "radius0": bad})),
+        lib.cf_start_trajectory(cf, 1, bad, False, False, False),
+    ]
+    assert set(refused) == {lib.CF_ERR_VALUE}
+    assert lib.cf_start_trajectory(cf, 9, 1.0, False, False, False) == lib.CF_ERR_UNKNOWN
+    assert lib.cf_define_trajectory(cf, 1, 9, 0, 1) == lib.CF_ERR_UNKNOWN
+    assert lib.cf_write_trajectory(cf, 1 << 20, 1, b"x") != lib.CF_OK
 
 
 def test_reboot_brings_back_what_a_drone_was_at_boot(word):

@@ -1,3 +1,5 @@
+import shutil
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -22,9 +24,10 @@ def folder(tmp_path):
 def compile_all(cache_folder, folder):
     """Compile files of the folder; return the results, and which of them were compiled anew."""
 
-    def run(*names, flags=(), scenery="", syntax_only=False):
-        objects = Objects(find_compiler(), Cache(), Fingerprints(), scenery)
-        results = objects.compile_all([Unit(folder / name, tuple(flags), syntax_only) for name in names])
+    def run(*names, flags=(), headers=(), syntax_only=False, root=None, placed=False):
+        objects = Objects(find_compiler(), Cache(), Fingerprints(), headers, root)
+        units = [Unit((root or folder) / name, tuple(flags), syntax_only, placed) for name in names]
+        results = objects.compile_all(units)
         return results, [one.unit.source.name for one in results if not one.from_cache]
 
     return run
@@ -45,8 +48,24 @@ def test_only_what_changed_is_compiled(compile_all, folder):
 def test_flags_and_names_of_headers_count(compile_all):
     assert compile_all("b.c")[1] == ["b.c"]
     assert compile_all("b.c", flags=["-DX"])[1] == ["b.c"]
-    assert compile_all("b.c", scenery="another header")[1] == ["b.c"]
+    assert compile_all("b.c", headers=["another header"])[1] == ["b.c"]
     assert compile_all("b.c")[1] == []
+
+
+def test_a_copy_of_a_checkout_is_not_compiled_again(compile_all, folder):
+    (folder / "a.c").write_text('#include "shared.h"\nint unused; const char *a(void) { int b; return __FILE__; }\n')
+    copy = folder.with_name("copy")
+    shutil.copytree(folder, copy)
+    for root, compiled in ((folder, ["a.c"]), (copy, []), (folder, [])):
+        (result,), names = compile_all("a.c", root=root, flags=["-Wall", f"-I{root}"], headers=[f"{root}/shared.h"])
+        assert names == compiled
+        assert f"{root}/a.c:2:" in result.output and result.inputs.keys() >= {f"{root}/a.c", f"{root}/shared.h"}
+    content = result.path.read_bytes()
+    assert b"a.c\0" in content and bytes(folder) not in content  # from the root on, for both
+    assert compile_all("a.c", root=copy, placed=True)[1] == ["a.c"]
+    assert compile_all("a.c", root=folder, placed=True)[1] == ["a.c"]
+    (copy / "shared.h").write_text("#define SHARED 3\n")
+    assert compile_all("a.c", root=copy, flags=["-Wall", f"-I{copy}"], headers=[f"{copy}/shared.h"])[1] == ["a.c"]
 
 
 def test_objects_are_found_again_after_they_vanished(compile_all):

@@ -250,3 +250,39 @@ def test_folders_that_the_list_lacks_are_searched_for_headers(checkout):
     shadow = bindings_folder() / "bitcraze" / "shadow"
     assert shadow in recipe.first_include_dirs
     assert {"stm32fxxx.h", "stm32f4xx.h"} <= {path.name for path in shadow.iterdir()}
+
+
+@pytest.mark.parametrize("is_link", [True, False])
+def test_files_outside_of_a_checkout_are_taken_only_from_folders_that_the_user_names(
+    checkout, tmp_path, monkeypatch, is_link
+):
+    elsewhere = tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "planner.c").write_text("")
+    opened = checkout(flags=("-O3", f"-I{elsewhere}", "-I../elsewhere"))
+    setup, source = opened.root / "bindings/setup.py", opened.root / "src/modules/src/planner.c"
+    if is_link:
+        source.unlink()
+        source.symlink_to(elsewhere / "planner.c")
+        headers = opened.root / "vendor/CMSIS/CMSIS/DSP/Include"
+        headers.symlink_to(elsewhere)
+    else:
+        headers = opened.root / "../elsewhere"
+        text = setup.read_text().replace("src/modules/src/planner.c", "../elsewhere/planner.c")
+        setup.write_text(text.replace("vendor/CMSIS/CMSIS/DSP/Include", "../elsewhere"))
+    with pytest.raises(CheckoutError, match=r"planner\.c of .* lies outside of this checkout, at .*elsewhere/planner"):
+        bitcraze_recipe(opened, "cf2")
+
+    monkeypatch.setenv("CRAZYFLIE_FIRMWARE_ALSO", str(elsewhere))
+    assert headers in bitcraze_recipe(opened, "cf2").include_dirs
+
+    monkeypatch.delenv("CRAZYFLIE_FIRMWARE_ALSO")
+    if is_link:
+        source.unlink()
+        source.write_text("")
+    else:
+        setup.write_text(setup.read_text().replace("../elsewhere/planner.c", "src/modules/src/planner.c"))
+    recipe = bitcraze_recipe(opened, "cf2")
+    assert headers not in recipe.include_dirs
+    assert not any("elsewhere" in flag for flag in recipe.flags)
+    assert any("elsewhere left out, outside of the checkout" in note for note in recipe.notes)

@@ -111,6 +111,21 @@ def test_nothing_turns_before_takeoff_and_after_landing():
     assert np.all(experiment.backend.integrator.input == 0.0)
     assert experiment.agents[0].phase is DronePhase.LANDED
     assert [h.kind for h in experiment.events] == ["takeoff", "land", "landed"]
+    experiment.stop()
+    assert experiment.agents[0].phase is DronePhase.LANDED
+
+
+def test_a_drone_that_is_stopped_in_the_air_has_not_landed():
+    experiment = make_experiment(mission(hover()))
+    experiment.stop()
+    assert experiment.agents[0].phase is DronePhase.GROUND
+    experiment.takeoff()
+    experiment.run(1.0)
+    experiment.stop()
+    assert experiment.agents[0].phase is DronePhase.STOPPED
+    assert not experiment.agents[0].is_up
+    experiment.takeoff()
+    assert experiment.agents[0].phase is DronePhase.FLYING
 
 
 def test_buttons_of_some_drones():

@@ -45,6 +45,7 @@ def test_a_button_takes_its_drones_out_of_the_mission(open_flight, api, until, t
     session.speed = 100.0
     until(lambda: session.flying is None)
     states = {agent.name: agent.phase.value for agent in session.experiment.agents}
+    assert states.pop("agent_0") == "stopped"
     assert set(states.values()) == {"landed"}
     kinds = [(event.kind, event.drone) for event in session.experiment.events]
     assert ("land", "agent_0") not in kinds and ("land", "agent_1") in kinds

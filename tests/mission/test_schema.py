@@ -46,9 +46,9 @@ BAD_VALUES = [
     (["description"], 7, ["description is 7", "text"]),
     (["backend"], "hardwear", ["backend is 'hardwear'", "must be sim"]),
     (["scene"], "aren", ["scene is 'aren'", "did you mean 'arena'?", "flight_lab"]),
-    (["scene"], "a" * 5000 + ".xml", ["scene is 'aaa", "existing .xml file"]),
-    (["scene"], "a\0b.xml", ["scene is", "existing .xml file"]),
-    (["scene"], "gone.xml", ["scene is 'gone.xml'", "existing .xml file"]),
+    (["scene"], "a" * 5000 + ".xml", ["scene is 'aaa", "existing .xml or .yaml file"]),
+    (["scene"], "a\0b.xml", ["scene is", "existing .xml or .yaml file"]),
+    (["scene"], "gone.xml", ["scene is 'gone.xml'", "existing .xml or .yaml file"]),
     (["drones"], [], ["drones is []", "at least 1"]),
     (["drones"], "cf1", ["drones is 'cf1'", "a list"]),
     (["drones"], {"count": 0}, ["drones.count is 0", "[1, 10000]"]),
@@ -134,7 +134,7 @@ BAD_VALUES = [
     ),
     (["flight", 1], {"trajectory": {}}, ["flight[1].trajectory", "either file or pieces"]),
     (["flight", 1], {"trajectory": {"file": "gone.csv"}}, ["flight[1].trajectory", "gone.csv cannot be read"]),
-    (["flight", 1], {"trajectory": {"file": "a\0b"}}, ["flight[1].trajectory: 'a\\x00b' is not a text file"]),
+    (["flight", 1], {"trajectory": {"file": "a\0b"}}, ["flight[1].trajectory: a\\x00b is no file name"]),
     (
         ["flight", 1],
         {"trajectory": {"pieces": [{"duration": 1, "x": [0, NAN]}]}},
@@ -259,16 +259,16 @@ BAD_FILES = [
     (b"just words", "is 'just words', but must be a mapping"),
     (b"\xff\xfe\x00\x01", "is not a text file"),
     (b"name: a\nseed: \x00", "line 2: the character"),
-    (b"name: a\nflight: [takeoff\n", "line 3"),
+    (b"name: a\nflight: [takeoff\n", "line 2: did not find expected"),
     (b"name: a\n\tseed: 1\n", "line 2"),
     (b"name: a\nseed: 1\nname: b\n", "line 3, column 1: the key 'name' stands here a second time"),
     (b"flight:\n- takeoff: {height: 1, height: 2}\n", "the key 'height' stands here a second time"),
     (b"name: !!python/object/apply:os.system ['true']\n", "could not determine a constructor"),
     (b"seed: " + b"9" * 5000, "a value that YAML cannot read"),
     (b"seed: 2020-13-45\n", "a value that YAML cannot read"),
-    (b"[" * 100_000, "nested too deeply"),
-    (b"seed: &a [*a]\n", "seed is"),
-    (b"drones: &a [*a]\n", "drones"),
+    (b"[" * 100_000, "nested deeper than 64 levels"),
+    (b"seed: &a [*a]\n", "column 11: the alias *a stands inside of what it stands for"),
+    (b"drones: &a [*a]\n", "column 13: the alias *a"),
     (b"seed: 0x" + b"f" * 9000, "seed is a huge number"),
     (b"&a a: &b {*b : 1}\n", "bad.yaml"),
     (b"? [a, b]\n: 1\n", "bad.yaml"),
@@ -290,7 +290,7 @@ def test_bad_file_is_refused_in_one_sentence(tmp_path, content, says):
 def test_missing_file_folder_and_impossible_name_are_refused(tmp_path):
     with pytest.raises(MissionError, match="cannot be read: No such file"):
         load_mission(tmp_path / "gone.yaml")
-    with pytest.raises(MissionError, match="cannot be read: Is a directory"):
+    with pytest.raises(MissionError, match="it is a folder, but must be a regular file"):
         load_mission(tmp_path)
     with pytest.raises(MissionError, match="is no file name"):
         load_mission("a\0b.yaml")
@@ -307,10 +307,10 @@ def test_aliases_that_multiply_are_refused_quickly(tmp_path):
     path = tmp_path / "bomb.yaml"
     levels = "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]\n" for i in range(1, 12))
     path.write_text("a0: &a0 x\n" + levels + "drones: *a11\nflight: *a11\n")
-    with pytest.raises(MissionError, match="has no key 'a0'"):
+    with pytest.raises(MissionError, match="line 7, column 30: more than 300000 keys and values"):
         load_mission(path)
     path.write_text(levels.replace("*a0", "x").replace("a11:", "drones:"))
-    with pytest.raises(MissionError, match="has no key 'a1'"):
+    with pytest.raises(MissionError, match="more than 300000 keys and values"):
         load_mission(path)
 
 

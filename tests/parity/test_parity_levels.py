@@ -4,7 +4,6 @@ import pytest
 from miniature import lay_out
 
 from crazychoir_fw.firmware.build import build_provider
-from crazychoir_fw.firmware.checkout import SETUP
 from crazychoir_fw.firmware.levels import LEVEL_OF_MODULE, MODULES, STABILIZER
 from crazychoir_fw.onboard.core import load_library
 from crazychoir_fw.parity.deviation import Verdict
@@ -51,8 +50,6 @@ def edited(folder, path, old, new):
     text = (checkout / path).read_text()
     assert old in text
     (checkout / path).write_text(text.replace(old, new))
-    script = checkout / SETUP
-    script.write_text(script.read_text().replace('"-O3"', '"-O1"'))  # for the compiler's sake
     return checkout
 
 

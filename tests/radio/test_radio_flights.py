@@ -322,7 +322,7 @@ def test_the_example_says_what_to_start():
     run = subprocess.run([sys.executable, EXAMPLE, "udp://127.0.0.1:9"], capture_output=True, text=True, timeout=120)
     assert run.returncode == 1
     assert "agent_0: udp://127.0.0.1:9: nobody listens there; is `crazychoir serve` running?" in run.stderr
-    assert "crazychoir serve --drones 2" in run.stderr
+    assert "crazychoir serve --count 2" in run.stderr
 
 
 STANDS_STILL = """

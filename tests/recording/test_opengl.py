@@ -64,6 +64,20 @@ def test_a_window_without_a_screen_is_refused_quietly():
     assert answer.stderr == ""
 
 
+@pytest.mark.parametrize(
+    ("value", "says"),
+    [
+        ("osmesa", "osmesa: libOSMesa is not installed"),
+        ("egl", "egl: libEGL"),
+        ("foo", "MUJOCO_GL is foo, allowed: egl"),
+    ],
+)
+def test_a_missing_library_of_mujoco_gl_is_one_sentence_when_something_is_drawn(value, says):
+    answer = ask(BROKEN + ASK, MUJOCO_GL=value)
+    assert answer.stdout.startswith("no rendering: " + says)
+    assert answer.stderr == ""
+
+
 def test_pictures_show_the_scene(two_drones, drawing):
     data = mujoco.MjData(two_drones)
     mujoco.mj_forward(two_drones, data)

@@ -162,7 +162,7 @@ def test_buttons_call_with_the_time(bench):
 def test_the_table_is_that_of_the_original():
     depths = {topic.name: (topic.publish_depth, topic.subscribe_depth) for topic in TOPICS}
     assert len(depths) == len(TOPICS)
-    assert depths["odom"] == (10, 10) and depths["cmd_vel"] == (1, 1) and depths["acceleration"] == (1, 1)
+    assert depths["odom"] == (10, 10) and depths["cmd_vel"] == (10, 1) and depths["acceleration"] == (10, 1)
     assert depths["traj_params"] == (1, 10) and depths["/takeoff"] == (10, 10)
     assert depths["/visualization_marker"] == (1, 1)
 

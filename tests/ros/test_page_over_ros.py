@@ -128,10 +128,10 @@ def test_takeoff_goto_land_stop(served):
     agent = served.onlooker.experiment.agents[1]
     served.until(lambda: np.allclose(agent.reference.position, (0.0, 0.5, 1.3)), "the reference is shown")
     assert served.command(name="stop", drones=["agent_3"])["text"] == "STOP: agent_3"
-    served.until(lambda: served.phases[3] is DronePhase.LANDED, "one has stopped")
+    served.until(lambda: served.phases[3] is DronePhase.STOPPED, "one has stopped")
     assert served.phases[:3] == [DronePhase.FLYING] * 3
     assert served.command(name="land")["ok"]
-    served.until(lambda: served.phases == [DronePhase.LANDED] * 4, "all have landed")
+    served.until(lambda: served.phases == [DronePhase.LANDED] * 3 + [DronePhase.STOPPED], "the others have landed")
     kinds = {happening.kind for happening in served.onlooker.experiment.events}
     assert {"takeoff", "land", "landed", "stop"} <= kinds
 

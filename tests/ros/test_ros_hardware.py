@@ -22,6 +22,7 @@ from serving import PATIENCE_S, serving
 MISSION = """
 name: over_the_radio
 backend: hardware
+hardware: {{accept: [names, places]}}  # those of `crazychoir serve --count 3`
 drones:
   - {{id: agent_0, position: [0.0, 0.0], uri: "{cf1}"}}
   - {{id: agent_1, position: [0.5, 0.0], uri: "{cf2}"}}
@@ -37,7 +38,7 @@ flight:
 
 @pytest.fixture(scope="module")
 def uris():
-    with serving("--drones", "3") as (_, made):
+    with serving("--count", "3") as (_, made):
         yield made
 
 
@@ -82,6 +83,7 @@ def test_a_radio_node_takes_off_flies_and_lands(uris, bench):
 TASKS = """
 name: tasks_over_the_radio
 backend: hardware
+hardware: {{accept: [names, places]}}  # those of `crazychoir serve --count 3`
 seed: 2
 drones:
   - {{id: agent_0, position: [0.0, 0.0], uri: "{cf1}"}}

@@ -90,7 +90,7 @@ TABLE = {
 }
 """docs/reference/crazychoir.md#2.2, as far as this mission has it; a fullstate is a standard message."""
 
-DEPTHS = {"cmd_vel": 1, "acceleration": 1, "fullstate": 1, "traj_params": 1, "odom": 10}
+DEPTHS = {"cmd_vel": 10, "acceleration": 10, "fullstate": 10, "traj_params": 1, "odom": 10}
 """Of publishers."""
 
 

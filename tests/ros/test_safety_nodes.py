@@ -13,7 +13,7 @@ from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.control import FPQRSender, GeometryAttitudeCtrl, SafeFlatnessPositionCtrl
 from crazychoir_fw.control.safety import DoubleIntegratorCBF, SingleIntegratorCBF
 from crazychoir_fw.planning import PositionTraj
-from crazychoir_fw.ros.conversions import bytes_to_message, pose_to_odometry
+from crazychoir_fw.ros.conversions import from_bytes, labeled_bytes, pose_to_odometry
 from crazychoir_fw.ros.neighbor_sensing import ClosestRobotGetter, closest_to_message, message_to_closest
 from crazychoir_fw.ros.safety import (
     CollisionAvoidance,
@@ -33,11 +33,15 @@ def odometry(time, position, velocity=(0.0, 0.0, 0.0)):
 # ---------------------------------------------------------------- the message
 
 
+def read(data):
+    return message_to_closest(from_bytes(data, UInt8MultiArray))
+
+
 @given(st.integers(0, 6), st.integers(0, 10**12))
 def test_closest_robots_survive_the_way(count, nanoseconds):
     dice = np.random.default_rng(count)
     position, velocity = dice.uniform(-9, 9, (2, count, 3))
-    time, numbers, poses = message_to_closest(closest_to_message(nanoseconds / 1e9, range(count), position, velocity))
+    time, numbers, poses = read(closest_to_message(nanoseconds / 1e9, range(count), position, velocity))
     assert time == pytest.approx(nanoseconds / 1e9)
     assert numbers.tolist() == list(range(count))
     np.testing.assert_array_equal(poses.position, position)
@@ -47,7 +51,7 @@ def test_closest_robots_survive_the_way(count, nanoseconds):
 @given(st.binary(max_size=80))
 def test_anything_else_is_refused(data):
     with pytest.raises(CrazychoirError):
-        message_to_closest(bytes_to_message(1, data))
+        read(labeled_bytes(1, data))
 
 
 @pytest.mark.parametrize(
@@ -55,7 +59,7 @@ def test_anything_else_is_refused(data):
 )
 def test_numbers_that_are_none_are_refused(position, velocity):
     with pytest.raises(RangeError, match="closest_robots"):
-        message_to_closest(closest_to_message(1.0, [3], position, velocity))
+        read(closest_to_message(1.0, [3], position, velocity))
 
 
 # ---------------------------------------------------------------- what belongs to one time

@@ -43,7 +43,7 @@ def test_a_landing_is_a_touchdown_and_no_collision(hovering_world):
     assert drone.log["sim.contacts"] == 4
 
 
-@pytest.mark.parametrize(("height", "kind"), [(0.03, "touchdown"), (0.5, "collision")])
+@pytest.mark.parametrize(("height", "kind"), [(0.03, "touchdown"), (0.17, "touchdown"), (0.25, "collision")])
 def test_a_fall_is_told_by_its_speed(height, kind):
     world = World([DroneConfig("cf1", (0, 0, 1.0))], scene="arena")
     world.run(0.2)

@@ -44,6 +44,18 @@ def test_emergency_stop_locks_the_drone(hovering_world) -> None:
     assert drone.log["motor.m1"] == 0
 
 
+def test_emergency_stop_after_a_landing_does_not_wait_for_the_reset(hovering_world) -> None:
+    drone = hovering_world.drones[0]
+    drone.high_level_commander.land(0.0, 1.0)
+    hovering_world.run(5.0)
+    assert drone.supervisor_state == "Landed"
+    drone.emergency_stop()
+    hovering_world.run(0.04)
+    assert not drone.can_fly
+    hovering_world.run(0.16)
+    assert drone.is_locked
+
+
 def test_watchdog_stops_the_drone_a_second_after_it_was_last_fed(hovering_world) -> None:
     drone = hovering_world.drones[0]
     for _ in range(4):

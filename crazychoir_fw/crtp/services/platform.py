@@ -23,6 +23,10 @@ CONTINUOUS_WAVE, ARM, RECOVER, NOTIFY = range(4)
 GET_PROTOCOL, GET_FIRMWARE, GET_DEVICE = range(3)
 """Requests on the version channel."""
 
+GET_NAME = 0x53
+"""Request on the version channel that no Crazyflie knows: the answer is the name of a simulated drone, so that a client
+which means a real one, or another simulation, notices (`crazychoir_fw.radio.identity`)."""
+
 PROTOCOL_VERSION = 12
 FIRMWARE_RELEASE = "2026.08"
 """The release that the built-in provider follows."""
@@ -43,10 +47,11 @@ class PlatformService:
         texts = {
             GET_FIRMWARE: firmware_version(context.drone.provider_number),
             GET_DEVICE: DEVICE_TYPES.get(platform, platform),
+            GET_NAME: context.drone.id,
         }
         self._versions = {GET_PROTOCOL: struct.pack("<Bi", GET_PROTOCOL, PROTOCOL_VERSION)}
         for request, text in texts.items():
-            self._versions[request] = bytes((request,)) + text.encode("ascii", "replace")[: MAX_PAYLOAD - 1]
+            self._versions[request] = bytes((request,)) + text.encode()[: MAX_PAYLOAD - 1]
 
     def receive(self, port: int, channel: int, payload: bytes) -> Iterable[Reply]:
         """Answer a question, let a request take effect, or hand a message to the app."""

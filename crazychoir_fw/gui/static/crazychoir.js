@@ -2,7 +2,7 @@
 (() => {
   const listeners = {};
   const NUMBERS = 11; // of each drone in a frame, as feed.py packs them
-  const PHASES = ["ground", "flying", "landing", "landed", "failed"];
+  const PHASES = ["ground", "flying", "landing", "landed", "failed", "stopped"];
   const TRAIL_S = 15;
 
   const cc = {

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
-import yaml
 
 from crazychoir_fw.common.errors import RangeError, UnknownNameError
+from crazychoir_fw.common.plain_yaml import read_yaml
 
 __all__ = ["NAMED", "Overrides", "Parameter", "Value", "as_text", "changes_of", "overrides", "parameters"]
 
@@ -109,13 +109,9 @@ def _number(value: Any) -> Any:
 
 def _read(path: Path) -> Mapping[str, Any]:
     try:
-        text = path.read_text()
-    except (OSError, UnicodeDecodeError, ValueError) as error:
-        raise RangeError(f"vehicle: '{path}' cannot be read: {error}") from error
-    try:
-        content = yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-    except yaml.YAMLError as error:
-        raise RangeError(f"vehicle: '{path}' is no YAML: {str(error).splitlines()[0]}") from error
+        content = read_yaml(path, RangeError)
+    except RangeError as error:
+        raise RangeError(f"vehicle: {error}") from None
     if not isinstance(content, Mapping):
         raise RangeError(f"vehicle: '{path}' holds no mapping from parameters to values")
     return content

@@ -8,7 +8,7 @@ from types import ModuleType
 
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError, UnknownNameError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
-from crazychoir_fw.common.user_code import describe, load_module
+from crazychoir_fw.common.user_code import USER_ERRORS, describe, load_module
 from crazychoir_fw.simulation import motor_ctrl
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.motor_ctrl.motor_ctrl import MotorCtrl
@@ -47,7 +47,7 @@ class Pilots:
                 control.attach(self._world, drone, drone.config.motor_ctrl_properties)
             except CrazychoirError:
                 raise
-            except Exception as error:  # a user's code may raise anything
+            except USER_ERRORS as error:  # a user's code may raise anything
                 raise StateError(f"{drone.id}: {type(control).__name__}.init failed: {describe(error)}") from error
             by_period.setdefault(TICKS_PER_SECOND // control.rate_hz, []).append(control)
         for period, controls in sorted(by_period.items()):
@@ -67,10 +67,10 @@ class Pilots:
     def _guarded(self, control: MotorCtrl, call: Callable[[], None]) -> None:
         try:
             call()
-        except Exception as error:  # a user's code may raise anything, and stops its own drone only
+        except USER_ERRORS as error:  # a user's code may raise anything, and stops its own drone only
             self._fail(control, error)
 
-    def _fail(self, control: MotorCtrl, error: Exception) -> None:
+    def _fail(self, control: MotorCtrl, error: BaseException) -> None:
         drone = control.drone
         if drone.failure is not None:
             return

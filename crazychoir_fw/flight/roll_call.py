@@ -1,0 +1,118 @@
+"""Before drones over the radio fly: does the one that was meant answer, and stand where the mission says?"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from crazychoir_fw.common.errors import StateError
+from crazychoir_fw.flight.agents import starts_of
+
+if TYPE_CHECKING:
+    from crazychoir_fw.flight.hardware_backend import HardwareBackend
+    from crazychoir_fw.mission.schema import LayeredMission
+
+Part = tuple[Sequence[int], "HardwareBackend"]
+"""Numbers of drones in the mission, and the backend that flies them."""
+
+_LISTED = 4
+_SETTLE_S = 3.0
+_NAME_BYTES = 29  # of a packet
+
+
+def roll_call(mission: LayeredMission, parts: Sequence[Part]) -> None:
+    """Check the drones that are flown over the radio, all of them, before the first one moves.
+
+    Raises:
+        StateError: With what is wrong with which drones, and how to accept it.
+    """
+    accepted = mission.hardware.accept
+    names = {i: mission.fleet[i].id for numbers, _ in parts for i in numbers}
+    who = {i: name for numbers, backend in parts for i, name in zip(numbers, backend.simulated_names(), strict=True)}
+    problems = list(_conditions(mission, parts))
+    if "names" not in accepted:
+        problems += _strangers(mission, who)
+    if "mixture" not in accepted:
+        problems += _mixture(names, who)
+    if "places" not in accepted:
+        problems += _places(mission, parts)
+    if problems:
+        raise StateError(f"nothing flies: {'; '.join(problems)}")
+
+
+def _strangers(mission: LayeredMission, who: Mapping[int, str | None]) -> Iterable[str]:
+    """Name drones of a served simulation that are not those of the mission."""
+    wrong = []
+    for i, name in who.items():
+        drone = mission.fleet[i]
+        if name is not None and name != "?" and name != _as_told(drone.id):
+            wrong.append(f"at {drone.uri} answers '{name}' of a served simulation, and not {drone.id}")
+    if wrong:
+        more = "does another program serve drones there? hardware.accept: [names] flies them"
+        yield f"{_listed(wrong)}; {more}"
+
+
+def _as_told(name: str) -> str:
+    return name.encode()[:_NAME_BYTES].decode("utf-8", "replace")
+
+
+def _mixture(names: Mapping[int, str], who: Mapping[int, str | None]) -> Iterable[str]:
+    simulated = [names[i] for i, name in who.items() if name is not None]
+    real = [names[i] for i, name in who.items() if name is None]
+    if simulated and real:
+        yield (
+            f"{_listed(real)}: real, but simulations answer for {_listed(simulated)}; simulated drones see no real "
+            "ones, take backend mixed, or hardware.accept: [mixture]"
+        )
+
+
+def _places(mission: LayeredMission, parts: Sequence[Part]) -> Iterable[str]:
+    starts, limit, wrong = starts_of(mission), mission.hardware.start_tolerance_m, []
+    for numbers, backend in parts:
+        # the estimator of a drone that has just been switched on begins at the origin
+        backend.wait_until(partial(_are_near, backend, starts[list(numbers)], limit), _SETTLE_S)
+        for i, at in zip(numbers, backend.true_positions(), strict=True):
+            away = float(np.linalg.norm((at - starts[i])[:2]))
+            if away > limit:
+                wrong.append(
+                    f"{mission.fleet[i].id} stands at {_place(at)}, {away:.2f} m from its start {_place(starts[i])}"
+                )
+    if wrong:
+        yield (
+            f"{_listed(wrong)}; allowed: {limit:g} m (hardware.start_tolerance_m); put them there, or let them take "
+            "off where they stand by --set hardware.accept=[places]"
+        )
+
+
+def _are_near(backend: HardwareBackend, starts: NDArray[np.float64], limit: float) -> bool:
+    return bool((np.linalg.norm((backend.true_positions() - starts)[:, :2], axis=1) <= limit).all())
+
+
+def _place(at: NDArray[np.float64]) -> str:
+    return f"({at[0]:.2f}, {at[1]:.2f})"
+
+
+def _conditions(mission: LayeredMission, parts: Sequence[Part]) -> Iterable[str]:
+    """Say which drones cannot fly: no position, an empty battery, a supervisor that does not let the motors run."""
+    least = mission.hardware.least_battery_v
+    for numbers, backend in parts:
+        unknown = np.isnan(backend.true_positions()[:, 0])
+        for i, is_unknown, voltage, reason in zip(
+            numbers, unknown, backend.batteries(), backend.grounded(), strict=True
+        ):
+            name = mission.fleet[i].id
+            if is_unknown:
+                yield f"{name} does not say where it is"
+            if voltage < least:
+                yield f"{name} has {voltage:.2f} V, allowed: {least:g} V or more (hardware.least_battery_v)"
+            if reason is not None:
+                yield f"{name}: {reason}"
+
+
+def _listed(words: Sequence[Any]) -> str:
+    more = f" and {len(words) - _LISTED} more" if len(words) > _LISTED else ""
+    return ", ".join(map(str, words[:_LISTED])) + more

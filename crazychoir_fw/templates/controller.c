@@ -1,0 +1,1 @@
+../../examples/new_controller/tilt_prioritized.c

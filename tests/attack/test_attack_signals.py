@@ -1,0 +1,142 @@
+"""Signals at random moments of every command: an orderly end, and nothing left behind.
+
+`ATTACK_SIGNALS=20` sends every signal at so many moments of each command.
+"""
+
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from crazychoir_fw.simulation import DroneConfig, World
+from crazychoir_fw.simulation.recorder import FlightRecorder
+
+COUNT = int(os.environ.get("ATTACK_SIGNALS", "0"))
+SEED = int(os.environ.get("ATTACK_SEED", "1"))
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+LONGEST_END = 40.0
+"""Until a command must be gone (s); a busy machine takes its time."""
+LAYERED = """
+drones: [{id: agent_0, position: [0, 0]}, {id: agent_1, position: [1, 0]}]
+flight: [{takeoff: {duration: 3}}, {start: {duration: 20}}, {land: {duration: 3}}]
+layers: {guidance: {class: SimpleGuidance}, planning: {class: Spline}, control: {gains: mujoco}}
+"""
+PLAIN = """
+drones: {count: 20}
+flight: [{takeoff: {}}, {hover: {duration: 60}}, {land: {}}]
+"""
+COMMANDS = {
+    "fly": ["fly", "plain.yaml", "--no-video", "--out", "out"],
+    "fly layers": ["fly", "layered.yaml", "--no-video", "--out", "out"],
+    "fly integrator": ["fly", "layered.yaml", "--backend", "integrator", "--no-video", "--out", "out"],
+    "fly --ros": ["fly", "layered.yaml", "--ros", "--no-video", "--out", "out"],
+    "serve": ["serve", "--count", "2", "--port", "0", "--out", "out"],
+    "gui": ["gui", "layered.yaml", "--port", "0", "--no-browser"],
+    "run": ["run", "drones.xml", "--seconds", "300"],
+    "replay": ["replay", "log.npz", "--out", "again.npz"],
+    "info": ["info"],
+    "vehicle": ["vehicle"],
+    "variables": ["variables"],
+}
+IN_THE_GATE = ("fly", "serve")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A folder with what the commands read."""
+    path = tmp_path_factory.mktemp("signals")
+    (path / "plain.yaml").write_text(PLAIN)
+    (path / "layered.yaml").write_text(LAYERED)
+    examples = Path(__file__).resolve().parents[2] / "examples" / "motor_ctrl"
+    for name in ("drones.xml", "bounce.py"):
+        (path / name).write_text((examples / name).read_text())
+    if COUNT:
+        world = World([DroneConfig(f"cf{i}", (float(i), 0.0)) for i in range(5)], visuals=False)
+        recorder = FlightRecorder(world)
+        for _ in range(1000):
+            world.step(100)
+            recorder.sample()
+        recorder.finish().save(path / "log.npz")
+    return path
+
+
+def of_session(number):
+    """Return the processes of a session that run."""
+    found = []
+    for entry in Path("/proc").glob("[0-9]*"):
+        try:
+            state, _, _, session = (entry / "stat").read_text().rpartition(")")[2].split()[:4]
+        except OSError:
+            continue
+        if int(session) == number and state != "Z":
+            found.append(f"{entry.name}: {(entry / 'cmdline').read_bytes()[:200]!r}")
+    return found
+
+
+def end(folder, command, number, delay):
+    """Start a command, send it a signal after a time, and return what is wrong about its end."""
+    code = "from crazychoir_fw.cli import app\napp()"
+    with (folder / "said.txt").open("wb") as said:
+        process = subprocess.Popen(
+            [sys.executable, "-c", code, *COMMANDS[command]],
+            cwd=folder,
+            stdout=said,
+            stderr=subprocess.STDOUT,
+            stdin=subprocess.DEVNULL,
+            start_new_session=True,
+        )
+    try:
+        time.sleep(delay)
+        process.send_signal(number)
+        process.wait(LONGEST_END)
+        deadline = time.monotonic() + 5.0
+        while (orphans := of_session(process.pid)) and time.monotonic() < deadline:
+            time.sleep(0.1)
+    except subprocess.TimeoutExpired:
+        return "it goes on"
+    finally:
+        for entry in of_session(process.pid):
+            os.kill(int(entry.split(":")[0]), signal.SIGKILL)
+        process.wait()
+    text = (folder / "said.txt").read_text(errors="replace")
+    if "Usage:" in text:
+        return text
+    if orphans:
+        return f"it left {orphans}"
+    # while modules are imported, Python itself answers Ctrl-C
+    is_early = number == signal.SIGINT and 'File "<string>", line 1, in <module>' in text
+    if "Traceback" in text and not is_early:
+        return text[-1500:]
+    left = [path.name for path in (*folder.glob(".*.npz"), *(folder / "out").glob(".*"))]
+    for path in (*folder.glob(".*.npz"), *(folder / "out").glob(".*")):
+        path.unlink()
+    if left:
+        return f"it left files: {left}"
+    for log in folder.glob("out/*.npz"):
+        with np.load(log, allow_pickle=False) as file:
+            assert file.files
+    return None
+
+
+def cases():
+    for command in COMMANDS if COUNT else IN_THE_GATE:
+        marks = [pytest.mark.skipif(find_spec("rclpy") is None, reason="no rclpy")] if "ros" in command else []
+        for number in SIGNALS if COUNT else (signal.SIGTERM,):
+            yield pytest.param(command, number, marks=marks, id=f"{command}-{number.name}")
+
+
+@pytest.mark.timeout(120 + 60 * COUNT)
+@pytest.mark.parametrize(("command", "number"), list(cases()))
+def test_a_signal_ends_a_command_in_order(folder, command, number):
+    dice = random.Random(f"{SEED} {command} {number}")
+    for _ in range(COUNT or 1):
+        delay = dice.uniform(0.05, 6.0) if COUNT else 2.0
+        wrong = end(folder, command, number, delay)
+        assert wrong is None, f"{command}, {number.name} after {delay:.2f} s: {wrong}"
