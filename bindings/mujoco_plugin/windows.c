@@ -10,36 +10,21 @@
 #include "mujoco_plugin/free_flight.h"
 #include "mujoco_plugin/motion.h"
 #include "mujoco_plugin/prefetch.h"
+#include "mujoco_plugin/rooms.h"
 #include "mujoco_plugin/sleep.h"
 #include "mujoco_plugin/thread_pool.h"
 #include "mujoco_plugin/ticks.h"
 
-#define STEP 0.001  // [s]
-#define SLACK 0.02  // [m], so that no drone leans on one that flies (touch.h)
-#define FARTHEST_REACH \
-  0.4               // [m], of a drone; the gap to those beyond the next column is known then
-#define COLUMN 1.0  // [m], of a peer grid
-#define MOST_ACCELERATION 300.0  // [m/s^2], that a window allows for
-#define MOST_PUSH 200.0          // [m/s^2], by rotors; the rest is for air and weight
-#define MOST_SPEED 20.0          // [m/s]
-#define MOST_VOLTAGE 4.5f        // [V], more than any battery has
-#define MOST_GAIN 2.2f           // of a rotor by its efficiency and the ground
-#define FLOCK 8                  // drones that go through a window together
-#define FIRST_PAUSE 8            // steps until a window is tried again
+#define STEP 0.001     // [s]
+#define FLOCK 8        // drones that go through a window together
+#define FIRST_PAUSE 8  // steps until a window is tried again
 #define LONGEST_PAUSE 64
-
-typedef struct {
-  double place[3];     // where the gap was measured [m]
-  double gap;          // half of the way to the nearest other drone [m]
-  double most_thrust;  // [N]
-  bool   is_held;
-} room_t;
+#define MOST_GRAVITY 30.0  // [m/s^2], each way
 
 struct cf_windows_s {
-  cf_peer_grid_t grid;
-  room_t        *rooms;
-  mjtNum        *before;  // qpos, qvel, qacc, qacc_warmstart, plugin_state; null while none is held
-  int            pause;
+  cf_rooms_t rooms;
+  mjtNum    *before;  // qpos, qvel, qacc, qacc_warmstart, plugin_state; null while none is held
+  int        pause;
 
   const mjModel *model;
   mjData        *data;
@@ -58,7 +43,7 @@ static bool has_only_free_drones(const swarm_t *swarm, const mjModel *model) {
   bool only = model->nplugin == swarm->count && model->nv == 6 * swarm->count;
   for (int i = 0; i < swarm->count; i++) {
     const drone_t *drone = &swarm->drones[i];
-    only = only && drone->is_free && drone->can_sleep && drone->reach < FARTHEST_REACH;
+    only = only && drone->is_free && drone->can_sleep && drone->reach < CF_ROOMS_REACH;
   }
   return only;
 }
@@ -76,13 +61,6 @@ static bool has_no_margins(const mjModel *model) {
   return none && model->npair == 0;
 }
 
-// More than all rotors together could push [N], whatever happens to them.
-static double most_thrust_of(const drone_t *drone) {
-  const cf_rotors_config_t *rotors = &drone->config->vehicle.airframe.rotors;
-  return (double)(CF_ROTOR_COUNT * MOST_GAIN * rotors->thrust_scale * (1.0f + rotors->heat_loss) *
-                  cf_rotor_steady_thrust(rotors, MOST_VOLTAGE));
-}
-
 void cf_windows_new(swarm_t *swarm, const mjModel *model) {
   if (!has_only_free_drones(swarm, model) || !has_no_machinery(model) || !has_no_margins(model) ||
       !cf_scenery_is_flat_floor(swarm->scenery)) {
@@ -94,24 +72,17 @@ void cf_windows_new(swarm_t *swarm, const mjModel *model) {
   }
   swarm->windows    = windows;
   windows->pause    = FIRST_PAUSE;
-  windows->rooms    = calloc((size_t)swarm->count, sizeof *windows->rooms);
   windows->has_held = calloc((size_t)swarm->count, sizeof *windows->has_held);
-  if (windows->rooms == NULL || windows->has_held == NULL ||
-      !cf_peer_grid_new(&windows->grid, swarm->count)) {
+  if (windows->has_held == NULL || !cf_rooms_new(&windows->rooms, swarm)) {
     cf_windows_free(swarm);
-    return;
-  }
-  for (int i = 0; i < swarm->count; i++) {
-    windows->rooms[i].most_thrust = most_thrust_of(&swarm->drones[i]);
   }
 }
 
 void cf_windows_free(swarm_t *swarm) {
   if (swarm->windows != NULL) {
-    free(swarm->windows->rooms);
+    cf_rooms_free(&swarm->windows->rooms);
     free(swarm->windows->has_held);
     free(swarm->windows->before);
-    cf_peer_grid_free(&swarm->windows->grid);
     free(swarm->windows);
     swarm->windows = NULL;
   }
@@ -125,112 +96,22 @@ static bool are_zero(const mjtNum *numbers, mjtSize count) {
   return sum == 0;
 }
 
-static bool is_allowed_now(const swarm_t *swarm, const mjModel *model, const mjData *data) {
+static bool is_plain(const mjOption *option) {
   const int without_forces = mjDSBL_SPRING | mjDSBL_DAMPER;
-  return model->opt.integrator == mjINT_EULER && fabs(model->opt.timestep - STEP) < 1e-9 &&
-         (model->opt.disableflags & without_forces) != without_forces &&
-         (model->opt.disableflags & mjDSBL_AUTORESET) != 0 && model->opt.enableflags == 0 &&
-         model->opt.density == 0 && model->opt.viscosity == 0 && !swarm->looking.is_needed &&
-         *swarm->mj->passive == NULL && *swarm->mj->control == NULL &&
-         are_zero(data->qfrc_applied, model->nv) && are_zero(data->xfrc_applied, 6 * model->nbody);
+  bool      plain = option->integrator == mjINT_EULER && option->enableflags == 0 &&
+                    fabs(option->timestep - STEP) < 1e-9 && option->density == 0 &&
+                    option->viscosity == 0 && (option->disableflags & mjDSBL_AUTORESET) != 0 &&
+                    (option->disableflags & without_forces) != without_forces;
+  for (int i = 0; i < 3; i++) {
+    plain = plain && fabs(option->gravity[i]) < MOST_GRAVITY;
+  }
+  return plain;
 }
 
-// ----------------------------------------------------------------------------------- is there room
-
-static double square_of_distance(const double a[3], const double b[3]) {
-  return (a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) +
-         (a[2] - b[2]) * (a[2] - b[2]);
-}
-
-// Gap [m] between what collides of a drone and of those around it. Held drones leave out each
-// other.
-static double gap_around(const swarm_t *swarm, const mjData *data, int i) {
-  const struct cf_windows_s *windows = swarm->windows;
-  const drone_t             *drone   = &swarm->drones[i];
-  const double              *place   = data->qpos + drone->qpos_address;
-  const int32_t              x       = (int32_t)floor(place[0]);
-  const int32_t              y       = (int32_t)floor(place[1]);
-  double                     gap     = COLUMN - drone->reach - FARTHEST_REACH;
-  for (int k = 0; k < 9; k++) {
-    const cf_seen_drone_t *others;
-    const int count = cf_peer_grid_bucket(&windows->grid, x + k % 3 - 1, y + k / 3 - 1, &others);
-    for (int n = 0; n < count; n++) {
-      const int      index = others[n].index;
-      const drone_t *other = &swarm->drones[index];
-      if (index != i && !(windows->rooms[i].is_held && windows->rooms[index].is_held)) {
-        const double square = square_of_distance(place, data->qpos + other->qpos_address);
-        gap                 = fmin(gap, sqrt(square) - drone->reach - other->reach);
-      }
-    }
-  }
-  return gap;
-}
-
-static bool measure_gaps(swarm_t *swarm, mjData *data) {
-  struct cf_windows_s *windows = swarm->windows;
-  cf_peer_grid_clear(&windows->grid);
-  for (int i = 0; i < swarm->count; i++) {
-    const double *place   = data->qpos + swarm->drones[i].qpos_address;
-    const float   rough[] = {(float)place[0], (float)place[1], (float)place[2]};
-    cf_peer_grid_add(&windows->grid, i, rough);
-    windows->rooms[i].is_held = cf_state_of(&swarm->drones[i], data)->rest.is_held;
-  }
-  if (windows->grid.count < swarm->count) {
-    return false;  // one has run wild
-  }
-  cf_peer_grid_sort(&windows->grid);
-  for (int i = 0; i < swarm->count; i++) {
-    room_t *room = &windows->rooms[i];
-    memcpy(room->place, data->qpos + swarm->drones[i].qpos_address, sizeof room->place);
-    room->gap = 0.5 * gap_around(swarm, data, i);
-  }
-  return true;
-}
-
-// How far a drone may move in a window [m]; NaN when it flies in a way that has no bound.
-static double spread_of(const swarm_t *swarm, const mjModel *model, const mjData *data, int i,
-                        int ticks) {
-  const drone_t *drone = &swarm->drones[i];
-  const double  *v     = data->qvel + drone->dof_address;
-  const double   speed = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-  const double   time  = ticks * STEP;
-  const double   push  = swarm->windows->rooms[i].most_thrust / model->body_mass[drone->body];
-  return speed < MOST_SPEED && push < MOST_PUSH
-             ? speed * time + 0.5 * MOST_ACCELERATION * time * time
-             : (double)NAN;
-}
-
-// Whether a drone flies, and may for the window, or is held and goes on so. False for what is no
-// number.
-static bool has_room(swarm_t *swarm, const mjModel *model, mjData *data, int i, int ticks) {
-  const room_t     *room   = &swarm->windows->rooms[i];
-  const drone_t    *drone  = &swarm->drones[i];
-  const double     *place  = data->qpos + drone->qpos_address;
-  const cf_sleep_t *rest   = &cf_state_of(drone, data)->rest;
-  const double      spread = spread_of(swarm, model, data, i, ticks);
-  const double      moved  = sqrt(square_of_distance(place, room->place));
-  if (rest->is_held != room->is_held) {
-    return false;
-  }
-  if (rest->is_held) {
-    return cf_sleep_holds(drone, data) && rest->is_weighed && moved + SLACK < room->gap;
-  }
-  return moved + spread + SLACK < room->gap && place[2] - drone->reach - SLACK > spread &&
-         rest->still_time == 0.0f && rest->placed_time == 0.0f;
-}
-
-static bool have_room(swarm_t *swarm, const mjModel *model, mjData *data, int ticks) {
-  bool all = true;
-  for (int i = 0; i < swarm->count && all; i++) {
-    all = has_room(swarm, model, data, i, ticks);
-  }
-  return all;
-}
-
-// Gaps that were measured once last for many windows.
-static bool is_room_for(swarm_t *swarm, const mjModel *model, mjData *data, int ticks) {
-  return have_room(swarm, model, data, ticks) ||
-         (measure_gaps(swarm, data) && have_room(swarm, model, data, ticks));
+static bool is_allowed_now(const swarm_t *swarm, const mjModel *model, const mjData *data) {
+  return is_plain(&model->opt) && !swarm->looking.is_needed && *swarm->mj->passive == NULL &&
+         *swarm->mj->control == NULL && are_zero(data->qfrc_applied, model->nv) &&
+         are_zero(data->xfrc_applied, 6 * model->nbody);
 }
 
 // ------------------------------------------------------------------------------------ take it back
@@ -305,7 +186,7 @@ static bool step_drone(const swarm_t *swarm, int i, int tick) {
   const struct cf_windows_s *windows = swarm->windows;
   mjData                    *data    = windows->data;
   drone_t                   *drone   = &swarm->drones[i];
-  const bool                 is_held = windows->rooms[i].is_held;
+  const bool                 is_held = windows->rooms.of[i].is_held;
   double                     start[13];
   double                     force[6];
   memcpy(start, data->qpos + drone->qpos_address, 7 * sizeof *start);
@@ -393,7 +274,7 @@ static bool prepare(swarm_t *swarm, const mjModel *model, mjData *data, int tick
   windows->is_saved            = false;
   atomic_store(&windows->is_broken, false);
   for (int i = 0; i < swarm->count; i++) {
-    const bool is_held = windows->rooms[i].is_held;
+    const bool is_held = windows->rooms.of[i].is_held;
     bool      *flock   = &windows->has_held[i / FLOCK];
     *flock             = (i % FLOCK != 0 && *flock) || is_held;
     windows->is_saved  = windows->is_saved || is_held;
@@ -460,7 +341,7 @@ int cf_windows_run(swarm_t *swarm, const mjModel *model, mjData *data, int ticks
   int done = 0;
   while (done < ticks) {
     const int planned = plan(swarm, model, data, ticks - done);
-    if (planned < 1 || !is_room_for(swarm, model, data, planned) ||
+    if (planned < 1 || !cf_rooms_suffice(&windows->rooms, swarm, model, data, planned) ||
         !prepare(swarm, model, data, planned)) {
       break;
     }
