@@ -30,6 +30,8 @@ class Outcome:
     records: list[Record]
     verdict: Verdict
     interrupted: bool = False
+    identity: str = ""
+    """Of all that decided what was flown when it began, see `identity_of`."""
 
 
 def identity_of(campaign: Campaign) -> str:
@@ -66,7 +68,8 @@ def run(campaign: Campaign, folder: Path, engine: Engine, tell: Tell = lambda ov
     check_ends(campaign)
     rows = campaign.rows()
     with closing(Table(folder)) as table:
-        table.begin(identity_of(campaign))
+        known_as = identity_of(campaign)
+        table.begin(known_as)
         known = table.numbers()
         watch = _Watch(campaign, {record.number: record.passed for record in table.records()}, len(rows))
         interrupted = False
@@ -94,7 +97,7 @@ def run(campaign: Campaign, folder: Path, engine: Engine, tell: Tell = lambda ov
         if watch.end is not None:
             table.forget_from(watch.end)  # which flights came after the decision depends on the machine
         records = [record for record in table.records() if record.number < len(rows)]
-    return Outcome(campaign, folder, records, judge(campaign.settings, records), interrupted)
+    return Outcome(campaign, folder, records, judge(campaign.settings, records), interrupted, known_as)
 
 
 class _Watch:

@@ -250,6 +250,7 @@ def refly(
     console.print("The same bits as in the campaign" if same else "Other bits than in the campaign: something changed")
     request = FlightRequest(
         Path(job.mission), film, "overview", None, out or folder / f"flight_{number}", 1,
-        {"seed": job.seed, "changes": list(job.changes), "provider": job.provider, "app": job.app},
+        {"seed": job.seed, "changes": list(job.changes), "provider": job.provider, "app": job.app,
+         "backend": job.backend},
     )  # fmt: skip
     raise typer.Exit(attempt(request))
