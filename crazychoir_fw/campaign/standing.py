@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from crazychoir_fw.campaign.campaign import load_campaign
-from crazychoir_fw.campaign.run import identity_of
+from crazychoir_fw.campaign.compare import variants_of
+from crazychoir_fw.campaign.identity import identity_of
 from crazychoir_fw.campaign.verdict import GO
-from crazychoir_fw.common.errors import MissionError
+from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.preflight.check import Check
 
 NAME = "campaign"
@@ -36,8 +37,10 @@ def standing(mission: Path, changes: Sequence[str], folder: Path) -> Check:
         return Check(NAME, False, f"that in {folder} flew {summary['mission']}, and not {mission}")
     try:
         campaign = load_campaign(Path(summary["file"]), changes, seed=summary["seed"], design=summary["design"])
+        if campaign.settings.compare is not None:  # results of either side
+            campaign = variants_of(campaign).get(folder.name, campaign)
         is_same = identity_of(campaign) == summary["identity"]
-    except (MissionError, OSError) as error:
+    except (CrazychoirError, OSError) as error:
         return Check(NAME, False, f"that in {folder} cannot be compared: {error}")
     if not is_same:
         again = shlex.join(["crazychoir", "campaign", summary["file"], "--anew", *(f"--set={one}" for one in changes)])

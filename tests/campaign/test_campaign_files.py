@@ -1,7 +1,9 @@
 """What may stand in a campaign file, and the sentences about what may not."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,9 +13,11 @@ from hypothesis import strategies as st
 from scipy import stats
 from typer.testing import CliRunner
 
-from crazychoir_fw.campaign.campaign import check_ends, load_campaign
+from crazychoir_fw.campaign import identity as known_by
+from crazychoir_fw.campaign.campaign import Variant, check_ends, load_campaign
 from crazychoir_fw.campaign.design import correlate, shares
 from crazychoir_fw.campaign.distributions import read_distribution
+from crazychoir_fw.campaign.identity import identity_of, named_files
 from crazychoir_fw.campaign.starting import written
 from crazychoir_fw.cli import app
 from crazychoir_fw.common.errors import MissionError
@@ -201,3 +205,27 @@ def test_a_campaign_file_is_never_overwritten(hop):
 def test_distributions_are_written_as_they_are_read(given_):
     found = read_distribution("vary.x", given_)
     assert read_distribution("vary.x", yaml.safe_load(written(found))) == found
+
+
+def test_what_decides_flights_is_what_a_campaign_is_known_by(hop):
+    folder = hop.parent
+    hop.write_text(hop.read_text().replace("id: cf1", "id: cf1\n  motor_ctrl: law.py:Law\n  app: [mine.c]"))
+    for name in ("law.py", "helper.py", "mine.c", "mine.h", "notes.csv", "other.yaml"):
+        (folder / name).write_text("a")
+    named = named_files(hop, ())
+    assert {path.name for path in named} == {"law.py", "helper.py", "mine.c", "mine.h"}
+    assert {path.name for path in named_files(hop, ["scene=other.yaml"])} >= {"other.yaml"}
+
+
+def test_changed_firmware_makes_another_campaign(hop, monkeypatch):
+    whole, content = load_campaign(hop), "one"
+    flown = replace(whole, variant=Variant(provider="bitcraze"))
+    monkeypatch.setattr(known_by, "locate", lambda folder: folder)
+    monkeypatch.setattr(known_by, "build_provider", lambda *_, **__: SimpleNamespace(identity={"content": content}))
+    first = identity_of(flown)
+    assert identity_of(flown) == first != identity_of(whole)
+    content = "two"
+    assert identity_of(flown) != first
+    builtin = identity_of(whole)
+    hop.write_text(hop.read_text().replace("height: 0.5", "height: 0.6"))
+    assert identity_of(whole) != builtin

@@ -204,6 +204,15 @@ def test_a_verdict_counts_as_long_as_nothing_changes(tested):
     assert "none was flown" in standing(tested, (), folder / "nowhere").text
 
 
+def test_the_verdict_of_one_side_counts(mission_file):
+    mission_file.with_name("c.yaml").write_text(
+        "{extends: one.yaml, name: two, flights: 1, require: {success: 0.01}, compare: {after: {set: [seed=1]}}}"
+    )
+    CliRunner().invoke(app, ["campaign", "c.yaml", "--workers", "1"])
+    for side in ("before", "after"):
+        assert standing(mission_file, (), mission_file.parent / "out/two" / side).ok
+
+
 def test_go_needs_drones_and_campaign(tested):
     with serving() as served:
         result = CliRunner().invoke(app, ["preflight", "one.yaml", "--uri-base", served.uri, "--json"])
