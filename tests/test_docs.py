@@ -8,8 +8,8 @@ import mujoco
 import pytest
 
 from crazychoir_fw.campaign.campaign import check_ends, load_campaign
-from crazychoir_fw.flight import fly
-from crazychoir_fw.mission import load_mission
+from crazychoir_fw.flight import FlightResult, fly
+from crazychoir_fw.mission import load_mission, parse_mission
 from crazychoir_fw.onboard import core
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -61,6 +61,14 @@ def test_missions_fly_as_printed(text, tmp_path, monkeypatch, lasting_cache, min
 @pytest.mark.parametrize("text", all_blocks("xml"))
 def test_models_compile_as_printed(text):
     assert mujoco.MjModel.from_xml_string(text).nplugin == 1
+
+
+def test_the_page_of_python_names_what_a_result_has():
+    rows = (ROOT / "docs/python.md").read_text().partition("| `FlightResult` |")[2].splitlines()[2:]
+    named = {name for row in rows if row.startswith("|") for name in re.findall(r"`(\w+)`", row.split("|")[1])}
+    flown = fly(parse_mission({"name": "up", "drones": {"count": 1}, "flight": [{"hover": {"duration": 0.1}}]}))
+    assert isinstance(flown, FlightResult)
+    assert {name for name in dir(flown) if not name.startswith("_")} - {"film", "film_model", "judge"} == named
 
 
 def test_table_of_attributes_is_complete():

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "mujoco_plugin/motion.h"
+#include "mujoco_plugin/rotation.h"
 #include "mujoco_plugin/touch.h"
 
 // A drone is still below these. A single one stands with 1e-15 m/s. Heaps creep with 1 to 5 mm/s
@@ -168,7 +169,7 @@ static bool is_hit(const drone_t *drone, const mjModel *model, const mjData *dat
                                !are_within(blow + 3, 3, MIN_TWIST * fmin(inertia[0], inertia[1])));
 }
 
-void cf_sleep_step(const swarm_t *swarm, int i, const mjModel *model, mjData *data,
+void cf_sleep_step(const swarm_t *swarm, int i, const mjModel *model, mjData *data, double time,
                    double elapsed) {
   const drone_t *drone = &swarm->drones[i];
   cf_t          *cf    = cf_state_of(drone, data);
@@ -191,7 +192,7 @@ void cf_sleep_step(const swarm_t *swarm, int i, const mjModel *model, mjData *da
     memcpy(sleep->load, data->qfrc_constraint + drone->dof_address, sizeof sleep->load);
     sleep->is_weighed = true;
     keep_in_place(drone, data, sleep);
-    cf_contacts_go_on(&cf->contacts, cf_contacts_clock(data->time),
+    cf_contacts_go_on(&cf->contacts, cf_contacts_clock(time),
                       cf->onboard.tick + (uint32_t)swarm->ticks);
   }
 }
@@ -207,9 +208,10 @@ bool cf_sleep_holds(const drone_t *drone, mjData *data) {
 
 void cf_sleep_force(const drone_t *drone, const mjModel *model, mjData *data, double out[6]) {
   const double *load   = cf_state_of(drone, data)->rest.load;
-  const double *r      = data->xmat + 9 * drone->body;
   const double *center = model->body_ipos + 3 * drone->body;
   double        lift[3];  // body frame
+  double        r[9];
+  cf_rotation_of(data->qpos + drone->qpos_address + 3, r);
   for (int i = 0; i < 3; i++) {
     out[i] = -model->body_mass[drone->body] * model->opt.gravity[i];
   }

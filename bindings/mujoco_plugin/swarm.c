@@ -6,7 +6,9 @@
 
 #include "mujoco_plugin/attributes.h"
 #include "mujoco_plugin/downwash.h"
+#include "mujoco_plugin/free_flight.h"
 #include "mujoco_plugin/rotation.h"
+#include "mujoco_plugin/windows.h"
 #include "providers.h"
 
 #define TICK 0.001  // [s]
@@ -55,11 +57,18 @@ static void rotated_diagonal(const double quat[4], const double diagonal[3], dou
   }
 }
 
-static void read_inertia(drone_t *drone, const mjModel *model) {
-  const double *diagonal   = model->body_inertia + 3 * drone->body;
-  const double  inverse[3] = {1 / diagonal[0], 1 / diagonal[1], 1 / diagonal[2]};
-  rotated_diagonal(model->body_iquat + 4 * drone->body, diagonal, drone->inertia);
-  rotated_diagonal(model->body_iquat + 4 * drone->body, inverse, drone->inverse_inertia);
+void cf_drone_read_inertia(drone_t *drone, const mjModel *model) {
+  const double *diagonal = model->body_inertia + 3 * drone->body;
+  const double *frame    = model->body_iquat + 4 * drone->body;
+  if (memcmp(drone->principal, diagonal, 3 * sizeof *diagonal) == 0 &&
+      memcmp(drone->principal + 3, frame, 4 * sizeof *frame) == 0) {
+    return;
+  }
+  memcpy(drone->principal, diagonal, 3 * sizeof *diagonal);
+  memcpy(drone->principal + 3, frame, 4 * sizeof *frame);
+  const double inverse[3] = {1 / diagonal[0], 1 / diagonal[1], 1 / diagonal[2]};
+  rotated_diagonal(frame, diagonal, drone->inertia);
+  rotated_diagonal(frame, inverse, drone->inverse_inertia);
 }
 
 static void read_weight(drone_t *drone, const mjModel *model) {
@@ -202,7 +211,7 @@ static void bind(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model
   drone->qpos_address  = model->jnt_qposadr[joint];
   drone->dof_address   = model->jnt_dofadr[joint];
   drone->state_address = model->plugin_stateadr[drone->instance];
-  read_inertia(drone, model);
+  cf_drone_read_inertia(drone, model);
   read_weight(drone, model);
   read_attributes(mj, drone, model, index);
   take_from_model(mj, drone, model);
@@ -262,13 +271,14 @@ static bool allocate(swarm_t *swarm, const cf_mujoco_api_t *mj, const mjModel *m
   swarm->configs       = calloc(most, sizeof *swarm->configs);
   swarm->work          = calloc(most, sizeof *swarm->work);
   swarm->touched       = calloc(most, sizeof *swarm->touched);
+  swarm->in_contact    = calloc(most, sizeof *swarm->in_contact);
   swarm->drone_of_body = calloc((size_t)model->nbody, sizeof *swarm->drone_of_body);
   swarm->thing_of_geom = calloc((size_t)model->ngeom + 1, sizeof *swarm->thing_of_geom);
   swarm->collisions    = calloc(1, sizeof *swarm->collisions);
   swarm->scenery       = cf_scenery_new(mj, model);
   return swarm->drones != NULL && swarm->configs != NULL && swarm->work != NULL &&
-         swarm->touched != NULL && swarm->drone_of_body != NULL && swarm->thing_of_geom != NULL &&
-         swarm->collisions != NULL && swarm->scenery != NULL &&
+         swarm->touched != NULL && swarm->in_contact != NULL && swarm->drone_of_body != NULL &&
+         swarm->thing_of_geom != NULL && swarm->collisions != NULL && swarm->scenery != NULL &&
          cf_peer_grid_new(&swarm->peers, (int)model->nplugin);
 }
 
@@ -304,6 +314,8 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model) {
   map_bodies(swarm, model);
   measure_reach(swarm, model);
   number_things(swarm, model);
+  cf_free_flight_new(swarm, model);
+  cf_windows_new(swarm, model);
   if (!cf_downwash_new(swarm) || !cf_looking_new(swarm, model)) {
     return refuse(swarm, mj);
   }
@@ -315,6 +327,7 @@ void cf_swarm_free(swarm_t *swarm) {
   free(swarm->configs);
   free(swarm->work);
   free(swarm->touched);
+  free(swarm->in_contact);
   free(swarm->drone_of_body);
   free(swarm->thing_of_geom);
   free(swarm->collisions);
@@ -322,6 +335,7 @@ void cf_swarm_free(swarm_t *swarm) {
   cf_looking_free(swarm);
   cf_peer_grid_free(&swarm->peers);
   cf_downwash_free(swarm);
+  cf_windows_free(swarm);
   free(swarm);
 }
 

@@ -24,9 +24,11 @@ typedef struct {
   int state_address;  // in mjData.plugin_state
 
   bool   can_sleep;  // alone in its tree, so that it can be held (sleep.h)
+  bool   is_free;    // flies by itself where it touches nothing (free_flight.h)
   double weight;     // [N] at the start
   double reach;      // [m] of what collides, from the origin of the body
 
+  double principal[7];        // diagonal and frame in the model that these come from
   double inertia[9];          // [kg m^2], body frame
   double inverse_inertia[9];  // [1/(kg m^2)]
 } drone_t;
@@ -49,6 +51,13 @@ struct swarm_s {
   int32_t     *thing_of_geom;  // number among those that collide: what is only seen changes no bit
 
   const cf_mujoco_api_t *mj;
+
+  // in the last step, see free_flight.h
+  bool *in_contact;    // by drone
+  bool  has_contacts;  // one of them
+  bool  has_start;     // work[].coordinates are those at the start of this step
+
+  struct cf_windows_s *windows;  // see windows.h; null where there are none
 
   // whom each drone touched in the last step, see touch.h
   uint8_t *touched;
@@ -92,6 +101,9 @@ swarm_t *cf_swarm_of(const mjModel *model, const mjData *data);
 
 // The drone that a body is or hangs on, or NULL. Looks nothing up, also in models without drones.
 const drone_t *cf_swarm_drone_of_body(const mjModel *model, const mjData *data, int body);
+
+// Reads the inertia of the body again, if it has been changed in the model.
+void cf_drone_read_inertia(drone_t *drone, const mjModel *model);
 
 // The drone that belongs to a plugin instance.
 drone_t *cf_swarm_find(swarm_t *swarm, int instance);

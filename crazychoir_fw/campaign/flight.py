@@ -77,7 +77,7 @@ def record_of(job: Job, values: Mapping[str, Any], result: FlightResult) -> Reco
     )
 
 
-def fly_whole(job: Job, visuals: bool = False, frames_per_second: int = 0) -> FlightResult:
+def fly_whole(job: Job, visuals: bool = False) -> FlightResult:
     """Fly, and return everything.
 
     Raises:
@@ -87,7 +87,7 @@ def fly_whole(job: Job, visuals: bool = False, frames_per_second: int = 0) -> Fl
 
     if job.checkout is not None:  # of the whole process: variants fly in processes of their own
         os.environ[VARIABLE] = job.checkout
-    return fly(load_job(job), threads=1, visuals=visuals, frames_per_second=frames_per_second)
+    return fly(load_job(job), threads=1, visuals=visuals)
 
 
 def figures_of(summary: Mapping[str, Any]) -> dict[str, float]:

@@ -1,5 +1,6 @@
 """One flight of `crazychoir fly`: read the mission, fly it, show how it went, write it down."""
 
+import shlex
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
@@ -9,16 +10,18 @@ from typing import TYPE_CHECKING, Any
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, about_file, complain, complain_of, console
+from crazychoir_fw.cli.records import write_together, writing
 from crazychoir_fw.cli.tables import flight_tables, verdict
 
 if TYPE_CHECKING:
+    from crazychoir_fw.cli.film import FilmRequest
     from crazychoir_fw.flight.engine import Observer
     from crazychoir_fw.flight.engine import Progress as FlightProgress
     from crazychoir_fw.flight.flight_result import FlightResult
     from crazychoir_fw.mission.schema import Mission
+    from crazychoir_fw.recording.log_stream import LogStream
     from crazychoir_fw.simulation import World
 
-FRAMES_PER_SECOND = 25
 SUCCESS = 0
 
 
@@ -27,9 +30,8 @@ class FlightRequest:
     """What the command line asks for."""
 
     mission: Path
-    video: bool
-    camera: str
-    """Of the film."""
+    film: "FilmRequest | None"
+    """How a film of the flight is to be made, if one is."""
     view: str | None
     """`auto`, `native` or `web`; None shows nothing."""
     out: Path | None
@@ -64,9 +66,9 @@ def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" =
             from crazychoir_fw.recording.mcap_file import require_mcap
 
             require_mcap()
-        reason = _no_video_because(request.video)
-        result = _fly(mission, request, FRAMES_PER_SECOND if reason is None else 0)
-        _write(result, folder, reason, request)
+        with writing(folder) as stream:
+            result = _fly(mission, request, stream)
+            unwritten = _write(result, folder, stream, request.mcap)
     except CrazychoirError as error:
         complain_of(error)
         return BAD_INPUT
@@ -80,24 +82,37 @@ def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" =
         from crazychoir_fw.crtp.link_model.tables import link_tables
 
         console.print(link_tables(result.summary["link"]))
-    console.print(verdict(result.summary, folder))
+    console.print(verdict(result.summary, None if unwritten else folder))
+    if unwritten is not None:
+        complain(unwritten)
     for failure in result.expected_failures:
         console.print(f"{failure}, as it may", style="yellow", markup=False, soft_wrap=True)
     for failure in result.failures:
         complain(failure)
+    if unwritten is None and not _film(result, folder, request):
+        return BAD_INPUT
     return SUCCESS if result.success else FLIGHT_FAILED
 
 
-def _no_video_because(wanted: bool) -> str | None:
-    """Return why there will be no video, or None if there will be one."""
-    if not wanted:
-        return "--no-video"
-    from crazychoir_fw.recording.video import rendering_available
+def _film(result: "FlightResult", folder: Path, request: FlightRequest) -> bool:
+    """Make the film that was asked for, or say how to make one; return whether what was asked for is there."""
+    if request.film is None:
+        console.print(f"film: crazychoir film {shlex.quote(str(folder))}", style="dim", markup=False, soft_wrap=True)
+        return True
+    from crazychoir_fw.cli.film import make_film
+    from crazychoir_fw.common.errors import CrazychoirError
 
-    return rendering_available()
+    try:
+        make_film(result.log, folder / "flight.mp4", request.film)
+    except OSError as error:
+        complain(about_file(error, folder / "flight.mp4"))
+    except CrazychoirError as error:
+        complain_of(error)
+        return False
+    return True
 
 
-def _fly(mission: "Mission", request: FlightRequest, fps: int) -> "FlightResult":
+def _fly(mission: "Mission", request: FlightRequest, stream: "LogStream") -> "FlightResult":
     """Fly, with a progress bar and perhaps a window or a page."""
     from crazychoir_fw.common.errors import StateError
     from crazychoir_fw.flight.engine import fly
@@ -120,60 +135,30 @@ def _fly(mission: "Mission", request: FlightRequest, fps: int) -> "FlightResult"
         task = bar.add_task(f"{mission.name}, {len(mission.fleet)} drones", total=None, pace="getting ready")
 
         def observe(world: "World | None", progress: "FlightProgress") -> None:
-            if fps > 0 and progress.sim_seconds == 0.0 and world is not None:
-                _check_camera(world, request.camera)
             pace = f"{progress.sim_seconds:.1f} s, {progress.real_time_factor:.1f} x real time"
             bar.update(task, completed=progress.sim_seconds, total=progress.total_seconds, pace=pace)
             if show is not None and world is not None:
                 show(world, progress)
 
-        visuals = request.view is not None or fps > 0
         with request.hosting() as make:
-            return fly(mission, request.threads, visuals, fps, observe, make=make)
+            return fly(mission, request.threads, request.view is not None, observe, make=make, stream=stream)
 
 
-def _check_camera(world: "World", camera: str) -> None:
-    """Refuse a camera that is not there before the flight, and not when it is over."""
-    from crazychoir_fw.common.errors import UnknownNameError
-    from crazychoir_fw.recording.shots import find_shot
-
-    try:
-        find_shot(world.model, camera)
-    except ValueError as error:
-        raise UnknownNameError(f"--camera: {error}") from None
-
-
-def _write(result: "FlightResult", folder: Path, no_video_because: str | None, request: FlightRequest) -> None:
-    """Write the summary, the logs, the picture and the video of a flight."""
+def _write(result: "FlightResult", folder: Path, stream: "LogStream", mcap: bool) -> str | None:
+    """Write logs, summary and picture of a flight, all or none. Returns why they are not written, a sentence."""
     from crazychoir_fw.flight.summary import write_summary
     from crazychoir_fw.recording.plot import plot_flight
+    from crazychoir_fw.simulation.stage import footprints
 
-    title, film, timeline = result.mission.description or result.mission.name, result.film, result.timeline
-    write_summary(folder / "summary.json", result.summary)
-    result.log.save(folder / "log.npz")
-    if request.mcap:
-        from crazychoir_fw.recording.mcap_file import write_mcap
+    def write(new: Path) -> None:
+        result.log.save(new / "log.npz")
+        write_summary(new / "summary.json", result.summary)
+        if mcap:
+            from crazychoir_fw.recording.mcap_file import write_mcap
 
-        write_mcap(result.log, folder / "log.mcap")
-    plot_flight(result.log, folder / "flight.png", title, result.curve, timeline)
-    reason = no_video_because or film.missing
-    if reason is not None:
-        console.print(f"No video: {reason}", style="yellow", markup=False)
-        return
+            write_mcap(result.log, new / "log.mcap")
+        title = result.mission.description or result.mission.name
+        scenery = () if result.world is None else footprints(result.world.model)
+        plot_flight(result.log, new / "flight.png", title, result.curve, result.timeline, scenery)
 
-    from crazychoir_fw.recording.video import film_flight
-
-    hint = f" ({film.speed:g} x speed)" if film.speed != 1.0 else ""
-    with console.status(f"Rendering flight.mp4{hint}"):
-        film_flight(
-            result.film_model,
-            film.qpos,
-            film.times,
-            folder / "flight.mp4",
-            camera=request.camera,
-            fps=film.fps,
-            speed=film.speed,
-            links=film.links,
-            marks=[*film.marks, *(() if timeline is None else timeline.marks)],
-            drones=film.drones,
-        )
+    return write_together(folder, write, stream)

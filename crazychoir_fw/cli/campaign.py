@@ -234,6 +234,7 @@ def refly(
 ) -> None:
     """Fly one flight of a campaign again, alone, with the same bits, and write its log, plot and film."""
     from crazychoir_fw.cli.attempt import FlightRequest, attempt
+    from crazychoir_fw.cli.film import FilmRequest
     from crazychoir_fw.common.errors import CrazychoirError
 
     try:
@@ -249,7 +250,7 @@ def refly(
     console.print(job.command, markup=False, highlight=False, soft_wrap=True)
     console.print("The same bits as in the campaign" if same else "Other bits than in the campaign: something changed")
     request = FlightRequest(
-        Path(job.mission), film, "overview", None, out or folder / f"flight_{number}", 1,
+        Path(job.mission), FilmRequest() if film else None, None, out or folder / f"flight_{number}", 1,
         {"seed": job.seed, "changes": list(job.changes), "provider": job.provider, "app": job.app,
          "backend": job.backend},
     )  # fmt: skip

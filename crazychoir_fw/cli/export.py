@@ -6,8 +6,10 @@ from typing import Annotated
 import typer
 
 from crazychoir_fw.cli.console import about_file, complain_of, console, refuse
+from crazychoir_fw.common.signals import unwind_at_signals
 
 
+@unwind_at_signals()
 def export(
     log: Annotated[Path, typer.Argument(help="Log of a flight (NPZ), or the folder with its log.npz.", metavar="LOG")],
     mcap: Annotated[

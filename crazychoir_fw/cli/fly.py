@@ -6,20 +6,19 @@ from typing import Annotated
 import typer
 
 from crazychoir_fw.cli.attempt import FlightRequest, attempt
+from crazychoir_fw.cli.film import CAMERA_HELP, FOLLOW, FilmRequest
 from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Provider, Restart, Seed, Threads, UriBase, need_ros
 from crazychoir_fw.cli.view import View, require_way
-from crazychoir_fw.common.signals import unwind_at_signals
+from crazychoir_fw.common.signals import held_signals, unwind_at_signals
 
 
 def fly(
     mission: Annotated[Path, typer.Argument(help="Mission file (YAML).", metavar="MISSION.yaml")],
     video: Annotated[
-        bool | None, typer.Option("--video/--no-video", help="Render flight.mp4 (by default, except with --watch).")
+        bool | None,
+        typer.Option("--video/--no-video", help="Make flight.mp4 at once; otherwise `crazychoir film` makes it."),
     ] = None,
-    camera: Annotated[
-        str,
-        typer.Option(help="Camera of flight.mp4: follow, fpv:DRONE, chase:DRONE or one of the scene.", metavar="NAME"),
-    ] = "follow",
+    camera: Annotated[str | None, typer.Option(help=f"{CAMERA_HELP} Means --video.", metavar="NAME")] = None,
     view: View = None,
     out: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Output folder; otherwise out/ and the mission's name.")
@@ -65,8 +64,11 @@ def fly(
     """Fly a mission and report on every drone."""
     overrides = {"seed": seed, "provider": provider, "app": app or None, "backend": backend, "changes": changes}
     require_way(view)
-    wants_video = not watch if video is None else video
-    request = FlightRequest(mission, wants_video, camera, view, out, threads, overrides, mcap, uri_base)
+    with held_signals():
+        import crazychoir_fw.mission.loader  # noqa: F401 pydantic reports Ctrl-C as a mistake in its models
+    wants_film = camera is not None if video is None else video
+    film = FilmRequest(camera or FOLLOW) if wants_film else None
+    request = FlightRequest(mission, film, view, out, threads, overrides, mcap, uri_base)
     if ros:
         from crazychoir_fw.cli.fly_ros import fly_as_nodes
 

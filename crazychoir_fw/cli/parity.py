@@ -13,6 +13,7 @@ from rich.table import Table
 from rich.text import Text
 
 from crazychoir_fw.cli.console import BAD_INPUT, about_file, complain_of, complaints, console, echo_json, refuse
+from crazychoir_fw.common.signals import unwind_at_signals
 
 if TYPE_CHECKING:
     from crazychoir_fw.parity.functions import Comparison
@@ -24,6 +25,7 @@ _MAX_ROWS = 24
 _BASE = "base"
 
 
+@unwind_at_signals()
 def parity(
     checkout: Annotated[
         Path | None,

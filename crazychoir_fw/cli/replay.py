@@ -17,6 +17,7 @@ from crazychoir_fw.cli.console import (
     console,
     refuse,
 )
+from crazychoir_fw.common.signals import unwind_at_signals
 
 if TYPE_CHECKING:
     from crazychoir_fw.recording.flight_log import FlightLog
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 REPLAYED = "replay.npz"
 
 
+@unwind_at_signals()
 def replay(
     log: Annotated[Path, typer.Argument(help="Log of a flight (NPZ), or the folder with its log.npz.", metavar="LOG")],
     check: Annotated[

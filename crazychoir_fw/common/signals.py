@@ -58,6 +58,16 @@ class _SignaledError(BaseException):
 
 
 @contextmanager
+def held_signals() -> Iterator[None]:
+    """Deliver these signals only afterwards: libraries take an interrupt for a mistake of theirs."""
+    came: list[int] = []
+    with _handled(lambda number, _: came.append(number)):
+        yield
+    for number in came[:1]:
+        signal.raise_signal(number)
+
+
+@contextmanager
 def ignored_signals() -> Iterator[None]:
     """Ignore these signals while something ends that must not be interrupted."""
     with _handled(signal.SIG_IGN):

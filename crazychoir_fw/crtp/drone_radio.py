@@ -13,6 +13,9 @@ from crazychoir_fw.crtp.station import Station
 LOG_RATE, LOG_BURST = 5000.0, 100.0
 """Log data and console text: 16 blocks at 100 Hz are 1600 packets a second; a client takes 5000 evenly, and bursts of
 256 at most, replies among them (docs/reference/crtp-cflib.md#3.4)."""
+REPLY_RATE, REPLY_BURST = 4000.0, 100.0
+"""Answers by the clock on the wall: those beyond wait, in their order, because the socket of a client that sends a
+thousand questions in a row holds 256 answers, and loses the rest."""
 CLIENT_RATE, CLIENT_BURST = 20000.0, 2000.0
 """What the drone takes from its client."""
 STRANGER_RATE, STRANGER_BURST = 1000.0, 200.0
@@ -49,8 +52,9 @@ class DroneRadio:
         self.owes_relax = False
         """Whether a session has ended since the priority of set-points was relaxed; reset by the simulation thread."""
         self.unsent: deque[bytes] = deque()
-        """Replies that the operating system did not take yet."""
+        """Replies that the operating system did not take yet, or that were too many at once."""
         self.of_logs = TokenBucket(LOG_RATE, LOG_BURST)
+        self.of_replies = TokenBucket(REPLY_RATE, REPLY_BURST)
         self.of_client = TokenBucket(CLIENT_RATE, CLIENT_BURST)
         self.of_strangers = TokenBucket(STRANGER_RATE, STRANGER_BURST)
         self.of_newcomers = TokenBucket(NEWCOMER_RATE, NEWCOMER_BURST)

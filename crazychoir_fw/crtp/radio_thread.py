@@ -27,7 +27,7 @@ _MAX_DATAGRAMS = 64
 """Read of one socket in a row, so that one drone's flood does not keep others waiting."""
 _MAX_LOOKS = 4096
 """At all sockets in one turn, so that a flood does not stop a simulation in lockstep."""
-_MAX_UNSENT = 500
+_MAX_UNSENT = 2000
 _MAX_REPORTS = 50
 STALL_SHARE = 0.5
 """A client that has been silent for half the time that ends a session, without a ping even, does not read either: it
@@ -274,14 +274,14 @@ class Radio:
             counts.scans += 1
             with suppress(OSError):
                 radio.socket.sendto(NULL, address)
-        elif ruling is Ruling.KEEP:
+        elif ruling is Ruling.KEEP or ruling is Ruling.REFUSE:
             self._refuse(radio, address, now)
             if previous is not None and radio.of_probes.take(now):
                 # should its socket be closed, the operating system says so at once
                 with suppress(OSError):
                     radio.socket.sendto(NULL, previous)
-        elif ruling is Ruling.REFUSE:
-            self._refuse(radio, address, now)
+                if ruling is Ruling.REFUSE and self._hear_of_gone(radio, now) and radio.session.address is None:
+                    self._rule(radio, datagram, address, now)
         else:
             counts.malformed += 1
 
@@ -365,6 +365,9 @@ class Radio:
         """Send what services sent of their own accord; what may be dropped, within its budget."""
         radio.has_output = False
         for _ in range(len(radio.unsent)):
+            if not self._may_reply(radio, now):
+                self._hold_back(radio)
+                break
             self._emit(radio, radio.unsent.popleft(), False, now)
         counts, session = radio.counts, radio.session
         is_silent = not self._was_deaf and now - session.heard_at > STALL_SHARE * self._silence_s
@@ -379,8 +382,22 @@ class Radio:
     def _send_down(self, radio: DroneRadio, datagram: bytes, droppable: bool, now: float) -> None:
         if self._link is not None:
             self._link.send(self._link_clock(), radio.name, Direction.DOWN, _Letter.of(radio, datagram), droppable)
-        else:
+        elif droppable or (not radio.unsent and self._may_reply(radio, now)):
             self._emit(radio, datagram, droppable, now)
+        elif len(radio.unsent) < _MAX_UNSENT:
+            radio.unsent.append(datagram)
+            self._hold_back(radio)
+        else:
+            radio.counts.lost += 1
+
+    def _may_reply(self, radio: DroneRadio, now: float) -> bool:
+        """Tell whether a client has room for an answer; in lockstep no time passes in which it could read."""
+        return self.link_rate <= 0.0 or radio.of_replies.take(now)
+
+    def _hold_back(self, radio: DroneRadio) -> None:
+        """Look again soon at what was not sent."""
+        self._wake_for(radio)
+        self._rest_s = _RETRY_S
 
     def _emit(self, radio: DroneRadio, datagram: bytes, droppable: bool, now: float) -> None:
         """Hand a datagram to the operating system, for the client."""
@@ -395,8 +412,7 @@ class Radio:
             except BlockingIOError:
                 if not droppable and len(radio.unsent) < _MAX_UNSENT:
                     radio.unsent.append(datagram)
-                    self._wake_for(radio)
-                    self._rest_s = _RETRY_S
+                    self._hold_back(radio)
                     return
                 break
             except ConnectionError:

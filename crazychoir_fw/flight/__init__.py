@@ -11,6 +11,7 @@ __all__ = [
     "ControlGroup",
     "DronePhase",
     "Experiment",
+    "FlightResult",
     "HardwareBackend",
     "IntegratorBackend",
     "SimBackend",
@@ -19,6 +20,7 @@ __all__ = [
 ]
 
 _LATER = {
+    "FlightResult": "flight_result",
     "HardwareBackend": "hardware_backend",
     "IntegratorBackend": "integrator_backend",
     "SimBackend": "sim_backend",

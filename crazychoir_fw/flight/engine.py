@@ -2,26 +2,25 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from crazychoir_fw.flight.agents import make_agents, make_groups
 from crazychoir_fw.flight.backend import Backend
 from crazychoir_fw.flight.backends import make_backend
 from crazychoir_fw.flight.experiment import Experiment
-from crazychoir_fw.flight.flight_result import Film, FlightResult
+from crazychoir_fw.flight.flight_result import FlightResult, explained
 from crazychoir_fw.flight.layers_flight import LayersFlight
 from crazychoir_fw.flight.onboard_flight import OnboardFlight
 from crazychoir_fw.flight.services import make_services
-from crazychoir_fw.flight.summary import Assessment, summarize
+from crazychoir_fw.flight.streamed import Flushes, stream_flight
+from crazychoir_fw.flight.summary import summarize
 from crazychoir_fw.mission.schema import LayeredMission, Mission
 
 if TYPE_CHECKING:
+    from crazychoir_fw.recording.log_stream import LogStream
     from crazychoir_fw.simulation import World
 
 
@@ -46,22 +45,22 @@ def fly(
     mission: Mission,
     threads: int | None = None,
     visuals: bool = True,
-    frames_per_second: int = 0,
     observe: Observer | None = None,
     backend: Backend | None = None,
     make: Callable[..., Any] | None = None,
+    stream: LogStream | None = None,
 ) -> FlightResult:
     """Fly a mission to its end, or until it has failed.
 
     Args:
         mission: What to fly.
         threads: Worker threads of a simulated world; None lets the world choose.
-        visuals: Whether simulated drones can be seen, in a film or a window; the flight is the same.
-        frames_per_second: Rate of the video; 0 makes none.
+        visuals: Whether simulated drones can be seen in a window; the flight is the same.
         observe: Called with the world, if there is one, to show progress or to pace the flight: at every sample of the
             log, or about 25 times per second of a flight of layers.
         backend: Where the drones are, instead of what the mission says; it is closed at the end.
         make: Makes the layers of mission, backend and observer, instead of `make_experiment`.
+        stream: Where the flight is written while it flies; the caller closes it.
 
     Raises:
         CrazychoirError: If backend or layers cannot be made as the mission says.
@@ -69,30 +68,39 @@ def fly(
     chosen: Any = make_backend(mission, threads, visuals) if backend is None else backend
     world, rounds, started = getattr(chosen, "world", None), 0, time.perf_counter()
 
+    flushes: Flushes | None = None
+
     def show(_: Any) -> None:
         nonlocal rounds
-        if rounds % flight.rounds_per_picture == 0:
+        if flushes is not None:
+            flushes.look()
+        if observe is not None and rounds % flight.rounds_per_picture == 0:
             wall = time.perf_counter() - started
-            observe(world, Progress(chosen.time - flight.began, flight.total_s, wall))  # type: ignore[misc,arg-type]
+            observe(world, Progress(chosen.time - flight.began, flight.total_s, wall))  # type: ignore[arg-type]
         rounds += 1
 
     try:
-        watch = None if observe is None else show
+        watch = None if observe is None and stream is None else show
         flight: Any
         if isinstance(mission, LayeredMission):
             flight = LayersFlight(mission, (make or make_experiment)(mission, chosen, watch))
         else:
             flight = OnboardFlight(mission, chosen, watch)
+        about = {"mission": mission.name, "description": mission.description}
+        if stream is not None:
+            flushes = stream_flight(stream, chosen, flight, {**about, "backend": mission.backend, "seed": mission.seed})
         started, begin = time.perf_counter(), chosen.time
         flight.fly()
         seconds, flown = time.perf_counter() - started, chosen.time - begin
-        log = flight.log({"mission": mission.name, "description": mission.description})
+        log = flight.log(about)
         assessment = flight.assess(log)
         summary = summarize(mission, chosen, log, assessment, flown, seconds)
-        return FlightResult(
-            mission, world, log, _film(mission, flight, assessment, frames_per_second), summary, assessment.judge
-        )
+        result = FlightResult(mission, world, log, summary, assessment.judge)
+        log.metadata |= explained(result)
+        return result
     finally:
+        if flushes is not None:
+            flushes.write()  # before drones in the air are landed, which takes its time
         chosen.close()
 
 
@@ -114,23 +122,3 @@ def make_experiment(
     groups = make_groups(mission, list(chosen.masses), getattr(chosen, "true_poses", None))
     services = make_services(mission, agents)
     return Experiment(chosen, agents, groups, mission.layers.rate, mission.log_rate, observe, services)
-
-
-def _film(mission: Mission, flight: Any, assessment: Assessment, frames_per_second: int) -> Film:
-    """Return what a video is rendered from."""
-    backend, judge = flight.backend, assessment.judge
-    film = Film(frames_per_second)
-    if not hasattr(backend, "film"):
-        film.missing = f"nobody films the backend {mission.backend}"
-    elif flight.began is None:
-        film.missing = "the flight did not begin"
-    elif frames_per_second:
-        qpos, times = backend.film
-        is_new = np.diff(times, prepend=-np.inf) > 0.0
-        film.times, film.qpos = times[is_new], qpos[is_new]
-        film.speed = max(1.0, float(math.ceil(float(times[-1] - times[0]) / flight.longest_film_s)))
-        film.drones = backend.names if hasattr(backend, "mirror") else None
-        metrics = [] if judge is None else judge.metrics
-        film.marks = [mark for one in metrics for mark in one.marks(None)]
-        film.links = [pair for one in metrics for pair in one.pairs]
-    return film

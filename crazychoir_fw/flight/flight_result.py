@@ -1,49 +1,20 @@
-"""What came of a flight: its figures, the curve of its errors, its tasks over time, and what a film is made of."""
+"""What came of a flight: its figures, the curve of its errors, its tasks over time, and what explains its pictures."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from copy import copy
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
-
-import mujoco
-import numpy as np
-from numpy.typing import NDArray
 
 from crazychoir_fw.flight.criteria import Judge
 from crazychoir_fw.flight.distance_curve import distance_curve
 from crazychoir_fw.mission.fleet import drone_settings
 from crazychoir_fw.mission.schema import Mission
 from crazychoir_fw.recording.error_curve import ErrorCurve
-from crazychoir_fw.recording.marks import Mark, TaskTimeline
+from crazychoir_fw.recording.marks import TaskTimeline
 
 if TYPE_CHECKING:
     from crazychoir_fw.recording.flight_log import FlightLog
     from crazychoir_fw.simulation import World
-
-_LEADER, _FOLLOWER = (0.85, 0.1, 0.1), (0.1, 0.4, 0.85)
-
-
-@dataclass
-class Film:
-    """What a video of the flight is rendered from."""
-
-    fps: int
-    times: Sequence[float] = ()
-    """Of the states (s), shape (F,)."""
-    qpos: NDArray[np.float64] | None = None
-    """Positions of the whole model, shape (F, nq)."""
-    speed: float = 1.0
-    """Seconds of flight per second of film."""
-    links: list[tuple[int, int]] = field(default_factory=list)
-    """Drones that talk to each other."""
-    marks: list[Mark] = field(default_factory=list)
-    """Points that are shown."""
-    drones: list[str] | None = None
-    """Which bodies are drones, where not all of them are simulated."""
-    missing: str | None = None
-    """Why there is nothing to be filmed."""
 
 
 @dataclass(frozen=True)
@@ -53,7 +24,6 @@ class FlightResult:
     mission: Mission
     world: World | None
     log: FlightLog
-    film: Film
     summary: dict[str, Any]
     judge: Judge | None = None
     """Figures of a flight of layers."""
@@ -87,42 +57,34 @@ class FlightResult:
 
     @property
     def timeline(self) -> TaskTimeline | None:
-        """Tasks or deliveries, for the picture and the film."""
+        """Tasks or deliveries, for pictures."""
         log, metrics = self.log, [] if self.judge is None else self.judge.metrics
         found = (one.timeline(log.events, log.drone_ids, float(log.time[-1])) for one in metrics)
         return next((timeline for timeline in found if timeline is not None), None)
 
-    @property
-    def film_model(self) -> Any:
-        """The model that the film is made with: drones of an integrator are drawn where they were."""
+
+def explained(result: FlightResult) -> dict[str, Any]:
+    """Return what metadata of a log says beside the flight itself, for pictures made of the log alone.
+
+    `pictures` has marks, links and leaders (`crazychoir_fw.recording.storyboard`), `stage` what simulated worlds
+    have in the journal: how scene and drones look.
+    """
+    metrics = [] if result.judge is None else result.judge.metrics
+    marks = [mark for one in metrics for mark in one.marks(None)]
+    if result.timeline is not None:
+        marks += result.timeline.marks
+    leaders = next((one.leads for one in metrics if one.leads is not None), None)
+    pictures = {
+        "marks": [mark.as_dict() for mark in marks],
+        "links": [[int(first), int(second)] for one in metrics for first, second in one.pairs],
+        "leaders": None if leaders is None else sorted(int(number) for number in leaders),
+    }
+    about: dict[str, Any] = {"pictures": {name: value for name, value in pictures.items() if value}}
+    if result.world is None:
         from crazychoir_fw.simulation import DroneConfig
-        from crazychoir_fw.simulation.builder import build_model
+        from crazychoir_fw.simulation.recipe import write_recipe
 
-        if self.world is not None:
-            model = copy(self.world.model)
-        else:
-            drones = [DroneConfig(**drone_settings(drone)) for drone in self.mission.fleet]
-            model = build_model(drones, self.mission.scene, self.mission.seed, True)
-        metrics = [] if self.judge is None else self.judge.metrics
-        leaders = next((one.leads for one in metrics if one.leads is not None), None)
-        mirrored = self.world.mirrored if self.world is not None else {}
-        if leaders is not None:
-            for i, drone in enumerate(self.mission.fleet):
-                if drone.id not in mirrored:  # those keep the color of real drones
-                    _paint(model, drone.id, _LEADER if i in leaders else _FOLLOWER)
-        elif self.timeline is not None:
-            from matplotlib.colors import to_rgb
-
-            from crazychoir_fw.recording.plot import palette
-
-            for drone, color in zip(self.mission.fleet, palette(len(self.mission.fleet)), strict=True):
-                _paint(model, drone.id, to_rgb(color))
-        return model
-
-
-def _paint(model: Any, drone: str, color: tuple[float, float, float]) -> None:
-    """Give the colored part of a drone another color."""
-    geom = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, f"{drone}/accent")
-    if geom >= 0:
-        model.geom_rgba[geom, :3] = color
-        model.geom_matid[geom] = -1
+        mission = result.mission
+        drones = [DroneConfig(**drone_settings(drone)) for drone in mission.fleet]
+        about["stage"] = write_recipe(drones, mission.scene, mission.seed, {})
+    return {name: value for name, value in about.items() if value}

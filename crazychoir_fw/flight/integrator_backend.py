@@ -19,6 +19,7 @@ from crazychoir_fw.simulation.integrator.loops import AttitudeLoop, GoToLoop, Ve
 
 if TYPE_CHECKING:
     from crazychoir_fw.recording.flight_log import FlightLog
+    from crazychoir_fw.recording.log_stream import LogStream
 
 Array = NDArray[np.float64]
 
@@ -203,15 +204,17 @@ class IntegratorBackend(Stateful):
         """See `Backend`."""
         self._recorder.sample(self.time, self.poses(), self._truth(), extra)
 
+    def write_to(self, stream: LogStream, metadata: dict[str, Any]) -> None:
+        """See `Backend`."""
+        self._recorder.write_to(stream, metadata)
+
+    def flush(self) -> None:
+        """See `Backend`."""
+        self._recorder.flush()
+
     def log(self, metadata: dict[str, Any]) -> FlightLog:
         """See `Backend`."""
         return self._recorder.finish(metadata)
-
-    @property
-    def film(self) -> tuple[Array, Array]:
-        """Pose of each drone at each sample (m; quaternion wxyz), shape (T, N * 7), and times (s), shape (T,)."""
-        poses = [np.hstack([pose.position, np.roll(pose.orientation, 1, axis=1)]) for pose in self._recorder.true_poses]
-        return np.array(poses).reshape(len(poses), -1), self._recorder.times
 
     def close(self) -> None:
         """See `Backend`."""

@@ -24,9 +24,6 @@ _SETTLE_S = 1.0  # after the last phase
 class LayersFlight:
     """One flight while it runs; the engine asks an `OnboardFlight` the same."""
 
-    longest_film_s = 12.0
-    """A film of a longer flight is played faster (s)."""
-
     def __init__(self, mission: LayeredMission, experiment: Experiment) -> None:
         """Take what flies.
 
@@ -42,6 +39,11 @@ class LayersFlight:
         self._mission = mission
         self._experiment = experiment
         self._windows: list[Window] = []
+
+    @property
+    def events(self) -> list[Any]:
+        """What happened so far beside the events of the world."""
+        return self._experiment.events
 
     def fly(self) -> None:
         """Fly the phases one after the other, or until no drone flies any more.

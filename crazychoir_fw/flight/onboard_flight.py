@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections import deque
 from collections.abc import Callable
@@ -31,7 +30,6 @@ class OnboardFlight:
     """One flight while it runs, of simulated drones; the engine asks a `LayersFlight` the same."""
 
     rounds_per_picture = 1
-    longest_film_s = math.inf
 
     def __init__(
         self, mission: Mission, backend: SimBackend, observe: Callable[[OnboardFlight], None] | None = None
@@ -48,7 +46,11 @@ class OnboardFlight:
         self.total_s = self.plan.ticks / TICKS_PER_SECOND
         self.began: float | None = None
         """When the drones were ready (s)."""
-        self._failures: list[str] = []  # why the flight ended
+        self.events: list[Any] = []
+        """What happened beside the events of the world: nothing."""
+        self._failures: dict[str, str] = {}  # by id, the first of each drone: the others fly on
+        self._grounded: set[int] = set()  # drones that could not take off: nothing more is asked of them
+        self._not_ready: str | None = None  # why the flight did not begin
         self._own_failures: dict[str, str] = {}  # of drones that fly themselves, by id: the others go on
         self._expected: dict[str, str] = {}  # what happened to those that may fail, by id
         self._shares = {"simulation": 0.0, "record": 0.0}
@@ -58,7 +60,7 @@ class OnboardFlight:
         self._events_seen = 0
 
     def fly(self) -> None:
-        """Get ready, and fly to the end of the plan or the first failure."""
+        """Get ready, and fly to the end of the plan, whatever happens to single drones."""
         if self._get_ready():
             self.began = self.backend.time
             self._follow_plan()
@@ -76,11 +78,11 @@ class OnboardFlight:
                     commander.upload_trajectory(upload.number, upload.rows, offset=upload.offset)
             self.backend.faults = add_faults(self._mission, self._world)
         except CrazychoirError as error:
-            self._failures.append(str(error))
-        return not self._failures
+            self._not_ready = str(error)
+        return self._not_ready is None
 
     def _follow_plan(self) -> None:
-        """Send the commands at their ticks until the end or the first failure; a sample comes before them."""
+        """Send the commands at their ticks; a sample comes before them."""
         commands = deque(self.plan.commands)
         flown = 0
         for tick in range(0, self.plan.ticks + 1, ROUND_TICKS):
@@ -89,13 +91,9 @@ class OnboardFlight:
             self._sample(tick)
             while commands and commands[0].tick < tick + ROUND_TICKS:
                 if commands[0].tick > flown:
-                    if self._failures:
-                        return
                     self._advance(commands[0].tick - flown)
                     flown = commands[0].tick
                 self._send(commands.popleft())
-            if self._failures:
-                return
         self._look_for_failures()
 
     def _advance(self, ticks: int) -> None:
@@ -115,12 +113,15 @@ class OnboardFlight:
 
     def _send(self, command: Command) -> None:
         """Hand one command to its drone."""
+        if command.drone in self._grounded:
+            return
         drone = self._world.drones[command.drone]
         if command.verb == "arm":
             if drone.can_arm:
                 drone.arm()
             return
         if command.verb == "takeoff" and not drone.can_fly:
+            self._grounded.add(command.drone)
             self._fail(drone.id, f"{drone.id}: is not ready to take off ({drone.supervisor_state})")
             return
         try:
@@ -129,7 +130,7 @@ class OnboardFlight:
             self._fail(drone.id, str(error))
 
     def _look_for_failures(self) -> None:
-        """Note every drone that collided, crashed, locked or stopped; it ends the flight unless it flies itself."""
+        """Note every drone that collided, crashed, locked or stopped."""
         for name, sentence in collision_failures(self._mission, self._world.events[self._events_seen :]):
             self._fail(name, sentence)
         self._events_seen = len(self._world.events)
@@ -143,11 +144,11 @@ class OnboardFlight:
                 self._fail(drone.id, outage)
 
     def _fail(self, drone: str, sentence: str) -> None:
-        """Remember a failure; that of a drone that may fail is no end of the flight, and its first one is enough."""
+        """Remember a failure; the first one of each drone is enough."""
         if drone in self._mission.may_fail:
             self._expected.setdefault(drone, sentence)
         else:
-            self._failures.append(sentence)
+            self._failures.setdefault(drone, sentence)
 
     def log(self, about: dict[str, Any]) -> FlightLog:
         """Return the log of the flight.
@@ -155,12 +156,20 @@ class OnboardFlight:
         Args:
             about: What it says about the flight beside what is known here.
         """
-        return self.backend.log({**about, "faults": self.backend.faults})
+        start = self.began or 0.0
+        windows = [
+            [name, start + begin / TICKS_PER_SECOND, start + end / TICKS_PER_SECOND]
+            for name, begin, end in (self.plan.windows if self.began is not None else ())
+        ]
+        return self.backend.log({**about, "faults": self.backend.faults, "windows": windows})
 
     def assess(self, log: FlightLog) -> Assessment:
         """Return what the flight came down to; places are looked at if all drones flew to its end."""
         start = self.began or 0.0
-        failures = self._failures or judge(self._mission, self.plan, log, start)
+        if self._not_ready is not None:
+            failures = [self._not_ready]
+        else:
+            failures = list(self._failures.values()) or judge(self._mission, self.plan, log, start)
         controllers = [drone.config.controller for drone in self._world.drones]
         return Assessment(
             drones=flight_figures(self.plan, log, start, controllers),

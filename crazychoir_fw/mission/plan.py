@@ -80,6 +80,8 @@ class FlightPlan:
     waypoints: list[Waypoint] = field(default_factory=list)
     uploads: list[Upload] = field(default_factory=list)
     ticks: int = 0
+    windows: list[tuple[str, int, int]] = field(default_factory=list)
+    """Name, begin and end (ticks) of each phase."""
 
     def command(self, tick: int, drone: int, verb: str, **arguments: float | bool | int | None) -> None:
         """Add a command."""
@@ -108,7 +110,8 @@ def plan_flight(mission: Mission) -> FlightPlan:
 
     now = 0
     for i, phase in enumerate(mission.flight):
-        now = _plan_phase(plan, phase, f"flight[{i}]", now)
+        begin, now = now, _plan_phase(plan, phase, f"flight[{i}]", now)
+        plan.windows.append((_name_of(phase), begin, now))
     for course in plan.courses:
         if course.is_flying:
             course.airborne[-1] = (course.airborne[-1][0], now + SETTLE_TICKS)
@@ -124,6 +127,13 @@ def _plan_phase(plan: FlightPlan, phase: PhaseEntry, path: str, now: int) -> int
         _refuse_double_orders(plan, phase.maneuver, path)
         return max(_plan_phase(plan, child, f"{path}[{i}]", now) for i, child in enumerate(phase.maneuver))
     return _PLANNERS[type(phase.maneuver)](plan, phase.maneuver, path, now)
+
+
+def _name_of(phase: PhaseEntry) -> str:
+    """Return what a phase is called: those that begin together by what they are, each kind once."""
+    if isinstance(phase.maneuver, Maneuver):
+        return phase.name
+    return ", ".join(dict.fromkeys(_name_of(child) for child in phase.maneuver))
 
 
 def _refuse_double_orders(plan: FlightPlan, phases: list[PhaseEntry], path: str) -> None:

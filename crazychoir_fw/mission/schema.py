@@ -7,6 +7,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationInfo, field_validator
 
 from crazychoir_fw.common.constraints import choice, number, whole, word
+from crazychoir_fw.common.errors import MissionError, RangeError
 from crazychoir_fw.mission.backend_settings import HardwareSettings, IntegratorSettings
 from crazychoir_fw.mission.criteria import Criteria
 from crazychoir_fw.mission.faults import Faults
@@ -52,7 +53,7 @@ class Mission(Section):
     """One line for people."""
 
     scene: str = "arena"
-    """`arena`, `flight_lab`, `gates`, `pillars`, `room`, or an MJCF file seen from the folder of the mission file."""
+    """`arena`, `flight_lab`, `gates`, `pillars`, `room`, or an MJCF or YAML file seen from the mission's folder."""
 
     seed: Annotated[int, whole(0, 2**32 - 1)] = 0
     """Seed of all noise: the same seed gives the same flight, to the last bit."""
@@ -94,8 +95,15 @@ class Mission(Section):
         if scene in SCENES:
             return scene
         path = beside(scene, info)
-        if path.suffix != ".xml" or not is_file(path):
-            raise refusal(f"one of {', '.join(SCENES)}{did_you_mean(scene, SCENES)} or an existing .xml file")
+        if path.suffix not in (".xml", ".yaml", ".yml") or not is_file(path):
+            raise refusal(f"one of {', '.join(SCENES)}{did_you_mean(scene, SCENES)} or an existing .xml or .yaml file")
+        if path.suffix != ".xml":
+            from crazychoir_fw.simulation.scene_file import read_scene
+
+            try:
+                read_scene(path)
+            except RangeError as error:
+                raise MissionError(str(error)) from None
         return str(path)
 
     @cached_property

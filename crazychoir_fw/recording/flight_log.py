@@ -6,6 +6,7 @@ The truth of the simulator stands beside them as `sim.x`, `sim.y`, `sim.z` (m), 
 """
 
 import json
+import os
 import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,10 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.replacing import replacing
+from crazychoir_fw.recording.cut_log import read_cut
 from crazychoir_fw.recording.journal import Journal
+from crazychoir_fw.recording.log_stream import STREAM
 
 _SIGNAL = "signal/"  # prefix of the signals among the members of the file
 _JOURNAL = "journal/"
+_SCENERY = "scenery"
+_MAX_MEMBERS = 20_000  # a log has some hundreds
 
 
 @dataclass(repr=False)
@@ -42,6 +47,9 @@ class FlightLog:
 
     journal: Journal | None = None
     """Every request that reached a drone, and how to build the world: what `crazychoir replay` flies from."""
+
+    scenery: NDArray[np.float32] | None = None
+    """Positions of what moves beside the drones, such as payloads, as in ``qpos``, shape (T, any); None: nothing."""
 
     def __post_init__(self) -> None:
         """Refuse shapes that do not fit together.
@@ -79,6 +87,34 @@ class FlightLog:
             return None
         return np.stack([self.signals[name].astype(np.float64) for name in names], axis=-1)
 
+    def between(self, begin: float | None, end: float | None) -> "FlightLog":
+        """Return the log from one time to another (s), ends included; None is that of the log.
+
+        Raises:
+            ValueError: If there is no sample between them.
+        """
+        low, high = -np.inf if begin is None else begin, np.inf if end is None else end
+        kept = (self.time >= low - 1e-9) & (self.time <= high + 1e-9)
+        if not kept.any():
+            span = f"{self.time[0]:g} to {self.time[-1]:g} s" if len(self.time) else "no time at all"
+            raise ValueError(f"from {low:g} to {high:g} s there is no sample, allowed: a part of {span}")
+        signals = {name: samples[kept] for name, samples in self.signals.items()}
+        scenery = None if self.scenery is None else self.scenery[kept]
+        return FlightLog(self.time[kept], self.drone_ids, signals, self.metadata, self.events, self.journal, scenery)
+
+    def reference(self) -> NDArray[np.float64] | None:
+        """Return where drones were told to be (m), shape (T, N, 3), NaN where they were not; None if they never were.
+
+        It is what layers asked for, `layers.x, y, z`, or `ctrltarget.x, y, z`; three exact zeros are no place.
+        """
+        reference = self.stack("layers.x", "layers.y", "layers.z")
+        if reference is None:
+            reference = self.stack("ctrltarget.x", "ctrltarget.y", "ctrltarget.z")
+        if reference is None:
+            return None
+        reference[~np.any(reference, axis=-1)] = np.nan
+        return None if np.isnan(reference).all() else reference
+
     def save(self, path: Path) -> None:
         """Write a compressed NPZ file; *path* is replaced in one step, or left alone if writing fails.
 
@@ -88,6 +124,8 @@ class FlightLog:
         members = {_SIGNAL + name: samples for name, samples in self.signals.items()}
         if self.journal is not None:
             members |= {_JOURNAL + name: values for name, values in self.journal.to_arrays().items()}
+        if self.scenery is not None:
+            members[_SCENERY] = self.scenery
         metadata = np.array(json.dumps(self.metadata))
         events = np.array(json.dumps(self.events))
         drone_ids = np.array(self.drone_ids, dtype=np.str_)
@@ -96,27 +134,72 @@ class FlightLog:
 
     @classmethod
     def load(cls, path: Path) -> "FlightLog":
-        """Read a file written by `save`; nothing in it is ever executed.
+        """Read a file written by `save`, or the stream of a flight that was cut off; nothing in it is ever executed.
 
         Raises:
             FileNotFoundError: If there is no such file.
             ValueError: If the file is not a flight log.
         """
+        path = Path(path)
         try:
-            if Path(path).is_file() and not zipfile.is_zipfile(path):
-                raise ValueError("it is no NumPy archive (.npz)")  # where np.load would guess, and speak of pickles
-            with np.load(path, allow_pickle=False) as file:
-                journal = {name[len(_JOURNAL) :]: file[name] for name in file.files if name.startswith(_JOURNAL)}
-                return cls(
-                    time=file["time"],
-                    drone_ids=file["drone_ids"].tolist(),
-                    signals={name[len(_SIGNAL) :]: file[name] for name in file.files if name.startswith(_SIGNAL)},
-                    metadata=json.loads(str(file["metadata"])),
-                    # files of version 0.1.0 have neither
-                    events=json.loads(str(file["events"])) if "events" in file.files else [],
-                    journal=Journal.from_arrays(journal) if journal else None,
-                )
+            if path.suffix == Path(STREAM).suffix:
+                return cls._made_of(read_cut(path))
+            return cls._made_of(_members(path))
         except FileNotFoundError:
             raise
-        except (ValueError, KeyError, TypeError, AttributeError, EOFError, OSError, zipfile.BadZipFile) as error:
-            raise ValueError(f"{path} is not a flight log: {error}") from error
+        except Exception as error:  # a damaged file makes its readers raise whatever they can
+            reason = str(error) or type(error).__name__
+            raise ValueError(f"{path} is not a flight log: {reason}") from error
+
+    @classmethod
+    def _made_of(cls, fields: dict[str, Any]) -> "FlightLog":
+        """Return a log of what a file says, whose types nothing has looked at."""
+        if not isinstance(fields["metadata"], dict):
+            raise ValueError(f"its metadata are a {type(fields['metadata']).__name__}, expected a mapping")
+        if not isinstance(fields["events"], list) or not all(map(_is_event, fields["events"])):
+            raise ValueError("its events are no list of events")
+        return cls(**fields)
+
+
+def _is_event(value: Any) -> bool:
+    return (
+        isinstance(value, dict)
+        and isinstance(value.get("time"), int | float)
+        and isinstance(value.get("kind"), str)
+        and isinstance(value.get("drone"), str | None)
+        and isinstance(value.get("details", {}), dict)
+    )
+
+
+def _members(path: Path) -> dict[str, Any]:
+    """Return the fields of a log that `FlightLog.save` wrote."""
+    if path.is_file() and not zipfile.is_zipfile(path):
+        raise ValueError("it is no NumPy archive (.npz)")  # where np.load would guess, and speak of pickles
+    _check_size(path)
+    with np.load(path, allow_pickle=False) as file:
+        journal = {name[len(_JOURNAL) :]: file[name] for name in file.files if name.startswith(_JOURNAL)}
+        return {
+            "time": file["time"],
+            "drone_ids": file["drone_ids"].tolist(),
+            "signals": {name[len(_SIGNAL) :]: file[name] for name in file.files if name.startswith(_SIGNAL)},
+            "metadata": json.loads(str(file["metadata"])),
+            # files of version 0.1.0 have neither
+            "events": json.loads(str(file["events"])) if "events" in file.files else [],
+            "journal": Journal.from_arrays(journal) if journal else None,
+            "scenery": file[_SCENERY].astype(np.float32) if _SCENERY in file.files else None,
+        }
+
+
+def _check_size(path: Path) -> None:
+    """Refuse what does not fit into memory once it is unpacked: a few kilobytes may hold terabytes of zeros.
+
+    Raises:
+        ValueError: If it does not fit, or has more members than a log.
+    """
+    with zipfile.ZipFile(path) as archive:
+        sizes = [member.file_size for member in archive.infolist()]
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if sum(sizes) > memory:
+        raise ValueError(f"it takes {sum(sizes) / 1e9:.1f} GB of memory, allowed: {memory / 1e9:.1f} GB, all there is")
+    if len(sizes) > _MAX_MEMBERS:
+        raise ValueError(f"it has {len(sizes)} members, allowed: {_MAX_MEMBERS}")

@@ -17,13 +17,19 @@ _BALL_RADIUS_M = 0.05
 _BALL_ALPHA = 0.6
 _NAME_PLACE = np.array([0.0, 0.0, 0.07])  # [m], over the drone
 _LINK_RADIUS_M = 0.004
-_LINK_COLOR = np.array([0.15, 0.2, 0.3, 0.35], dtype=np.float32)
+_LINK_WIDTH_PX = 1.5
+_LINK_COLOR = np.array([0.15, 0.2, 0.3, 0.45], dtype=np.float32)
 _DISK_RADIUS_M = 0.1
 _NOBODY = np.array([0.55, 0.58, 0.62])
 _NO_ROTATION = np.eye(3).ravel()
 _ZERO = np.zeros(3)
-_MAX_LINES = 5000  # of trails in one scene, of all drones together
+_MAX_LINES = 900  # of trails in one scene, of all drones together: each costs 5 us
 _MAX_PER_DRONE = 60
+_DOWN = np.array([0.0, 0.0, -1.0])
+_NOT_DRONES = np.array([1, 1, 0, 0, 1, 1], np.uint8)  # groups of geoms: 2 is only seen, 3 are hulls of drones
+_SHADOW_REACH_M = 4.0
+_SHADOW_RINGS = (0.6, 0.85, 1.1)
+_FEW = 8  # drones up to which shadows have soft edges
 _TRAIL_WIDTH_PX = 2.5
 
 
@@ -51,26 +57,70 @@ def place_ghost(geom: mujoco.MjvGeom, target: NDArray[np.float64], color: NDArra
     geom.category = mujoco.mjtCatBit.mjCAT_DECOR
 
 
+def add_shadows(
+    scene: mujoco.MjvScene, model: mujoco.MjModel, data: mujoco.MjData, bodies: NDArray[np.int32], radius: float
+) -> None:
+    """Add a soft dark disk under each drone, on whatever is there: far cheaper than shadows of light.
+
+    Args:
+        scene: Scene to add to.
+        model: The world.
+        data: Its state.
+        bodies: The drones.
+        radius: Of a drone (m).
+    """
+    hit = np.array([-1], np.int32)
+    rings = _SHADOW_RINGS if len(bodies) <= _FEW else _SHADOW_RINGS[1:2]
+    for body in bodies:
+        place = data.xpos[body]
+        height = mujoco.mj_ray(model, data, place, _DOWN, _NOT_DRONES, 1, int(body), hit)
+        if not 0.0 <= height < _SHADOW_REACH_M:
+            continue
+        spread = 1.0 + 0.5 * height / _SHADOW_REACH_M
+        for share in rings:
+            geom = _next(scene)
+            if geom is None:
+                return
+            rgba = np.array([0.05, 0.06, 0.08, 0.36 / len(rings) * (1.0 - height / _SHADOW_REACH_M)], dtype=np.float32)
+            size = np.array([share * radius * spread, 0.0005, 0.0])
+            above = place - np.array([0.0, 0.0, height - 0.004 - 0.0015 * (1.0 - share)])
+            mujoco.mjv_initGeom(geom, mujoco.mjtGeom.mjGEOM_CYLINDER, size, above, _NO_ROTATION, rgba)
+            geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+
+
 def add_links(scene: mujoco.MjvScene, positions: NDArray[np.float64], pairs: Sequence[tuple[int, int]]) -> None:
-    """Add a thin rod between drones that talk to each other, as far as there is room.
+    """Add a thin line between drones that talk to each other, as far as there is room.
 
     Args:
         scene: Scene to add to.
         positions: Where the drones are (m, world frame), shape (N, 3).
         pairs: Their numbers.
     """
+    color = _LINK_COLOR.copy()
+    color[3] = np.clip(8.0 / max(1, len(pairs)), 0.12, 0.45)  # many are a web that shall not hide the drones
     for first, second in pairs:
         geom = _next(scene)
         if geom is None:
             return
-        rod = mujoco.mjtGeom.mjGEOM_CAPSULE
-        mujoco.mjv_initGeom(geom, rod, np.zeros(3), np.zeros(3), _NO_ROTATION, _LINK_COLOR)
-        mujoco.mjv_connector(geom, rod, _LINK_RADIUS_M, positions[first], positions[second])
-        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+        _connect(geom, positions[first], positions[second], color, _LINK_WIDTH_PX)
+
+
+def _connect(
+    geom: mujoco.MjvGeom,
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    color: NDArray[np.float32],
+    width_px: float,
+) -> None:
+    """Make a geom a line from point to point."""
+    line = mujoco.mjtGeom.mjGEOM_LINE
+    mujoco.mjv_initGeom(geom, line, _ZERO, _ZERO, _NO_ROTATION, color)
+    mujoco.mjv_connector(geom, line, width_px, start, end)
+    geom.category = mujoco.mjtCatBit.mjCAT_DECOR
 
 
 def add_marks(scene: mujoco.MjvScene, marks: Iterable[Mark], colors: NDArray[np.float64]) -> None:
-    """Add a ball, or a disk with a label, for each mark, and a thin rod to the point that belongs to it.
+    """Add a ball or a disk for each mark, and a thin rod to the point that belongs to it.
 
     What there is no room for is left out.
 
@@ -100,10 +150,9 @@ def _add_ball(scene: mujoco.MjvScene, mark: Mark, _: NDArray[np.float64]) -> boo
 
 
 def _add_disk(scene: mujoco.MjvScene, mark: Mark, colors: NDArray[np.float64]) -> bool:
-    """Add a disk in the color of its drone, with label and rod; tell whether there was room."""
+    """Add a disk in the color of its drone, with its rod; tell whether there was room."""
     disk = _next(scene)
-    label = _next(scene)
-    if disk is None or label is None:
+    if disk is None:
         return False
     rgb = _NOBODY if mark.drone is None else colors[mark.drone]
     rgba = np.array([*rgb, 0.85], dtype=np.float32)
@@ -111,8 +160,6 @@ def _add_disk(scene: mujoco.MjvScene, mark: Mark, colors: NDArray[np.float64]) -
     place = mark.position + np.array([0.0, 0.0, 0.006])
     mujoco.mjv_initGeom(disk, mujoco.mjtGeom.mjGEOM_CYLINDER, size, place, _NO_ROTATION, rgba)
     disk.category = mujoco.mjtCatBit.mjCAT_DECOR
-    # the font has no arrow
-    place_name(label, mark.position + np.array([0.0, 0.0, 0.02]), mark.label.replace("→", ">"))
     if mark.link is None:
         return True
     rod = _next(scene)
@@ -211,10 +258,6 @@ class Trails:
     ) -> None:
         if scene.ngeom >= scene.maxgeom or not np.isfinite(start + end).all():
             return
-        geom = scene.geoms[scene.ngeom]
         color[3] = alpha
-        line = mujoco.mjtGeom.mjGEOM_LINE
-        mujoco.mjv_initGeom(geom, line, np.zeros(3), np.zeros(3), np.zeros(9), color)
-        mujoco.mjv_connector(geom, line, _TRAIL_WIDTH_PX, start, end)
-        geom.category = mujoco.mjtCatBit.mjCAT_DECOR
+        _connect(scene.geoms[scene.ngeom], start, end, color, _TRAIL_WIDTH_PX)
         scene.ngeom += 1

@@ -15,12 +15,12 @@ from mpl_toolkits.mplot3d.axes3d import Axes3D
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.replacing import replacing
+from crazychoir_fw.recording.colors import FEW, palette
 from crazychoir_fw.recording.error_curve import ErrorCurve
 from crazychoir_fw.recording.flight_log import FlightLog
 from crazychoir_fw.recording.marks import COLORS, SHAPES, Mark, TaskTimeline
-
-_FEW = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#6A3D9A", "#444444")
-"""Colors that people with any color vision tell apart (Okabe and Ito, yellow replaced for white paper)."""
+from crazychoir_fw.recording.plot_story import Box, draw_scenery, draw_story
+from crazychoir_fw.recording.storyboard import Storyboard
 
 _MAX_SAMPLES = 2000  # per line: more than the page has pixels
 _INK, _SOFT = "#22262B", "#8A929B"
@@ -30,7 +30,12 @@ _MIN_SPAN_M = 0.1  # of an axis over time: who hovers shall not look restless
 
 
 def plot_flight(
-    log: FlightLog, path: Path, title: str, curve: ErrorCurve | None = None, timeline: TaskTimeline | None = None
+    log: FlightLog,
+    path: Path,
+    title: str,
+    curve: ErrorCurve | None = None,
+    timeline: TaskTimeline | None = None,
+    scenery: Sequence[Box] = (),
 ) -> None:
     """Draw the page and write it; the format follows the suffix of *path*.
 
@@ -45,6 +50,7 @@ def plot_flight(
         title: Headline.
         curve: An error over time, shown in place of the motors.
         timeline: Points beside the drones, and who worked on what when, shown in place of the motors as well.
+        scenery: What stands in the scene, such as gates: the corners of a box (m), shape (8, 3), and its color.
     """
     figure = Figure(figsize=(14.0, 9.0), dpi=110, layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
@@ -63,11 +69,13 @@ def plot_flight(
     truth = log.stack("sim.x", "sim.y", "sim.z")
     if truth is None:
         truth = log.stack("stateEstimate.x", "stateEstimate.y", "stateEstimate.z")
-    reference = _reference(log)
+    reference = log.reference()
 
     _draw_paths(space, truth, reference, colors)
     _draw_from_above(above, truth, reference, colors)
     _draw_positions(axes[:3], log.time, truth, reference, colors)
+    draw_scenery(space, above, scenery)
+    draw_story(axes, Storyboard.of(log))
     marks = [mark for explained in (timeline, curve) if explained is not None for mark in explained.marks]
     _draw_marks(above, marks, colors)
     if curve is None and timeline is not None:
@@ -100,32 +108,9 @@ def _thinned(log: FlightLog) -> FlightLog:
     return FlightLog(log.time[::stride], log.drone_ids, signals, log.metadata, log.events)
 
 
-def palette(drones: int) -> list[str]:
-    """Return one color per drone: distinct ones for a few, a scale that is even in brightness for many."""
-    if drones <= len(_FEW):
-        return list(_FEW[:drones])
-    scale = [(0, "#00204C"), (0.25, "#31446B"), (0.45, "#0072B2"), (0.65, "#2A9D8F"), (0.82, "#E69F00"), (1, "#C8401A")]
-    stops = np.array([at for at, _ in scale])
-    values = np.array([[int(color[k : k + 2], 16) for k in (1, 3, 5)] for _, color in scale])
-    places = np.linspace(0.0, 1.0, drones)
-    mixed = np.column_stack([np.interp(places, stops, values[:, k]) for k in range(3)])
-    return ["#{:02x}{:02x}{:02x}".format(*rgb) for rgb in mixed.round().astype(int)]
-
-
 def _width(drones: int) -> float:
     """Return the width of a line (points) for a page with that many."""
     return float(np.clip(2.0 - 0.05 * drones, 0.7, 1.8))
-
-
-def _reference(log: FlightLog) -> NDArray[np.float64] | None:
-    """Return the reference positions, shape (T, N, 3), NaN where there was none; None if there never was one."""
-    reference = log.stack("layers.x", "layers.y", "layers.z")
-    if reference is None:
-        reference = log.stack("ctrltarget.x", "ctrltarget.y", "ctrltarget.z")
-    if reference is None:
-        return None
-    reference[~np.any(reference, axis=-1)] = np.nan
-    return None if np.isnan(reference).all() else reference
 
 
 def _draw_paths(
@@ -166,7 +151,7 @@ def _draw_paths(
             axes.plot(x, y, z, color=color, linewidth=0.7 * width, linestyle=_DASHES, zorder=2, **whole)
         known = np.flatnonzero(np.isfinite(truth[:, drone]).all(axis=-1))
         if len(known):
-            area = 10.0 if len(colors) > len(_FEW) else 22.0
+            area = 10.0 if len(colors) > len(FEW) else 22.0
             start, end = truth[known[0], drone], truth[known[-1], drone]
             # the ring is wider than the dot: many flights end where they began
             axes.scatter(*start, s=4.0 * area, facecolors="white", edgecolors=color, depthshade=False, zorder=4)
@@ -236,11 +221,11 @@ def _draw_motors(axes: Axes, log: FlightLog, colors: Sequence[str]) -> None:
         return
     percent = motors * (100.0 / _FULL_MOTOR)
     if len(colors) == 1:
-        for k, color in enumerate(_FEW[:4]):
+        for k, color in enumerate(FEW[:4]):
             axes.plot(log.time, percent[:, 0, k], color=color, linewidth=0.9, label=f"M{k + 1}")
         axes.legend(loc="lower center", ncols=4, fontsize=8, frameon=False)
         return
-    few = len(colors) <= len(_FEW)
+    few = len(colors) <= len(FEW)
     for drone, color in enumerate(colors):
         if few:
             low, high = percent[:, drone].min(axis=-1), percent[:, drone].max(axis=-1)
@@ -272,16 +257,16 @@ def _draw_error(axes: Axes, time: NDArray[np.float64], curve: ErrorCurve, stride
     if curve.is_logarithmic:
         axes.set_yscale("log")
         least = 1e-3
-    axes.fill_between(time, np.maximum(mean, least), np.maximum(largest, least), color=_FEW[0], alpha=0.18, linewidth=0)
-    axes.plot(time, mean, color=_FEW[0], linewidth=1.4)
+    axes.fill_between(time, np.maximum(mean, least), np.maximum(largest, least), color=FEW[0], alpha=0.18, linewidth=0)
+    axes.plot(time, mean, color=FEW[0], linewidth=1.4)
     if curve.limit is not None:
-        axes.axhline(curve.limit, color=_FEW[1], linewidth=1.0, linestyle=_DASHES)
+        axes.axhline(curve.limit, color=FEW[1], linewidth=1.0, linestyle=_DASHES)
         axes.text(
-            0.005, curve.limit, "allowed ", transform=axes.get_yaxis_transform(), va="bottom", fontsize=8, color=_FEW[1]
+            0.005, curve.limit, "allowed ", transform=axes.get_yaxis_transform(), va="bottom", fontsize=8, color=FEW[1]
         )
         if curve.judged is not None:
             # what comes later, such as the landing, may be off
-            axes.axvspan(*curve.judged, color=_FEW[1], alpha=0.15, linewidth=0)
+            axes.axvspan(*curve.judged, color=FEW[1], alpha=0.15, linewidth=0)
             axes.text(
                 curve.judged[0],
                 0.93,
@@ -290,7 +275,7 @@ def _draw_error(axes: Axes, time: NDArray[np.float64], curve: ErrorCurve, stride
                 ha="right",
                 va="top",
                 fontsize=8,
-                color=_FEW[1],
+                color=FEW[1],
             )
     if not curve.is_logarithmic:
         axes.set_ylim(bottom=0.0)
@@ -410,7 +395,7 @@ def _name_drones(figure: Figure, above: Axes, drone_ids: Sequence[str], colors: 
     count = len(drone_ids)
     if not count:
         return
-    if count <= len(_FEW):
+    if count <= len(FEW):
         lines = [Line2D([], [], color=color, linewidth=3.0) for color in colors]
         names = [_short(name, 18) for name in drone_ids]
         figure.legend(lines, names, loc="outside lower center", ncols=count, fontsize=9, frameon=False)

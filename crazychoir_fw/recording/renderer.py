@@ -21,6 +21,26 @@ _FLAG = mujoco.mjtRndFlag
 _LIGHT = (_FLAG.mjRND_SHADOW, _FLAG.mjRND_REFLECTION, _FLAG.mjRND_SKYBOX, _FLAG.mjRND_FOG, _FLAG.mjRND_HAZE)
 
 
+def in_picture(scene: mujoco.MjvScene, points: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
+    """Return where points (m, world), shape (N, 3), are in a picture (pixels from its upper left corner), shape (N, 2).
+
+    What is behind the camera or outside of the picture is NaN.
+    """
+    eye = scene.camera[0]
+    pos = (eye.pos + scene.camera[1].pos) / 2.0
+    right = np.cross(eye.forward, eye.up)
+    away = points - pos
+    depth = away @ eye.forward
+    scale = eye.frustum_near * height / (eye.frustum_top - eye.frustum_bottom)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        x = width / 2.0 + scale * (away @ right) / depth
+        y = height / 2.0 - scale * (away @ eye.up) / depth
+    places = np.column_stack([x, y])
+    seen = (depth > eye.frustum_near) & (x >= 0.0) & (x < width) & (y >= 0.0) & (y < height)
+    places[~seen] = np.nan
+    return places
+
+
 class Renderer:
     """Draws one model; use it as a context manager, in one thread.
 

@@ -17,11 +17,12 @@ from numpy.typing import NDArray
 from crazychoir_fw.recording.viewpoint import Viewpoint, chase, first_person
 
 _WINDOW_S = 3.0  # averaging of center and radius
-_MARGIN_M = 0.12  # around the outermost drones
-_SMALLEST_M = 0.25  # radius shown around a lonely drone
+_MARGIN_M = 0.08  # around the outermost drones
+_USED = np.array([0.86, 0.78])  # of half the width and half the height: title, names and bar are around it
+_NEAREST_M = 1.1  # of the camera, from a lonely drone
 _GIVEN_UP_M = 10.0  # distance at which a drone may be lost from sight, beyond three times the usual one
 _AZIMUTH_DEG, _DRIFT_DEG_PER_S = 120.0, 2.5
-_ELEVATION_DEG = -24.0
+_ELEVATION_DEG = -27.0
 _ON_BOARD = {"fpv": 75.0, "chase": 45.0}  # [deg], vertical; a film shows more than a lens on board
 _SHADOW_REACH_M = 2.5  # how far around a drone its own cameras see shadows
 
@@ -36,44 +37,34 @@ class CameraPath:
     center: NDArray[np.float64]  # (F, 3)
     """Point in the middle of the picture (m, world frame)."""
 
-    radius: NDArray[np.float64]  # (F,)
-    """Radius of the upright cylinder that the picture shows (m)."""
+    distance: NDArray[np.float64]  # (F,)
+    """Of the camera from there (m)."""
 
-    half_height: NDArray[np.float64]  # (F,)
-    """Half the height of that cylinder (m)."""
+    radius: NDArray[np.float64]  # (F,)
+    """How far drones are from there (m)."""
 
     azimuth_deg: NDArray[np.float64]  # (F,)
     """Heading of the view; MuJoCo's convention."""
 
-    def place(self, camera: mujoco.MjvCamera, frame: int, *, fovy_deg: float, aspect: float) -> None:
-        """Set *camera* for one instant.
-
-        Args:
-            camera: Camera to change; becomes a free one.
-            frame: Index of the instant.
-            fovy_deg: Vertical field of view of the model.
-            aspect: Width of the picture over its height.
-        """
-        upward = np.radians(fovy_deg) / 2.0
-        sideward = np.arctan(np.tan(upward) * aspect)
-        radius, tilt = self.radius[frame], np.radians(-_ELEVATION_DEG)
-        # seen from above at an angle, a disc is flat: its near rim and its top and bottom set the height of the view
-        rise = radius * np.sin(tilt) + self.half_height[frame] * np.cos(tilt)
-        nearer = radius * np.cos(tilt) + self.half_height[frame] * np.sin(tilt)
+    def place(self, camera: mujoco.MjvCamera, frame: int) -> None:
+        """Set *camera* for one instant; becomes a free one."""
         camera.type = mujoco.mjtCamera.mjCAMERA_FREE
         camera.lookat[:] = self.center[frame]
-        wide = radius / np.sin(sideward) + self.half_height[frame] * np.sin(tilt)
-        camera.distance = max(wide, rise / np.tan(upward) + nearer)
+        camera.distance = self.distance[frame]
         camera.azimuth = self.azimuth_deg[frame]
         camera.elevation = _ELEVATION_DEG
 
 
-def follow(positions: NDArray[np.float64], times: NDArray[np.float64]) -> CameraPath:
-    """Plan a camera that follows a swarm.
+def follow(
+    positions: NDArray[np.float64], times: NDArray[np.float64], *, fovy_deg: float = 45.0, aspect: float = 16.0 / 9.0
+) -> CameraPath:
+    """Plan a camera that follows a swarm as near as it can.
 
     Args:
         positions: Where the drones are (m, world frame), shape (F, N, 3); a drone whose position is NaN is left out.
         times: Instants of the frames (s of the film), shape (F,).
+        fovy_deg: Angle between the lower and the upper edge of the picture (deg).
+        aspect: Width of the picture over its height.
 
     Returns:
         The path; a drone that flies off alone is given up once it is far outside the others.
@@ -81,23 +72,62 @@ def follow(positions: NDArray[np.float64], times: NDArray[np.float64]) -> Camera
     frames = len(times)
     step = float(times[-1] - times[0]) / (frames - 1) if frames > 1 else 1.0
     window = max(1, round(_WINDOW_S / step)) if step > 0.0 else 1
-    known = np.where(np.isfinite(positions).all(axis=-1, keepdims=True), positions, np.nan)
-    center = np.zeros((frames, 3))
-    radius, half_height = np.zeros(frames), np.zeros(frames)
-    for k, points in enumerate(known):
-        points = points[~np.isnan(points[:, 0])]
-        if not len(points):
-            continue
-        middle = np.median(points, axis=0)
-        away = np.linalg.norm(points - middle, axis=1)
-        kept = points[away <= 3.0 * np.median(away) + _GIVEN_UP_M]
-        center[k] = (kept.min(axis=0) + kept.max(axis=0)) / 2.0
-        radius[k] = np.linalg.norm((kept - center[k])[:, :2], axis=1).max() + _MARGIN_M
-        half_height[k] = np.abs(kept[:, 2] - center[k, 2]).max() + _MARGIN_M
-    calm = _average(_widest(np.maximum(radius, _SMALLEST_M), window), window)
-    tall = _average(_widest(half_height, window), window)
+    kept = [_kept(points[np.isfinite(points).all(axis=-1)]) for points in positions]
     azimuth = _AZIMUTH_DEG + _DRIFT_DEG_PER_S * (times - times[0])
-    return CameraPath(_average(center, window), calm, tall, azimuth)
+    upward = np.tan(np.radians(fovy_deg) / 2.0)
+    slopes = np.array([upward * aspect, upward]) * _USED
+    center = np.array([_center(*seen, slopes) for seen in zip(kept, azimuth, strict=True)])
+    center = _average(center.reshape(frames, 3), window)
+    distance, radius = np.zeros(frames), np.zeros(frames)
+    for k, points in enumerate(kept):
+        if len(points):
+            away = points - center[k]
+            radius[k] = np.linalg.norm(away, axis=1).max() + _MARGIN_M
+            distance[k] = _least_distance(away, azimuth[k], slopes)
+    distance = _average(_widest(np.maximum(distance, _NEAREST_M), window), window)
+    return CameraPath(center, distance, _average(_widest(radius, window), window), azimuth)
+
+
+def _kept(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the points without those that are given up."""
+    if not len(points):
+        return points
+    away = np.linalg.norm(points - np.median(points, axis=0), axis=1)
+    return points[away <= 3.0 * np.median(away) + _GIVEN_UP_M]
+
+
+def _axes(azimuth_deg: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the axis of the view, shape (3,), and right and up in the picture, shape (2, 3)."""
+    heading, tilt = np.radians(azimuth_deg), np.radians(_ELEVATION_DEG)
+    forward = np.array([np.cos(tilt) * np.cos(heading), np.cos(tilt) * np.sin(heading), np.sin(tilt)])
+    right = np.array([np.sin(heading), -np.cos(heading), 0.0])
+    return forward, np.array([right, np.cross(right, forward)])
+
+
+def _center(points: NDArray[np.float64], azimuth_deg: float, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the point in the middle of the picture (m) from which a camera can be nearest to all points, (K, 3)."""
+    if not len(points):
+        return np.zeros(3)
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    forward, across = _axes(azimuth_deg)
+    away = points - middle
+    sideward, depth = away @ across.T, (away @ forward)[:, None] * slopes
+    # both edges of the picture touch a point then: what is near takes more of it
+    shift = ((sideward - depth).max(axis=0) - (-sideward - depth).max(axis=0)) / 2.0
+    return middle + shift @ across
+
+
+def _least_distance(away: NDArray[np.float64], azimuth_deg: float, slopes: NDArray[np.float64]) -> float:
+    """Return how far from the center a camera sees all points.
+
+    Args:
+        away: Points (m, from the center of the picture), shape (K, 3).
+        azimuth_deg: Heading of the view.
+        slopes: Of the edges of the picture against the axis of the view, right and up.
+    """
+    forward, across = _axes(azimuth_deg)
+    beside = np.abs(away @ across.T) + _MARGIN_M
+    return float((beside / slopes - (away @ forward)[:, None]).max())
 
 
 def _average(values: NDArray[np.float64], window: int) -> NDArray[np.float64]:
@@ -118,7 +148,7 @@ def _widest(values: NDArray[np.float64], window: int) -> NDArray[np.float64]:
     return np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).max(axis=-1)
 
 
-def find_shot(model: mujoco.MjModel, word: str, path: CameraPath | None = None, aspect: float = 1.0) -> Shot:
+def find_shot(model: mujoco.MjModel, word: str, path: CameraPath | None = None) -> Shot:
     """Return what a word for a camera means.
 
     Args:
@@ -126,7 +156,6 @@ def find_shot(model: mujoco.MjModel, word: str, path: CameraPath | None = None, 
         word: ``follow`` for the whole swarm, ``fpv:NAME`` or ``chase:NAME`` with the name of a drone, else the name of
             a camera of the model.
         path: The path of ``follow``; None if it is only asked whether there is such a camera.
-        aspect: Width of the picture over its height.
 
     Raises:
         ValueError: If there is no such camera or drone.
@@ -135,7 +164,7 @@ def find_shot(model: mujoco.MjModel, word: str, path: CameraPath | None = None, 
     if word == "follow":
 
         def keep_all(_: mujoco.MjData, frame: int) -> mujoco.MjvCamera:
-            path.place(camera, frame, fovy_deg=model.vis.global_.fovy, aspect=aspect)
+            path.place(camera, frame)
             return camera
 
         return keep_all
@@ -176,4 +205,4 @@ def shadowed(view: mujoco.MjvCamera | Viewpoint, path: CameraPath, frame: int) -
     """Return center (m) and radius (m) of the part of the room whose shadows matter to a view."""
     if isinstance(view, Viewpoint):
         return view.position + view.forward, _SHADOW_REACH_M
-    return path.center[frame], max(path.radius[frame], path.half_height[frame])
+    return path.center[frame], path.radius[frame]

@@ -21,12 +21,16 @@ from crazychoir_fw.simulation.loading import add_payload, check_payload, set_ine
 from crazychoir_fw.simulation.mirrored import MirroredConfig, add_mirrored
 from crazychoir_fw.simulation.model_drones import is_crazyflie
 from crazychoir_fw.simulation.provider_words import BUILTIN, load_providers
+from crazychoir_fw.simulation.scene_file import SUFFIXES, scene_spec
 from crazychoir_fw.simulation.scene_limits import check_scene
 
 MAX_FOR_NEWTON = 100
 """Drones up to which Newton's method solves the contacts of a world, see `_choose_solver`."""
 
 _GOLDEN_RATIO = 0.618034
+
+_ATTRIBUTES_OF_CODE = ("provider", "controller", "estimator", "motor_ctrl", "motor_ctrl_properties")
+"""What of a drone in a scene may name code of the user's."""
 
 
 def build_model(
@@ -40,7 +44,7 @@ def build_model(
 
     Args:
         drones: The drones, with unique names.
-        scene: A name of `SCENES` or the path of an MJCF file.
+        scene: A name of `SCENES` or the path of an MJCF file, or of a YAML file (`scene_file.py`).
         seed: Seed of all noise.
         visuals: Whether drones can be seen. What cannot be seen is faster; the flight is the same to the last bit.
         mirrored: Bodies that are moved from outside.
@@ -76,6 +80,34 @@ def build_model(
     return model
 
 
+def build_stage(drones: Sequence[DroneConfig], scene: str | Path) -> mujoco.MjModel:
+    """Compile what a world looks like: its drones have no onboard software, and no code of the user's is touched.
+
+    Args:
+        drones: Drones with unique names; those that the scene brings along need not be among them.
+        scene: A name of `SCENES` or the path of an MJCF file.
+
+    Raises:
+        RangeError: If scene or drones are impossible.
+        UnknownNameError: If there is no such scene or platform.
+    """
+    spec = _scene(scene)
+    for entry in spec.plugins:
+        entry.config = {name: text for name, text in entry.config.items() if name not in _ATTRIBUTES_OF_CODE}
+    _check(drones, 0, ())
+    known = {body.name for body in spec.bodies}
+    stamps: dict[str, VehicleStamp] = {}
+    try:
+        for index, drone in enumerate(drones):
+            if drone.id not in known:
+                if drone.platform not in stamps:
+                    stamps[drone.platform] = _stamp(spec, drone, True)
+                _add_body(spec, stamps[drone.platform], drone, index)
+    except ValueError as error:
+        raise RangeError(f"scene {scene} with its drones: {_one_line(error)}") from error
+    return _compiled(spec, f"scene {scene} with its drones")
+
+
 def _compiled(spec: mujoco.MjSpec, what: str) -> mujoco.MjModel:
     try:
         return spec.compile()
@@ -105,13 +137,21 @@ def _skip_what_is_absent(model: mujoco.MjModel) -> None:
 
 
 def _choose_solver(model: mujoco.MjModel, drones: int) -> None:
-    """Give large swarms a solver of contacts whose cost does not grow with the cube of a heap of crashed drones.
+    """Let contacts of a drone be solved alike whatever the others do, and those of large swarms at a bearable cost.
 
-    Where each drone stands alone, conjugate gradients end where Newton's method ends, to 1e-9 m and somewhat faster. In
-    the air there is nothing to solve. Scenes in which other things move, or that chose a solver, keep theirs.
+    By itself MuJoCo starts the solver for all bodies at once, with the last solution or without, and goes from dense to
+    sparse matrices at a number of joints: the last bits of a drone on the floor would depend on drones far away.
+
+    Newton's method costs the cube of a heap of crashed drones, conjugate gradients do not. Where each drone stands
+    alone, both end at the same, to 1e-9 m. Scenes in which other things move keep what they chose.
     """
     only_drones_move = model.nv == 6 * drones and model.neq == 0
-    if drones > MAX_FOR_NEWTON and only_drones_move and model.opt.solver == mujoco.mjtSolver.mjSOL_NEWTON:
+    if not only_drones_move:
+        return
+    model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_WARMSTART
+    if model.opt.jacobian == mujoco.mjtJacobian.mjJAC_AUTO:
+        model.opt.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE
+    if drones > MAX_FOR_NEWTON and model.opt.solver == mujoco.mjtSolver.mjSOL_NEWTON:
         model.opt.solver = mujoco.mjtSolver.mjSOL_CG
 
 
@@ -167,10 +207,12 @@ def _is_finite(value: object) -> bool:
 
 def _scene(scene: str | Path) -> mujoco.MjSpec:
     if not isinstance(scene, str | Path):
-        raise RangeError(f"scene is {scene!r}, allowed: the path of an MJCF file or one of {', '.join(SCENES)}")
+        raise RangeError(f"scene is {scene!r}, allowed: the path of an MJCF or YAML file or one of {', '.join(SCENES)}")
     path = model_path(str(scene)) if str(scene) in SCENES else Path(scene)
     if not path.is_file():
         raise UnknownNameError(f"scene '{scene}' is neither a file nor one of: {', '.join(SCENES)}")
+    if path.suffix in SUFFIXES:
+        return scene_spec(path)
     if str(scene) not in SCENES:
         check_scene(path)
     try:
@@ -191,7 +233,7 @@ def _stamp(spec: mujoco.MjSpec, drone: DroneConfig, visuals: bool) -> VehicleSta
     return VehicleStamp(spec, drone.platform, visuals)
 
 
-def _add_drone(spec: mujoco.MjSpec, stamp: VehicleStamp, drone: DroneConfig, index: int, seed: int) -> None:
+def _add_body(spec: mujoco.MjSpec, stamp: VehicleStamp, drone: DroneConfig, index: int) -> mujoco.MjsBody:
     x, y, *rest = drone.position
     height = rest[0] if rest and rest[0] is not None else stamp.rest_height
     half_yaw = np.radians(drone.yaw_deg) / 2
@@ -203,7 +245,11 @@ def _add_drone(spec: mujoco.MjSpec, stamp: VehicleStamp, drone: DroneConfig, ind
     )
     set_inertia(body, drone)
     add_payload(spec, body, drone)
+    return body
 
+
+def _add_drone(spec: mujoco.MjSpec, stamp: VehicleStamp, drone: DroneConfig, index: int, seed: int) -> None:
+    body = _add_body(spec, stamp, drone, index)
     plugin = spec.add_plugin(name=f"{drone.id}/crazyflie", plugin_name=PLUGIN, active=True)
     plugin.config = {"seed": str(seed), "id": str(index), **drone.plugin_attributes()}
     body.plugin = plugin

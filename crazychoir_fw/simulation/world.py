@@ -290,7 +290,7 @@ class World(WorldBase):
             ValueError: If there is no such camera.
         """
         # drawing is for those who look: importing it takes longer than a flight
-        from crazychoir_fw.recording.video import picture
+        from crazychoir_fw.recording.picture import picture
         from crazychoir_fw.simulation.targets import Targets
 
         names = [drone.id for drone in self.drones] if overlays else None

@@ -37,7 +37,7 @@ COMMANDS = {
     "fly layers": ["fly", "layered.yaml", "--no-video", "--out", "out"],
     "fly integrator": ["fly", "layered.yaml", "--backend", "integrator", "--no-video", "--out", "out"],
     "fly --ros": ["fly", "layered.yaml", "--ros", "--no-video", "--out", "out"],
-    "serve": ["serve", "--drones", "2", "--port", "0", "--out", "out"],
+    "serve": ["serve", "--count", "2", "--port", "0", "--out", "out"],
     "gui": ["gui", "layered.yaml", "--port", "0", "--no-browser"],
     "run": ["run", "drones.xml", "--seconds", "300"],
     "replay": ["replay", "log.npz", "--out", "again.npz"],
@@ -115,6 +115,8 @@ def end(folder, command, number, delay):
     if "Traceback" in text and not is_early:
         return text[-1500:]
     left = [path.name for path in (*folder.glob(".*.npz"), *(folder / "out").glob(".*"))]
+    for path in (*folder.glob(".*.npz"), *(folder / "out").glob(".*")):
+        path.unlink()
     if left:
         return f"it left files: {left}"
     for log in folder.glob("out/*.npz"):

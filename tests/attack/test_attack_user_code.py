@@ -62,7 +62,7 @@ def test_an_exit_in_user_code_is_a_mistake_as_every_other(tmp_path, monkeypatch,
     error = {"s": "SystemExit", "r": what.removeprefix("raise ")}[what[0]]
     said = [line for line in flown.stderr.splitlines() if error in line]
     assert flown.exception is None or isinstance(flown.exception, SystemExit), flown.exception
-    assert flown.exit_code == (1 if when == "FLYING" and kind != "control" else 2), flown.output
+    assert flown.exit_code == (1 if when == "FLYING" else 2), flown.output
     assert said
     assert "law.py:" in said[0]
     assert "Traceback" not in flown.output

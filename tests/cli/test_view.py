@@ -100,13 +100,13 @@ def test_a_page_without_nicegui_is_one_sentence(monkeypatch):
 
 
 def test_a_camera_that_is_not_there_is_one_sentence(hop, tmp_path):
-    from crazychoir_fw.recording.video import rendering_available
+    from crazychoir_fw.recording.opengl import rendering_available
 
     if reason := rendering_available():
         pytest.skip(reason)
     result = run("fly", hop, "--camera", "fpv:cf7", "--out", tmp_path)
     assert result.exit_code == 2
-    assert result.stderr == "--camera: no drone 'cf7' for the camera; there are cf1, cf2\n"
+    assert "no drone 'cf7' for the camera; there are cf1, cf2" in result.stderr
 
 
 def test_the_pace_is_that_of_the_clock(monkeypatch):

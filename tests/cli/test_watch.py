@@ -123,7 +123,7 @@ def test_command_flies_again_complains_and_ends_well(tmp_path):
     )
     try:
         first = read_until(process, "waiting for a change of hop.yaml, mine.c")
-        assert "success" in first and "builtin+mine" in first and "No video: --no-video" in first
+        assert "success" in first and "builtin+mine" in first and "crazychoir film" in first
         app.write_text("int x = ;\n" + text)
         broken = read_until(process, "waiting for a change")
         assert "mine.c changed" in broken and f"{app}:1:9: error: " in broken and "success" not in broken

@@ -27,7 +27,7 @@ def test_a_second_client_is_refused(open_server, connect, world):
         second.tell(b"x")
     # its null packet is answered last, and nothing came before
     assert second.ask(NULL) == NULL
-    assert first.ping() == []
+    assert set(first.ping()) <= {NULL}  # whether it still lives
     world.step(1)
     (refusal,) = [event for event in world.events if event.kind == "radio_refused"]
     assert refusal.details["client"] == "{}:{}".format(*second.socket.getsockname())
@@ -273,3 +273,13 @@ def test_sessions_without_end_do_not_fill_the_memory(open_server, connect, world
     world.step(1)
     assert server.statistics().drones["cf1"].sessions == 300
     assert len(world.events) <= 20
+
+
+@needs_icmp
+def test_a_client_that_does_not_ask_for_the_source_has_the_drone_of_one_that_died(open_server, connect):
+    server = open_server()
+    first, second = connect(server), connect(server)
+    first.ask(SOURCE)
+    first.socket.close()
+    assert second.ask(b"\xfchere") == b"\xfchere"  # no time has gone by
+    assert server.clients == 1

@@ -74,7 +74,7 @@ def test_picture_shows_something(flown):
 def test_output_tells_how_it_went(flown):
     mission, out, output = flown
     assert "success" in output
-    assert "No video: --no-video" in output
+    assert "crazychoir film" in output
     assert mission.stem in output
     assert not (out / "flight.mp4").exists()
 

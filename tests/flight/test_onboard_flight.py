@@ -111,10 +111,6 @@ class ObedientBackend:
         signals["supervisor.info"] = np.where(positions[:, :, 2] > 0, 0x0018, 0x0008)
         return SimpleNamespace(time=np.array(self.times), signals=signals, metadata=metadata)
 
-    @property
-    def film(self):
-        return np.array(self.positions).reshape(len(self.times), -1), np.array(self.times)
-
     def close(self):
         self.is_closed = True
 
@@ -122,11 +118,11 @@ class ObedientBackend:
 class Setup:
     """A flight that is ready to run."""
 
-    def __init__(self, mission, fps=0, observe=None):
+    def __init__(self, mission, observe=None):
         self.mission = parse_mission(mission)
         self.world = ObedientWorld(self.mission.fleet)
         self.backend = ObedientBackend(self.world)
-        self.given = {"frames_per_second": fps, "observe": observe}
+        self.given = {"observe": observe}
 
     def at(self, seconds, action):
         """Schedule *action* at a time of the plan (s)."""
@@ -168,11 +164,13 @@ def test_trajectory_is_uploaded_before_the_flight_and_started_in_it(hop):
     assert (2000, "start", 0, 1.5) in calls_of(setup)
 
 
-def test_film_shows_the_whole_flight_in_its_own_time(hop):
-    film = Setup(hop, fps=30).run().film
-    assert (film.fps, film.speed, film.missing) == (30, 1.0, None)
-    assert film.times == pytest.approx(READY_AT + np.arange(0, 9.505, 0.01))
-    assert len(film.qpos) == len(film.times)
+def test_log_says_when_each_phase_was(hop):
+    hop["flight"][1] = {"together": [{"hover": {"duration": 1, "drones": [k]}} for k in ("cf1", "cf2")]}
+    windows = Setup(hop).run().log.metadata["windows"]
+    assert [name for name, *_ in windows] == ["takeoff", "hover", "land"]
+    begins, ends = (np.array([window[k] for window in windows]) for k in (1, 2))
+    assert begins == pytest.approx(READY_AT + np.array([0.0, 2.0, 3.0]))
+    assert ends[:-1] == pytest.approx(begins[1:])
 
 
 def test_observer_sees_the_flight_advance(hop):
@@ -181,17 +179,17 @@ def test_observer_sees_the_flight_advance(hop):
     assert seen == pytest.approx(np.arange(0, 9.505, 0.01))
 
 
-def test_flight_ends_soon_after_a_drone_fails_and_says_why(hop):
+def test_flight_goes_on_after_a_drone_fails_and_says_why(hop):
     setup = Setup(hop)
     setup.at(3.01, lambda: setattr(setup.world.drones[1], "sentence", "cf2: crashed at {:.2f} s"))
     result = setup.run()
     assert result.failures == ["cf2: crashed at 4.54 s"]
     assert not result.success
-    assert setup.world.time == pytest.approx(READY_AT + 3.04)
+    assert setup.world.time == pytest.approx(READY_AT + 9.5)
     assert result.summary["drones"][0]["rms_error_m"] == 0.0
 
 
-def test_refused_command_ends_the_flight_with_its_sentence(hop):
+def test_refused_command_fails_its_drone_with_its_sentence(hop):
     setup = Setup(hop)
 
     def refuse(**arguments):
@@ -201,11 +199,12 @@ def test_refused_command_ends_the_flight_with_its_sentence(hop):
     assert setup.run().failures == ["cf1: land is refused: already landing"]
 
 
-def test_drone_that_cannot_take_off_ends_the_flight(hop):
+def test_drone_that_cannot_take_off_is_asked_for_nothing_more(hop):
     setup = Setup(hop)
     setup.world.drones[1].can_fly = False
     assert setup.run().failures == ["cf2: is not ready to take off (Ready to fly)"]
     assert calls_of(setup, drone=1) == []
+    assert calls_of(setup, drone=0)[-1][1] == "land"
 
 
 def test_world_that_never_gets_ready_gives_a_summary_all_the_same(hop):
@@ -217,7 +216,7 @@ def test_world_that_never_gets_ready_gives_a_summary_all_the_same(hop):
     setup.world.wait_until_ready = never
     result = setup.run()
     assert result.failures == ["cf1: not ready after 10 s, state 'Locked'"]
-    assert result.film.missing == "the flight did not begin"
+    assert result.log.metadata["windows"] == []
     assert result.summary["drones"][0]["rms_error_m"] is None
 
 

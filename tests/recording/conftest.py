@@ -10,7 +10,7 @@ import pytest
 from crazychoir_fw.mujoco_models import model_path
 from crazychoir_fw.mujoco_models.stamp import VehicleStamp
 from crazychoir_fw.recording.flight_log import FlightLog
-from crazychoir_fw.recording.video import RenderingError, rendering_available
+from crazychoir_fw.recording.opengl import RenderingError, rendering_available
 
 
 @pytest.fixture

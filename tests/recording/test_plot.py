@@ -6,9 +6,10 @@ import imageio.v3 as iio
 import numpy as np
 import pytest
 
+from crazychoir_fw.recording.colors import palette
 from crazychoir_fw.recording.error_curve import ErrorCurve
 from crazychoir_fw.recording.flight_log import FlightLog
-from crazychoir_fw.recording.plot import _reference, palette, plot_flight
+from crazychoir_fw.recording.plot import plot_flight
 
 
 @pytest.mark.parametrize("drones", [1, 2, 8, 9, 30])
@@ -83,13 +84,13 @@ def test_a_reference_of_zeros_is_no_reference(make_log):
     for axis in "xyz":
         log.signals[f"ctrltarget.{axis}"][:4, 0] = 0.0
     log.signals["ctrltarget.x"][:, 1] = 0.0  # one coordinate alone may be zero
-    reference = _reference(log)
+    reference = log.reference()
     assert np.isnan(reference[:4, 0]).all()
     assert np.isfinite(reference[4:, 0]).all()
     assert np.isfinite(reference[:, 1]).all()
     for axis in "xyz":
         log.signals[f"ctrltarget.{axis}"][:] = 0.0
-    assert _reference(log) is None
+    assert log.reference() is None
 
 
 def test_plotting_never_touches_pyplot():
@@ -106,3 +107,17 @@ def test_a_distance_is_shown_in_place_of_the_motors(tmp_path, make_log):
     pictures = [iio.imread(tmp_path / name)[..., :3].astype(int) for name in ("with.png", "without.png")]
     lower = slice(800, 900)
     assert np.abs(pictures[0][lower, 800:] - pictures[1][lower, 800:]).max() > 100
+
+
+def test_faults_and_what_stands_in_the_scene_are_drawn(make_log, tmp_path):
+    log = make_log(2)
+    gate = (np.array([[x, y, z] for z in (0, 1) for y in (0.0, 0.1) for x in (0.0, 0.8)]), (1.0, 0.0, 1.0))
+    fault = {"time": 4.0, "kind": "fault", "drone": "cf1", "details": {"fault": "motor", "state": "begins", "motor": 2}}
+    plot_flight(log, tmp_path / "without.png", "circles")
+    log.metadata["windows"], log.events = [["takeoff", 0.0, 2.0]], [fault]
+    plot_flight(log, tmp_path / "with.png", "circles", scenery=[gate])
+    without, drawn = (iio.imread(tmp_path / f"{name}.png")[..., :3].astype(int) for name in ("without", "with"))
+    red, magenta, shade = np.array([192, 57, 43]), np.array([255, 0, 255]), np.array([238, 241, 245])
+    for color, near, least in ((red, 60, 150), (magenta, 60, 50), (shade, 2, 5000)):
+        found = [(np.abs(picture - color).max(axis=-1) <= near).sum() for picture in (without, drawn)]
+        assert found[1] > found[0] + least, (color, found)

@@ -22,7 +22,7 @@ from serving import PATIENCE_S, serving
 MISSION = """
 name: over_the_radio
 backend: hardware
-hardware: {{accept: [names, places]}}  # those of `crazychoir serve --drones 3`
+hardware: {{accept: [names, places]}}  # those of `crazychoir serve --count 3`
 drones:
   - {{id: agent_0, position: [0.0, 0.0], uri: "{cf1}"}}
   - {{id: agent_1, position: [0.5, 0.0], uri: "{cf2}"}}
@@ -83,7 +83,7 @@ def test_a_radio_node_takes_off_flies_and_lands(uris, bench):
 TASKS = """
 name: tasks_over_the_radio
 backend: hardware
-hardware: {{accept: [names, places]}}  # those of `crazychoir serve --drones 3`
+hardware: {{accept: [names, places]}}  # those of `crazychoir serve --count 3`
 seed: 2
 drones:
   - {{id: agent_0, position: [0.0, 0.0], uri: "{cf1}"}}

@@ -91,10 +91,7 @@ def test_reset_world_flies_the_same_flight(reference):
 
 
 def test_a_drone_in_the_air_does_not_notice_how_large_its_swarm_is():
-    """Without contact, its state does not depend on the others, nor on where it stands in the world's arrays.
-
-    On the floor MuJoCo solves the contacts of all bodies together, which moves the last bits (1e-20 m/s).
-    """
+    """Its state does not depend on the others, nor on where it stands in the world's arrays."""
     states = []
     for count in (1, 5):
         world = World([DroneConfig(f"cf{i + 1}", (0.5 * i, 0.0, 50.0)) for i in range(count)], seed=3)

@@ -3,7 +3,7 @@ import pytest
 from worlds import make_world
 
 from crazychoir_fw.common.errors import RangeError, StateError, UnknownNameError
-from crazychoir_fw.recording.video import RenderingError, rendering_available
+from crazychoir_fw.recording.opengl import RenderingError, rendering_available
 from crazychoir_fw.simulation import DroneConfig, World, set_threads
 
 
