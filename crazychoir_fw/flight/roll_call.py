@@ -30,18 +30,22 @@ def roll_call(mission: LayeredMission, parts: Sequence[Part]) -> None:
     Raises:
         StateError: With what is wrong with which drones, and how to accept it.
     """
+    problems = [problem for found in problems_of(mission, parts).values() for problem in found]
+    if problems:
+        raise StateError(f"nothing flies: {'; '.join(problems)}")
+
+
+def problems_of(mission: LayeredMission, parts: Sequence[Part]) -> dict[str, list[str]]:
+    """Return what keeps drones on the floor, by what was looked at; nothing of what the mission accepts."""
     accepted = mission.hardware.accept
     names = {i: mission.fleet[i].id for numbers, _ in parts for i in numbers}
     who = {i: name for numbers, backend in parts for i, name in zip(numbers, backend.simulated_names(), strict=True)}
-    problems = list(_conditions(mission, parts))
-    if "names" not in accepted:
-        problems += _strangers(mission, who)
-    if "mixture" not in accepted:
-        problems += _mixture(names, who)
-    if "places" not in accepted:
-        problems += _places(mission, parts)
-    if problems:
-        raise StateError(f"nothing flies: {'; '.join(problems)}")
+    return {
+        "conditions": list(_conditions(mission, parts)),
+        "names": [] if "names" in accepted else list(_strangers(mission, who)),
+        "mixture": [] if "mixture" in accepted else list(_mixture(names, who)),
+        "places": [] if "places" in accepted else list(_places(mission, parts)),
+    }
 
 
 def _strangers(mission: LayeredMission, who: Mapping[int, str | None]) -> Iterable[str]:
