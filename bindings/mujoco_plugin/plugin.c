@@ -7,6 +7,7 @@
 
 #include "mujoco_plugin/attributes.h"
 #include "mujoco_plugin/contact_filter.h"
+#include "mujoco_plugin/free_flight.h"
 #include "mujoco_plugin/swarm.h"
 #include "mujoco_plugin/thrust_plugin.h"
 #include "mujoco_plugin/ticks.h"
@@ -119,6 +120,10 @@ static int init(const mjModel *model, mjData *data, int instance) {
   if (swarm == NULL) {
     return -1;
   }
+  if (is_first) {
+    cf_free_flight_new(swarm, model);
+    cf_windows_new(swarm, model);
+  }
   swarm->references++;
   data->plugin_data[instance] = (uintptr_t)cf_swarm_find(swarm, instance);
   return 0;
@@ -129,6 +134,7 @@ static void destroy(mjData *data, int instance) {
   if (drone != NULL) {
     data->plugin_data[instance] = 0;
     if (--drone->swarm->references == 0) {
+      cf_windows_free(drone->swarm);
       cf_swarm_free(drone->swarm);
     }
   }
