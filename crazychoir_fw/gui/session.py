@@ -29,6 +29,7 @@ from crazychoir_fw.gui.room import Room
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.experiment import Experiment
+    from crazychoir_fw.flight.start_transit import StartTransit
     from crazychoir_fw.gui.flying import Flying
     from crazychoir_fw.gui.mission_run import MissionRun
     from crazychoir_fw.mission.schema import LayeredMission
@@ -74,7 +75,7 @@ class Session(Feed):
         self.experiment: Experiment | None = None
         self.access: Access | None = None
         self.branches = Branches()
-        self.flying: Flying | MissionRun | None = None
+        self.flying: Flying | StartTransit | MissionRun | None = None
         self.dry_share: float | None = None
         """Which share of a dry run is flown, 0 to 1, while there is one."""
         self.room = Room(None)
