@@ -110,6 +110,9 @@ class Commands:
             reason = reason or (None if agent.is_up else session.access.refusal(i))
             if reason:
                 raise StateError(reason)
+        resting = [i for i in chosen if not session.experiment.agents[i].is_up]
+        if resting:
+            session.call_roll(resting)
 
     @carry_out.register
     def _(self, command: asked.GoTo) -> str:
@@ -198,6 +201,7 @@ class Commands:
         session = self._session
         preview = self._previews.find(command.preview)
         legs = [Leg(part.drone, part.fit.curve) for part in preview.parts]
+        self._check_ready([leg.drone for leg in legs])
         session.flying = Flying(session.experiment, session.access, legs, preview.name)
         chosen = [leg.drone for leg in legs]
         onboard = [session.names[i] for i in chosen if session.experiment.agents[i].planner is None]
