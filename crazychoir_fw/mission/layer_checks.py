@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from crazychoir_fw.common.errors import CrazychoirError, MissionError
 from crazychoir_fw.mission.control_checks import check_control, check_safety
+from crazychoir_fw.mission.doubts import check_safety_area
 from crazychoir_fw.mission.fleet import Layout
 from crazychoir_fw.mission.guidance_checks import check_guidance, check_names
 from crazychoir_fw.mission.mixed import is_real
@@ -29,6 +30,7 @@ def check_layers(mission: LayeredMission) -> None:
         raise MissionError(str(error)) from None
     _check_buttons(mission, [drone.id for drone in mission.fleet])
     _check_backend(mission)
+    check_safety_area(mission)
 
 
 def with_uris(mission: LayeredMission, uris: Sequence[str] | None) -> LayeredMission:
