@@ -52,7 +52,7 @@ def main() -> None:
     parser.add_argument("--load", type=int, nargs="+", default=[0, 2], help="busy processes beside it (0 2)")
     parser.add_argument("--drones", type=int, nargs="+", default=[100], help="drones in the world (100)")
     parser.add_argument("--threads", type=int, default=2, help="threads beside one (2)")
-    parser.add_argument("--work", type=float, default=30.0, help="drone-seconds of each run (30)")
+    parser.add_argument("--work", type=float, default=300.0, help="drone-seconds of each run (300)")
     parser.add_argument("--pairs", type=int, default=9, help="pairs of runs (9)")
     parser.add_argument("--json", type=Path, help="file to write the pairs (s) to")
     arguments = parser.parse_args()

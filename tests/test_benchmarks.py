@@ -35,6 +35,7 @@ SMALLEST = {
 }
 NEEDS_MORE = {
     "cflib_examples.py",  # a minute
+    "endurance_served.py",  # minutes
     "profile_step.py",  # valgrind
 }
 TRIED_ELSEWHERE = {

@@ -5,8 +5,7 @@
 
 #include "mujoco_plugin/rotation.h"
 
-// ------------------------------------------------------------------------------- who can fly
-// freely
+// ------------------------------------------------------------------------------ who can fly freely
 
 static bool are_zero(const mjtNum *numbers, int count) {
   bool zero = true;
@@ -96,8 +95,7 @@ void cf_free_flight_new(swarm_t *swarm, const mjModel *model) {
   tie_by_tendons(swarm, model);
 }
 
-// ------------------------------------------------------------------------------------- who does
-// now
+// ------------------------------------------------------------------------------------ who does now
 
 static void note_contact(swarm_t *swarm, const mjModel *model, int geom) {
   const int index = geom >= 0 ? swarm->drone_of_body[model->geom_bodyid[geom]] : -1;
@@ -121,8 +119,7 @@ static void find_contacts(swarm_t *swarm, const mjModel *model, const mjData *da
   }
 }
 
-// ------------------------------------------------------------------------------------------ one
-// step
+// ---------------------------------------------------------------------------------------- one step
 
 static void multiply3(const double m[9], const double v[3], double out[3]) {
   for (int i = 0; i < 3; i++) {
@@ -149,8 +146,12 @@ static void applied_to(const drone_t *drone, const mjData *data, const double qu
   }
 }
 
-static void acceleration_of(const drone_t *drone, const mjModel *model, const double force[6],
+static void acceleration_of(const drone_t *drone, const mjModel *model, const double given[6],
                             const double rates[3], double out[6]) {
+  double force[6];
+  for (int i = 0; i < 6; i++) {
+    force[i] = given[i] + 0.0;  // no zero is negative, wherever it comes from
+  }
   const double mass       = model->body_mass[drone->body];
   const bool   is_falling = (model->opt.disableflags & mjDSBL_GRAVITY) == 0;
   for (int i = 0; i < 3; i++) {
@@ -193,15 +194,14 @@ static void turn(double quat[4], const double rates[3], double time) {
   }
 }
 
-// From `start`, pose (7) and twist (6), to the end of the step.
-static void fly(const drone_t *drone, const mjModel *model, mjData *data, const double start[13]) {
+void cf_free_flight_move(drone_t *drone, const mjModel *model, mjData *data, const double start[13],
+                         const double force[6]) {
   const int    dof  = drone->dof_address;
   const double step = model->opt.timestep;
-  double       force[6];
   double       acceleration[6];
   double       pose[7];
   double       twist[6];
-  applied_to(drone, data, start + 3, force);
+  cf_drone_read_inertia(drone, model);
   acceleration_of(drone, model, force, start + 10, acceleration);
   for (int i = 0; i < 6; i++) {
     twist[i] = start[7 + i] + step * acceleration[i];
@@ -231,8 +231,10 @@ void cf_free_flight_step(swarm_t *swarm, const mjModel *model, mjData *data) {
     for (int i = 0; i < swarm->count; i++) {
       drone_t *drone = &swarm->drones[i];
       if (drone->is_free && !swarm->in_contact[i] && data->tree_asleep[drone->tree] < 0) {
-        cf_drone_read_inertia(drone, model);
-        fly(drone, model, data, swarm->work[i].coordinates);
+        const double *start = swarm->work[i].coordinates;
+        double        force[6];
+        applied_to(drone, data, start + 3, force);
+        cf_free_flight_move(drone, model, data, start, force);
       }
     }
   }

@@ -19,4 +19,9 @@ void cf_free_flight_new(swarm_t *swarm, const mjModel *model);
 // work[].coordinates.
 void cf_free_flight_step(swarm_t *swarm, const mjModel *model, mjData *data);
 
+// One step of one drone from `start`, pose (7) and twist (6), under a generalized force without
+// gravity: writes the same of it.
+void cf_free_flight_move(drone_t *drone, const mjModel *model, mjData *data, const double start[13],
+                         const double force[6]);
+
 #endif  // CF_MUJOCO_PLUGIN_FREE_FLIGHT_H

@@ -30,5 +30,7 @@ int cf_mujoco_api_find(cf_mujoco_api_t *api, const char *libmujoco_path) {
   missing |= find(library, "mj_rayHfield", &api->ray_hfield);
   missing |= find(library, "mjcb_contactfilter", &api->contact_filter);
   missing |= find(library, "mjcb_time", &api->clock);
+  missing |= find(library, "mjcb_passive", &api->passive);
+  missing |= find(library, "mjcb_control", &api->control);
   return missing;
 }

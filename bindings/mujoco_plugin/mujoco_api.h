@@ -23,6 +23,8 @@ typedef struct {
                        const mjtNum vec[3], mjtNum normal[3]);
   mjfConFilt *contact_filter;  // where the process keeps its filter
   mjfTime    *clock;           // and its clock
+  mjfGeneric *passive;         // and what users add to steps
+  mjfGeneric *control;
 } cf_mujoco_api_t;
 
 // Fills the table. Returns 0, or -1 when something is missing.

@@ -10,6 +10,7 @@
 #include "mujoco_plugin/swarm.h"
 #include "mujoco_plugin/thrust_plugin.h"
 #include "mujoco_plugin/ticks.h"
+#include "mujoco_plugin/windows.h"
 
 #define PLUGIN_NAME "crazychoir.crazyflie"
 #define MAX_ATTRIBUTES 128
@@ -61,6 +62,12 @@ void cf_plugin_overlap(uintptr_t model, uintptr_t data, int is_overlapping) {
   if (swarm != NULL) {
     cf_ticks_overlap(swarm, is_overlapping != 0);
   }
+}
+
+int cf_plugin_window(uintptr_t model, uintptr_t data, int ticks) {
+  swarm_t *swarm = cf_swarm_of((const mjModel *)model, (const mjData *)data);
+  return swarm != NULL ? cf_windows_run(swarm, (const mjModel *)model, (mjData *)data, ticks)
+                       : -ticks;
 }
 
 int cf_plugin_take_collisions(uintptr_t model, uintptr_t data, cf_collision_t *collisions,

@@ -31,6 +31,12 @@ const char *cf_plugin_attribute(uintptr_t model, int instance, const char *name)
 // date. Takes the addresses of mjModel and mjData; does nothing when there is no Crazyflie in them.
 void cf_plugin_overlap(uintptr_t model, uintptr_t data, int is_overlapping);
 
+// Advances by at most so many ticks without MuJoCo, as steps would, to the last bit. Returns by how
+// many, or minus the number of steps that MuJoCo has to make. Between
+// on and off of overlapping only. Of mjData it leaves qpos, qvel, qacc, qacc_warmstart, time and
+// plugin_state up to date, and the rest as it was: a step is to follow.
+int cf_plugin_window(uintptr_t model, uintptr_t data, int ticks);
+
 // Takes out the contacts of drones that have begun, in the order of their beginning: at most
 // `capacity` at a time. Returns how many; `lost` counts those for which there was no room.
 int cf_plugin_take_collisions(uintptr_t model, uintptr_t data, cf_collision_t *collisions,

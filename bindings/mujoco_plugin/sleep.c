@@ -169,7 +169,7 @@ static bool is_hit(const drone_t *drone, const mjModel *model, const mjData *dat
                                !are_within(blow + 3, 3, MIN_TWIST * fmin(inertia[0], inertia[1])));
 }
 
-void cf_sleep_step(const swarm_t *swarm, int i, const mjModel *model, mjData *data,
+void cf_sleep_step(const swarm_t *swarm, int i, const mjModel *model, mjData *data, double time,
                    double elapsed) {
   const drone_t *drone = &swarm->drones[i];
   cf_t          *cf    = cf_state_of(drone, data);
@@ -192,7 +192,7 @@ void cf_sleep_step(const swarm_t *swarm, int i, const mjModel *model, mjData *da
     memcpy(sleep->load, data->qfrc_constraint + drone->dof_address, sizeof sleep->load);
     sleep->is_weighed = true;
     keep_in_place(drone, data, sleep);
-    cf_contacts_go_on(&cf->contacts, cf_contacts_clock(data->time),
+    cf_contacts_go_on(&cf->contacts, cf_contacts_clock(time),
                       cf->onboard.tick + (uint32_t)swarm->ticks);
   }
 }

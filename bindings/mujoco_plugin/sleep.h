@@ -12,9 +12,11 @@
 
 #include "mujoco_plugin/swarm.h"
 
-// At the end of a step: puts a held drone back to its pose or wakes it, and puts one to sleep that
-// has been still long enough. Touches this drone only, and asks swarm->touched (touch.h).
-void cf_sleep_step(const swarm_t *swarm, int i, const mjModel *model, mjData *data, double elapsed);
+// At the end of a step, at a time [s] and as long [s] after the last one: puts a held drone back to
+// its pose or wakes it, and puts one to sleep that has been still long enough. Touches this drone
+// only, and asks swarm->touched (touch.h).
+void cf_sleep_step(const swarm_t *swarm, int i, const mjModel *model, mjData *data, double time,
+                   double elapsed);
 
 // Whether a drone is awake, and disturbs those that it touches. Depends on the state only.
 bool cf_sleep_is_awake(const drone_t *drone, mjData *data);

@@ -8,6 +8,7 @@
 #include "mujoco_plugin/downwash.h"
 #include "mujoco_plugin/free_flight.h"
 #include "mujoco_plugin/rotation.h"
+#include "mujoco_plugin/windows.h"
 #include "providers.h"
 
 #define TICK 0.001  // [s]
@@ -314,6 +315,7 @@ swarm_t *cf_swarm_new(const cf_mujoco_api_t *mj, const mjModel *model) {
   measure_reach(swarm, model);
   number_things(swarm, model);
   cf_free_flight_new(swarm, model);
+  cf_windows_new(swarm, model);
   if (!cf_downwash_new(swarm) || !cf_looking_new(swarm, model)) {
     return refuse(swarm, mj);
   }
@@ -333,6 +335,7 @@ void cf_swarm_free(swarm_t *swarm) {
   cf_looking_free(swarm);
   cf_peer_grid_free(&swarm->peers);
   cf_downwash_free(swarm);
+  cf_windows_free(swarm);
   free(swarm);
 }
 

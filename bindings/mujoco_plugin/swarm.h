@@ -57,6 +57,8 @@ struct swarm_s {
   bool  has_contacts;  // one of them
   bool  has_start;     // work[].coordinates are those at the start of this step
 
+  struct cf_windows_s *windows;  // see windows.h; null where there are none
+
   // whom each drone touched in the last step, see touch.h
   uint8_t *touched;
   bool     has_touches;

@@ -14,10 +14,11 @@
 #define SPINS_BEFORE_YIELD 4000
 
 // A thread that lost its processor shows that the machine has other work. For a while no loop is
-// shared, and waiting threads sleep; each absence soon after that doubles the while. Thus threads
-// that are not run cost little, whatever the load.
+// shared, and waiting threads sleep; each absence before it has been calm doubles the while. Thus
+// threads that are not run cost little, whatever the load.
 #define SHORTEST_ABSENCE 500000  // [ns]
 #define LEAST_ALONE 50000000     // [ns]
+#define CALM 1000000000          // [ns]
 #define MOST_ALONE 1000000000    // [ns]
 #define SPINS_PER_GLANCE 64      // at the clock
 
@@ -135,7 +136,7 @@ static void note_absence(int64_t time) {
     return;
   }
   const int64_t last   = atomic_load_explicit(&pool.alone, memory_order_relaxed);
-  const bool    is_new = time - until > last;
+  const bool    is_new = time - until > CALM;
   const int64_t alone  = is_new ? LEAST_ALONE : last < MOST_ALONE ? 2 * last : last;
   if (atomic_compare_exchange_strong(&pool.alone_until, &until, time + alone)) {
     atomic_store_explicit(&pool.alone, alone, memory_order_relaxed);

@@ -40,7 +40,7 @@ static int grain_of(const swarm_t *swarm) {
 static void sample(const swarm_t *swarm, int begin, int end) {
   const double elapsed = swarm->ticks / TICKS_PER_SECOND;
   for (int i = begin; i < end; i++) {
-    cf_sleep_step(swarm, i, swarm->model, swarm->data, elapsed);
+    cf_sleep_step(swarm, i, swarm->model, swarm->data, swarm->data->time, elapsed);
     cf_motion_sample(&swarm->drones[i], swarm->model, swarm->data, elapsed, &swarm->work[i].motion);
   }
 }
@@ -84,15 +84,19 @@ static void tell_surroundings(const swarm_t *swarm, int begin, int end) {
   cf_timer_add(TIME_VEHICLE, start);
 }
 
-static void tick_all(const swarm_t *swarm, int begin, int end, int rest) {
-  if (swarm->is_look) {
+void cf_ticks_flock(const swarm_t *swarm, int begin, int end, bool is_first, int rest) {
+  if (is_first && swarm->is_look) {
     tell_surroundings(swarm, begin, end);
   }
-  if (swarm->is_broadcast) {
+  if (is_first && swarm->is_broadcast) {
     tell_peers(swarm, begin, end);
   }
+  tick_block(swarm, begin, end, rest);
+}
+
+static void tick_all(const swarm_t *swarm, int begin, int end, int rest) {
   for (int tick = 0; tick < swarm->ticks; tick++) {
-    tick_block(swarm, begin, end, rest);
+    cf_ticks_flock(swarm, begin, end, tick == 0, rest);
   }
 }
 
@@ -144,7 +148,7 @@ static void tick_and_push_part(void *context, int begin, int end) {
 
 // ------------------------------------------------------------------------------------ the swarm
 
-static void finish(swarm_t *swarm) {
+void cf_ticks_finish(swarm_t *swarm) {
   if (swarm->is_pending) {
     cf_loop_finish();
     swarm->is_pending = false;
@@ -152,13 +156,13 @@ static void finish(swarm_t *swarm) {
 }
 
 void cf_ticks_overlap(swarm_t *swarm, bool is_overlapping) {
-  finish(swarm);
+  cf_ticks_finish(swarm);
   swarm->is_overlapping = is_overlapping;
   swarm->has_forces     = false;
 }
 
 void cf_ticks_sample(swarm_t *swarm, const mjModel *model, mjData *data) {
-  finish(swarm);
+  cf_ticks_finish(swarm);
   swarm->has_forces = false;
   swarm->model      = model;
   swarm->data       = data;
@@ -172,22 +176,34 @@ static double ticks_until(double time) {
   return floor(time * TICKS_PER_SECOND + 1e-3);
 }
 
-// MuJoCo adds up its time step by step, which drifts by 0.1 ms in a day. A time that is a whole
-// number of steps but for rounding is made one exactly.
-static void straighten_time(const mjModel *model, mjData *data) {
-  const double exact = nearbyint(data->time / model->opt.timestep) * model->opt.timestep;
-  if (fabs(exact - data->time) < 1e-9) {
-    data->time = exact;
-  }
+double cf_ticks_straight(const mjModel *model, double time) {
+  const double exact = nearbyint(time / model->opt.timestep) * model->opt.timestep;
+  return fabs(exact - time) < 1e-9 ? exact : time;
 }
 
-// What drones need of each other and of the scene, before any of them ticks.
-static void look_around(swarm_t *swarm, mjData *data, bool is_felt) {
-  sample(swarm, 0, swarm->count);
+int cf_ticks_in_step(const mjModel *model, double time) {
+  return (int)(ticks_until(time) - ticks_until(time - model->opt.timestep));
+}
+
+bool cf_ticks_look_is_due(const mjModel *model, double time) {
+  const double now    = ticks_until(time);
+  const double before = ticks_until(time - model->opt.timestep);
+  return cf_broadcast_is_due(before, now) || cf_downwash_is_due(before, now);
+}
+
+static bool is_felt(const swarm_t *swarm) {
+  return swarm->is_look && swarm->has_downwash;
+}
+
+bool cf_ticks_see_others(const swarm_t *swarm) {
+  return swarm->is_broadcast || is_felt(swarm) || swarm->looking.is_needed;
+}
+
+void cf_ticks_look(swarm_t *swarm, mjData *data) {
   if (swarm->is_broadcast) {
     cf_broadcast_look(swarm);
   }
-  if (is_felt) {
+  if (is_felt(swarm)) {
     cf_downwash_look(swarm);
   }
   if (swarm->looking.is_needed) {
@@ -195,18 +211,33 @@ static void look_around(swarm_t *swarm, mjData *data, bool is_felt) {
   }
 }
 
+static void set_looks(swarm_t *swarm, const mjModel *model, double time) {
+  const double now    = ticks_until(time);
+  const double before = ticks_until(time - model->opt.timestep);
+  swarm->is_broadcast = cf_broadcast_is_due(before, now) && cf_broadcast_has_listeners(swarm);
+  swarm->is_look      = cf_downwash_is_due(before, now);
+}
+
+void cf_ticks_begin(swarm_t *swarm, const mjModel *model, mjData *data, double time) {
+  swarm->model      = model;
+  swarm->data       = data;
+  swarm->ticks      = 1;
+  swarm->has_forces = false;
+  swarm->has_start  = false;
+  cf_touch_forget(swarm);
+  set_looks(swarm, model, time);
+}
+
 void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
-  finish(swarm);
+  cf_ticks_finish(swarm);
   swarm->has_forces = false;
   swarm->model      = model;
   swarm->data       = data;
-  straighten_time(model, data);
+  data->time        = cf_ticks_straight(model, data->time);
   cf_free_flight_step(swarm, model, data);
 
   // ticks that fall into the step that just ended; MuJoCo has already advanced the time
-  const double now    = ticks_until(data->time);
-  const double before = ticks_until(data->time - model->opt.timestep);
-  swarm->ticks        = (int)(now - before);
+  swarm->ticks = cf_ticks_in_step(model, data->time);
   if (data->ncon > 0) {
     cf_collisions_look(swarm, model, data);
   }
@@ -214,10 +245,8 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
     return;
   }
   cf_touch_look(model, data, swarm, swarm->ticks / TICKS_PER_SECOND);
-  swarm->is_broadcast = cf_broadcast_is_due(before, now) && cf_broadcast_has_listeners(swarm);
-  swarm->is_look      = cf_downwash_is_due(before, now);
-  const bool is_felt  = swarm->is_look && swarm->has_downwash;
-  const bool sees_all = swarm->is_broadcast || is_felt || swarm->looking.is_needed;
+  set_looks(swarm, model, data->time);
+  const bool sees_all = cf_ticks_see_others(swarm);
   if (!swarm->is_overlapping && !sees_all) {
     cf_parallel_for(swarm->count, grain_of(swarm), sample_and_tick_part, swarm);
     return;
@@ -230,7 +259,8 @@ void cf_ticks_advance(const mjModel *model, mjData *data, swarm_t *swarm) {
     return;
   }
 
-  look_around(swarm, data, is_felt);
+  sample(swarm, 0, swarm->count);
+  cf_ticks_look(swarm, data);
   if (!swarm->is_overlapping) {
     cf_parallel_for(swarm->count, grain_of(swarm), tick_part, swarm);
     return;
@@ -281,7 +311,7 @@ static void compute_part(void *context, int begin, int end) {
 }
 
 void cf_ticks_compute(const mjModel *model, mjData *data, swarm_t *swarm) {
-  finish(swarm);
+  cf_ticks_finish(swarm);
   compute_t job = {.model = model, .data = data, .swarm = swarm};
   if (swarm->has_forces) {
     compute_part(&job, 0, swarm->count);  // only sums are left

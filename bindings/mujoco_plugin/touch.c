@@ -41,11 +41,15 @@ static void note_neighbors(swarm_t *swarm, mjData *data, const drone_t *middle, 
   }
 }
 
-void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm, double elapsed) {
+void cf_touch_forget(swarm_t *swarm) {
   if (swarm->has_touches) {
     memset(swarm->touched, CF_TOUCH_NONE, (size_t)swarm->count);
     swarm->has_touches = false;
   }
+}
+
+void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm, double elapsed) {
+  cf_touch_forget(swarm);
   for (int i = 0; i < data->ncon; i++) {
     const int *geom = data->contact[i].geom;
     if (geom[0] < 0 || geom[1] < 0) {

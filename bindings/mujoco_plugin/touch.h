@@ -13,6 +13,9 @@ enum {
   CF_TOUCH_MOVER = 4,  // a body that moves, a drone that flies
 };
 
+// Nothing touches anything.
+void cf_touch_forget(swarm_t *swarm);
+
 // Fills swarm->touched from the contacts of the steps that just ended, a time [s] together. One
 // thread for all drones.
 void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm, double elapsed);

@@ -18,7 +18,7 @@ from crazychoir_fw.campaign.spread import Varied, default_spread
 from crazychoir_fw.common.constraints import choice, number, switch, whole
 from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.firmware.checkout import VARIABLE
-from crazychoir_fw.mission.documents import read_file
+from crazychoir_fw.mission.documents import read_all, read_file
 from crazychoir_fw.mission.fleet import Layout
 from crazychoir_fw.mission.loader import load_mission, sentence_of
 from crazychoir_fw.mission.schema import Mission
@@ -28,6 +28,9 @@ from crazychoir_fw.onboard.vehicles import parameters
 
 FLIGHTS = 100
 """Flights of a campaign that does not say."""
+
+SIMULATED = "sim"
+"""Backend of flights whose mission names real drones."""
 
 _VEHICLE_ENTRY = re.compile(r"(?P<list>(?P<drone>.+)\.vehicle\.(?P<name>[^\[\]]+))\[(?P<axis>\d)\]")
 
@@ -170,6 +173,8 @@ class Job:
     app: tuple[str, ...] | None = None
     checkout: str | None = None
     """Folder of the firmware's checkout."""
+    backend: str | None = None
+    """Instead of the mission's, see `backend_of`."""
 
     @property
     def command(self) -> str:
@@ -184,6 +189,8 @@ class Job:
             words += ["--provider", self.provider]
         for file in self.app or ():
             words += ["--app", file]
+        if self.backend is not None:
+            words += ["--backend", self.backend]
         return shlex.join(words)
 
 
@@ -205,6 +212,8 @@ class Campaign:
     variant: Variant = field(default_factory=Variant)
     checkout: str | None = None
     """Folder of the firmware's checkout, if the variant names one."""
+    backend: str | None = None
+    """Instead of the mission's, see `backend_of`."""
 
     def rows(self) -> list[dict[str, Any]]:
         """Return the varied values of all flights, by key."""
@@ -224,7 +233,7 @@ class Campaign:
         changes = (*self.base, *self.settings.set, *self.variant.set, *self._changes(values))
         mission = self.mission_file if self.variant.mission is None else self.file.parent / self.variant.mission
         app = None if self.variant.app is None else tuple(str(self.file.parent / one) for one in self.variant.app)
-        return Job(number, str(mission), seed, changes, self.variant.provider, app, self.checkout)
+        return Job(number, str(mission), seed, changes, self.variant.provider, app, self.checkout, self.backend)
 
     def _changes(self, values: Mapping[str, Any]) -> list[str]:
         """Return values as changes; those of one list of a vehicle's numbers are one change."""
@@ -275,7 +284,9 @@ def load_campaign(path: Path, changes: Sequence[str] = (), **overrides: Any) -> 
     except ValidationError as error:
         raise MissionError(f"{path}: {sentence_of(error)}") from None
     mission_file = path.parent / settings.extends
-    nominal = load_mission(mission_file, changes=[*settings.set, *changes])
+    all_changes = [*settings.set, *changes]
+    backend = backend_of(mission_file, all_changes)
+    nominal = load_mission(mission_file, changes=all_changes, backend=backend)
     base = tuple(changes)
     if isinstance(nominal.drones, Layout):
         base = (f"drones={_flow(_listed(nominal.drones))}", *base)
@@ -284,7 +295,28 @@ def load_campaign(path: Path, changes: Sequence[str] = (), **overrides: Any) -> 
     except MissionError as error:
         raise MissionError(f"{path}: {error}") from None
     name = settings.name or (nominal.name if is_mission else path.stem)
-    return Campaign(name, path, mission_file, nominal, settings, varied, groups, base)
+    return Campaign(name, path, mission_file, nominal, settings, varied, groups, base, backend=backend)
+
+
+def backend_of(mission: Path, changes: Sequence[str]) -> str | None:
+    """Return `SIMULATED` for a mission of real drones, which a campaign never moves; None leaves it its own.
+
+    Raises:
+        MissionError: If the file cannot be read.
+    """
+    data = read_all(read_file(mission), str(mission), mission.parent, changes).data
+    return SIMULATED if data.get("backend") in ("hardware", "mixed") else None
+
+
+def load_job(job: Job) -> Mission:
+    """Return the mission of a flight.
+
+    Raises:
+        MissionError: If it cannot be flown.
+    """
+    return load_mission(
+        job.mission, changes=job.changes, seed=job.seed, provider=job.provider, app=job.app, backend=job.backend
+    )
 
 
 def _listed(layout: Layout) -> list[dict[str, Any]]:
@@ -327,7 +359,7 @@ def check_ends(campaign: Campaign) -> None:
             row[column] = share
             job = campaign.job(0, campaign.values_at(row))
             try:
-                load_mission(job.mission, changes=job.changes, seed=job.seed, provider=job.provider, app=job.app)
+                load_job(job)
             except MissionError as error:
                 raise MissionError(
                     f"{campaign.file}: vary.{varied.key} reaches {show(varied.distribution.at(share))}: {error}"

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from crazychoir_fw.campaign.campaign import Campaign, Variant
+from crazychoir_fw.campaign.campaign import Campaign, Variant, backend_of
 from crazychoir_fw.campaign.flight import Record
 from crazychoir_fw.campaign.revision import checkout_at
 from crazychoir_fw.campaign.run import Outcome
@@ -95,8 +95,9 @@ def _as(campaign: Campaign, variant: Variant) -> Campaign:
     file = campaign.mission_file if variant.mission is None else campaign.file.parent / variant.mission
     app = None if variant.app is None else [campaign.file.parent / one for one in variant.app]
     changes = [*campaign.settings.set, *variant.set]
-    mission = load_mission(file, changes=changes, provider=variant.provider, app=app)
-    return replace(campaign, variant=variant, mission=mission, checkout=checkout_of(campaign, variant))
+    backend = backend_of(file, changes)
+    mission = load_mission(file, changes=changes, provider=variant.provider, app=app, backend=backend)
+    return replace(campaign, variant=variant, mission=mission, checkout=checkout_of(campaign, variant), backend=backend)
 
 
 def compare(before: Outcome, after: Outcome) -> Comparison:

@@ -7,12 +7,11 @@ import math
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from crazychoir_fw.campaign.campaign import Job
+from crazychoir_fw.campaign.campaign import Job, load_job
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.common.user_code import describe
 from crazychoir_fw.firmware.checkout import VARIABLE
@@ -85,12 +84,10 @@ def fly_whole(job: Job, visuals: bool = False) -> FlightResult:
         CrazychoirError: If the mission cannot be flown.
     """
     from crazychoir_fw.flight.engine import fly
-    from crazychoir_fw.mission.loader import load_mission
 
     if job.checkout is not None:  # of the whole process: variants fly in processes of their own
         os.environ[VARIABLE] = job.checkout
-    mission = load_mission(Path(job.mission), changes=job.changes, seed=job.seed, provider=job.provider, app=job.app)
-    return fly(mission, threads=1, visuals=visuals)
+    return fly(load_job(job), threads=1, visuals=visuals)
 
 
 def figures_of(summary: Mapping[str, Any]) -> dict[str, float]:

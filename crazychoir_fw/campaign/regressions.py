@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import Field, ValidationError
 
-from crazychoir_fw.campaign.campaign import Job
+from crazychoir_fw.campaign.campaign import Job, backend_of
 from crazychoir_fw.campaign.engines import Engine
 from crazychoir_fw.campaign.flight import Record
 from crazychoir_fw.common.constraints import whole
@@ -48,7 +48,11 @@ def read_flights(folder: Path) -> dict[Path, Job]:
         except ValidationError as error:
             raise MissionError(f"{path}: {sentence_of(error)}") from None
         app = None if given.app is None else tuple(given.app)
-        found[path] = Job(number, str(path.parent / given.mission), given.seed, tuple(given.set), given.provider, app)
+        mission = path.parent / given.mission
+        found[path] = Job(
+            number, str(mission), given.seed, tuple(given.set), given.provider, app,
+            backend=backend_of(mission, given.set),
+        )  # fmt: skip
     if not found:
         raise MissionError(f"{folder} has no flights, such as name.yaml, that a search has found")
     return found

@@ -52,6 +52,8 @@ def summary_of(outcome: Outcome, found: Sequence[Influence]) -> dict[str, Any]:
     return {
         "campaign": outcome.campaign.name,
         "mission": str(outcome.campaign.mission_file),
+        "file": str(outcome.campaign.file),
+        "identity": outcome.identity,
         "answer": verdict.answer,
         "reasons": list(verdict.reasons),
         "flights": verdict.flown,

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -12,10 +10,9 @@ from pathlib import Path
 from crazychoir_fw.campaign.campaign import Campaign, check_ends
 from crazychoir_fw.campaign.engines import Engine, Task
 from crazychoir_fw.campaign.flight import Record
+from crazychoir_fw.campaign.identity import identity_of
 from crazychoir_fw.campaign.table import Table
 from crazychoir_fw.campaign.verdict import UNDECIDED, SequentialTest, Verdict, judge, stop_of
-from crazychoir_fw.mission.documents import files_of
-from crazychoir_fw.onboard.core import identity
 
 Tell = Callable[[int, int, int], None]
 """Called with flights that are over, of them passed, and all."""
@@ -30,25 +27,8 @@ class Outcome:
     records: list[Record]
     verdict: Verdict
     interrupted: bool = False
-
-
-def identity_of(campaign: Campaign) -> str:
-    """Return a digest of all that decides what is flown: files, settings, build."""
-    digest = hashlib.sha256()
-    files = {campaign.file, campaign.mission_file, *files_of(campaign.mission_file)}
-    if campaign.variant.mission is not None:
-        files |= set(files_of(campaign.file.parent / campaign.variant.mission))
-    for file in campaign.variant.app or ():
-        files.add(campaign.file.parent / file)
-    for path in sorted(files):
-        digest.update(path.read_bytes())
-    settings = campaign.settings.model_dump(mode="json", exclude={"flights"})  # more flights go on
-    digest.update(
-        json.dumps(
-            [settings, campaign.base, campaign.checkout, campaign.variant.model_dump(mode="json"), identity()]
-        ).encode()
-    )
-    return digest.hexdigest()
+    identity: str = ""
+    """Of all that decided what was flown when it began, see `identity_of`."""
 
 
 def run(campaign: Campaign, folder: Path, engine: Engine, tell: Tell = lambda over, passed, total: None) -> Outcome:
@@ -66,7 +46,8 @@ def run(campaign: Campaign, folder: Path, engine: Engine, tell: Tell = lambda ov
     check_ends(campaign)
     rows = campaign.rows()
     with closing(Table(folder)) as table:
-        table.begin(identity_of(campaign))
+        known_as = identity_of(campaign)
+        table.begin(known_as)
         known = table.numbers()
         watch = _Watch(campaign, {record.number: record.passed for record in table.records()}, len(rows))
         interrupted = False
@@ -94,7 +75,7 @@ def run(campaign: Campaign, folder: Path, engine: Engine, tell: Tell = lambda ov
         if watch.end is not None:
             table.forget_from(watch.end)  # which flights came after the decision depends on the machine
         records = [record for record in table.records() if record.number < len(rows)]
-    return Outcome(campaign, folder, records, judge(campaign.settings, records), interrupted)
+    return Outcome(campaign, folder, records, judge(campaign.settings, records), interrupted, known_as)
 
 
 class _Watch:

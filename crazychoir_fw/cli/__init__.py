@@ -17,6 +17,7 @@ from crazychoir_fw.cli.gui import gui
 from crazychoir_fw.cli.info import info
 from crazychoir_fw.cli.new import new
 from crazychoir_fw.cli.plain_help import PlainGroup
+from crazychoir_fw.cli.preflight import preflight
 from crazychoir_fw.cli.press import press
 from crazychoir_fw.cli.radio_budget import radio_budget
 from crazychoir_fw.cli.replay import replay
@@ -56,6 +57,7 @@ def _options(
 app.command(cls=ViewCommand)(fly)
 app.command(cls=ViewCommand)(run)
 app.command(cls=ViewCommand)(serve)
+app.command()(preflight)
 app.command()(gui)
 app.command()(new)
 app.command(context_settings={"ignore_unknown_options": True})(press)

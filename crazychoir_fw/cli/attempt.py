@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
 from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, about_file, ask_about, complain, complain_of, console
+from crazychoir_fw.cli.records import write_together, writing
 from crazychoir_fw.cli.tables import flight_tables, verdict
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.flight.engine import Progress as FlightProgress
     from crazychoir_fw.flight.flight_result import FlightResult
     from crazychoir_fw.mission.schema import Mission
+    from crazychoir_fw.recording.log_stream import LogStream
     from crazychoir_fw.simulation import World
 
 SUCCESS = 0
@@ -65,8 +67,9 @@ def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" =
             from crazychoir_fw.recording.mcap_file import require_mcap
 
             require_mcap()
-        result = _fly(mission, request)
-        _write(result, folder, request)
+        with writing(folder) as stream:
+            result = _fly(mission, request, stream)
+            unwritten = _write(result, folder, stream, request.mcap)
     except CrazychoirError as error:
         complain_of(error)
         return BAD_INPUT
@@ -80,12 +83,14 @@ def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" =
         from crazychoir_fw.crtp.link_model.tables import link_tables
 
         console.print(link_tables(result.summary["link"]))
-    console.print(verdict(result.summary, folder))
+    console.print(verdict(result.summary, None if unwritten else folder))
+    if unwritten is not None:
+        complain(unwritten)
     for failure in result.expected_failures:
         console.print(f"{failure}, as it may", style="yellow", markup=False, soft_wrap=True)
     for failure in result.failures:
         complain(failure)
-    if not _film(result, folder, request):
+    if unwritten is None and not _film(result, folder, request):
         return BAD_INPUT
     return SUCCESS if result.success else FLIGHT_FAILED
 
@@ -100,13 +105,15 @@ def _film(result: "FlightResult", folder: Path, request: FlightRequest) -> bool:
 
     try:
         make_film(result.log, folder / "flight.mp4", request.film)
+    except OSError as error:
+        complain(about_file(error, folder / "flight.mp4"))
     except CrazychoirError as error:
         complain_of(error)
         return False
     return True
 
 
-def _fly(mission: "Mission", request: FlightRequest) -> "FlightResult":
+def _fly(mission: "Mission", request: FlightRequest, stream: "LogStream") -> "FlightResult":
     """Fly, with a progress bar and perhaps a window or a page."""
     from crazychoir_fw.common.errors import StateError
     from crazychoir_fw.flight.engine import fly
@@ -135,21 +142,24 @@ def _fly(mission: "Mission", request: FlightRequest) -> "FlightResult":
                 show(world, progress)
 
         with request.hosting() as make:
-            return fly(mission, request.threads, request.view is not None, observe, make=make)
+            return fly(mission, request.threads, request.view is not None, observe, make=make, stream=stream)
 
 
-def _write(result: "FlightResult", folder: Path, request: FlightRequest) -> None:
-    """Write the summary, the logs and the picture of a flight."""
+def _write(result: "FlightResult", folder: Path, stream: "LogStream", mcap: bool) -> str | None:
+    """Write logs, summary and picture of a flight, all or none. Returns why they are not written, a sentence."""
     from crazychoir_fw.flight.summary import write_summary
     from crazychoir_fw.recording.plot import plot_flight
     from crazychoir_fw.simulation.stage import footprints
 
-    title = result.mission.description or result.mission.name
-    write_summary(folder / "summary.json", result.summary)
-    result.log.save(folder / "log.npz")
-    if request.mcap:
-        from crazychoir_fw.recording.mcap_file import write_mcap
+    def write(new: Path) -> None:
+        result.log.save(new / "log.npz")
+        write_summary(new / "summary.json", result.summary)
+        if mcap:
+            from crazychoir_fw.recording.mcap_file import write_mcap
 
-        write_mcap(result.log, folder / "log.mcap")
-    scenery = () if result.world is None else footprints(result.world.model)
-    plot_flight(result.log, folder / "flight.png", title, result.curve, result.timeline, scenery)
+            write_mcap(result.log, new / "log.mcap")
+        title = result.mission.description or result.mission.name
+        scenery = () if result.world is None else footprints(result.world.model)
+        plot_flight(result.log, new / "flight.png", title, result.curve, result.timeline, scenery)
+
+    return write_together(folder, write, stream)

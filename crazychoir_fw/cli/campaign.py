@@ -10,7 +10,7 @@ import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from crazychoir_fw.cli.console import BAD_INPUT, complain_of, complaints, console
+from crazychoir_fw.cli.console import BAD_INPUT, about_file, complain, complain_of, complaints, console
 
 if TYPE_CHECKING:
     from crazychoir_fw.campaign.campaign import Campaign
@@ -251,6 +251,33 @@ def refly(
     console.print("The same bits as in the campaign" if same else "Other bits than in the campaign: something changed")
     request = FlightRequest(
         Path(job.mission), FilmRequest() if film else None, None, out or folder / f"flight_{number}", 1,
-        {"seed": job.seed, "changes": list(job.changes), "provider": job.provider, "app": job.app},
+        {"seed": job.seed, "changes": list(job.changes), "provider": job.provider, "app": job.app,
+         "backend": job.backend},
     )  # fmt: skip
     raise typer.Exit(attempt(request))
+
+
+@campaign.command()
+def init(
+    mission: Annotated[Path, typer.Argument(help="Mission file (YAML).", metavar="MISSION.yaml")],
+    out: Annotated[
+        Path | None, typer.Option(help="The file; otherwise NAME_campaign.yaml beside the mission.", metavar="FILE")
+    ] = None,
+) -> None:
+    """Write a commented campaign file beside a mission; a file that is there stays as it is."""
+    from crazychoir_fw.common.errors import CrazychoirError
+
+    try:
+        from crazychoir_fw.campaign.library import require_library
+        from crazychoir_fw.campaign.starting import write_campaign
+
+        require_library()
+        path = write_campaign(mission, out)
+    except CrazychoirError as error:
+        complain_of(error)
+        raise typer.Exit(BAD_INPUT) from None
+    except OSError as error:
+        complain(about_file(error, out))
+        raise typer.Exit(BAD_INPUT) from None
+    console.print(f"{path}", markup=False, highlight=False, soft_wrap=True)
+    console.print(f"fly it with: crazychoir campaign {path}", markup=False, highlight=False, soft_wrap=True)

@@ -6,7 +6,7 @@ import threading
 import webbrowser
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -15,6 +15,7 @@ from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Restart, Seed
 from crazychoir_fw.common.signals import stop_at_signals
 
 if TYPE_CHECKING:
+    from crazychoir_fw.gui.flight_stream import SessionStream
     from crazychoir_fw.gui.session import Session
 
 DEFAULT_PORT = 8080
@@ -139,6 +140,20 @@ class Page:
         server = make_server(session, self.host, port, self.token, self.drawings)
         shown = "127.0.0.1" if self.host in ("0.0.0.0", "::") else self.host
         address = f"http://{shown}:{port}/" + (f"?token={self.token}" if self.token else "")
+        if self.log is None:
+            self._serve(session, server, address)
+            return
+        session.stream = stream = self._open_stream(self.log)
+        try:
+            self._serve(session, server, address)
+            _write_log(session, self.log)
+        except BaseException:
+            stream.close()
+            raise
+        stream.close(remove=True)
+
+    def _serve(self, session: "Session", server: Any, address: str) -> None:
+        """Fly until somebody presses Ctrl-C."""
         with self.bound, session:
             with console.status("The drones get ready"):
                 session.wait_until_ready(_READY_S)
@@ -149,8 +164,23 @@ class Page:
                 threading.Thread(target=webbrowser.open, args=[address], daemon=True).start()
             with stop_at_signals(lambda: setattr(server, "should_exit", True)):
                 server.run([self.bound])
-        if self.log is not None:
-            _write_log(session, self.log)
+
+    @staticmethod
+    def _open_stream(log: Path) -> "SessionStream":
+        """Return what the flight is written to until its log is: beside it, with the suffix ``.stream``.
+
+        Raises:
+            CrazychoirError: If it cannot be written.
+        """
+        from crazychoir_fw.common.errors import CrazychoirError
+        from crazychoir_fw.gui.flight_stream import SessionStream
+
+        path = log.with_suffix(".stream")
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            return SessionStream(path)
+        except OSError as error:
+            raise CrazychoirError(f"--log {log}: {path} cannot be written: {error.strerror}") from None
 
 
 def _write_log(session: "Session", path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 DIFFERENT = 1
 _STYLES = {"identical": "green", "equal within tolerance": "blue", "different": "red", "missing": "yellow"}
 _MAX_ROWS = 24
+_BASE = "base"
 
 
 @unwind_at_signals()
@@ -38,6 +40,10 @@ def parity(
     candidate: Annotated[
         str, typer.Option(help="Provider that is compared with it, such as bitcraze or bitcraze:modules.")
     ] = "bitcraze",
+    base: Annotated[
+        Path | None,
+        typer.Option(help="Checkout that is right by definition, instead of --reference: the base branch's, say."),
+    ] = None,
     out: Annotated[Path, typer.Option(help="Folder for parity.html and parity.json.")] = Path("out/parity"),
     seconds: Annotated[
         float, typer.Option(min=0.1, max=60.0, metavar="SECONDS", help="How long to fly at most.")
@@ -63,6 +69,7 @@ def parity(
                 checkout,
                 platform,
                 (reference, candidate),
+                base,
                 seconds,
                 seed,
                 same_parameters,
@@ -90,6 +97,7 @@ def _compare(
     checkout: Path | None,
     platform: str,
     words: tuple[str, str],
+    base: Path | None,
     seconds: float,
     seed: int,
     has_same_parameters: bool,
@@ -104,7 +112,8 @@ def _compare(
     from crazychoir_fw.parity.run import run_parity
     from crazychoir_fw.parity.side import Side
 
-    sides = [Side(_provider(word, platform, checkout, show), platform) for word in words]
+    first = _provider(words[0], platform, checkout, show) if base is None else _base(base, platform, show)
+    sides = [Side(first, platform), Side(_provider(words[1], platform, checkout, show), platform)]
     if replay_from is not None:
         recorded = load_inputs(replay_from)
     else:
@@ -126,6 +135,18 @@ def _compare(
         progress=show,
         algorithms=algorithms,
     )
+
+
+def _base(folder: Path, platform: str, show: Callable[[str, float], None]) -> int:
+    """Return the number of a checkout's provider under a name of its own, beside that of the candidate."""
+    from crazychoir_fw.firmware.build import build_provider
+    from crazychoir_fw.firmware.checkout import locate
+    from crazychoir_fw.onboard.core import load_library
+
+    def building(what: str, done: int, total: int) -> None:
+        show(what, done / total if total else 0.0)
+
+    return load_library(replace(build_provider(locate(folder), platform, progress=building), name=_BASE))
 
 
 def _provider(word: str, platform: str, checkout: Path | None, show: Callable[[str, float], None]) -> int:

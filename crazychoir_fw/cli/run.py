@@ -65,7 +65,7 @@ def _report(world: "World") -> None:
     """Print where everybody is, and what went wrong."""
     for drone in world.drones:
         name = type(drone.motor_ctrl).__name__ if drone.motor_ctrl is not None else "nobody"
-        x, y, z = drone.true_position
+        x, y, z = drone.true_position.round(2) + 0.0  # not -0.00
         console.print(
             f"{drone.id}: {drone.supervisor_state} at {x:.2f}, {y:.2f}, {z:.2f} m, flown by {name}",
             markup=False,

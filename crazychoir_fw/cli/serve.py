@@ -19,6 +19,7 @@ from crazychoir_fw.cli.console import (
     console,
     refuse,
 )
+from crazychoir_fw.cli.records import write_together, writing
 from crazychoir_fw.cli.serve_texts import STATUS_S, Status, announce, summary
 from crazychoir_fw.cli.shared_options import Provider, Seed, Threads
 from crazychoir_fw.cli.view import View, require_way
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.crtp.server_statistics import Statistics
     from crazychoir_fw.flight.engine import Observer
     from crazychoir_fw.mission.schema import Mission
+    from crazychoir_fw.recording.log_stream import LogStream
     from crazychoir_fw.simulation import FlightRecorder, World
 
 BOOT_S = 5.0
@@ -146,7 +148,8 @@ def serve(
             raise RangeError(f"--wait-for is {wait_for}, allowed: 0 to {len(chosen.fleet)}, the number of drones")
         if out is not None:
             out.mkdir(parents=True, exist_ok=True)
-        failures = _serve(chosen, request)
+        with nullcontext() if out is None else writing(out) as stream:
+            failures = _serve(chosen, request, stream)
     except CrazychoirError as error:
         complain_of(error)
         raise typer.Exit(BAD_INPUT) from None
@@ -172,10 +175,11 @@ def _mission(path: Path | None, drones: int | None, overrides: dict[str, Any]) -
     return parse_mission(grid, source="--count", **overrides)
 
 
-def _serve(mission: "Mission", request: ServeRequest) -> list[str]:
+def _serve(mission: "Mission", request: ServeRequest, stream: "LogStream | None") -> list[str]:
     """Serve until the end. Returns what the core stopped drones for, one sentence each."""
     from crazychoir_fw.common.errors import StateError
     from crazychoir_fw.flight.backends import add_faults, build_world, simulated_radios
+    from crazychoir_fw.flight.streamed import Flushes
     from crazychoir_fw.simulation import FlightRecorder
 
     view: AbstractContextManager[Observer | None] = nullcontext(None)
@@ -200,9 +204,11 @@ def _serve(mission: "Mission", request: ServeRequest) -> list[str]:
     with view as show, server, stop_at_signals(server.stop):
         _boot(world)
         add_faults(mission, world)
-        recorder = None
-        if request.out is not None:
+        recorder, flushes = None, None
+        if stream is not None:
             recorder = FlightRecorder(world)
+            recorder.write_to(stream, _about(mission))
+            flushes = Flushes(stream, recorder.flush, lambda: ())
             recorder.sample()
             world.agenda.every(recorder.ticks_per_sample, recorder.sample)
         # a page waits for somebody who opens it, and drones do not move before
@@ -216,6 +222,8 @@ def _serve(mission: "Mission", request: ServeRequest) -> list[str]:
 
                 def observe(_: "Server") -> None:
                     status.show()
+                    if flushes is not None:
+                        flushes.look()
                     if server.is_paused and server.clients >= request.clients:
                         server.resume()
                     if picture is not None:
@@ -226,12 +234,19 @@ def _serve(mission: "Mission", request: ServeRequest) -> list[str]:
             if show is None:
                 raise
             console.print(str(error), markup=False)  # the window was closed
-    _report(server.statistics(), mission, request.out, recorder)
+        finally:
+            if flushes is not None:
+                flushes.write()
+    _report(server.statistics(), mission, request.out, recorder, stream)
     return [drone.failure for drone in world.drones if drone.failure is not None]
 
 
 def _report(
-    statistics: "Statistics", mission: "Mission", folder: Path | None, recorder: "FlightRecorder | None"
+    statistics: "Statistics",
+    mission: "Mission",
+    folder: Path | None,
+    recorder: "FlightRecorder | None",
+    stream: "LogStream | None",
 ) -> None:
     """Say how it went, and write it down."""
     console.print(summary(statistics))
@@ -239,8 +254,12 @@ def _report(
         from crazychoir_fw.crtp.link_model.tables import link_tables
 
         console.print(link_tables(statistics.link))
-    if folder is not None and recorder is not None:
-        _write(folder, mission, recorder, statistics)
+    if folder is not None and recorder is not None and stream is not None:
+        _write(folder, mission, recorder, statistics, stream)
+
+
+def _about(mission: "Mission") -> dict[str, Any]:
+    return {"mission": mission.name, "description": mission.description}
 
 
 def _boot(world: "World") -> None:
@@ -269,16 +288,23 @@ class _Picture:
         self._show(self._world, Progress(seconds, 0.0, seconds))
 
 
-def _write(folder: Path, mission: "Mission", recorder: "FlightRecorder", statistics: "Statistics") -> None:
+def _write(
+    folder: Path, mission: "Mission", recorder: "FlightRecorder", statistics: "Statistics", stream: "LogStream"
+) -> None:
     """Write the log, the picture and the figures."""
-    from crazychoir_fw.common.replacing import replacing
     from crazychoir_fw.recording.plot import plot_flight
 
-    about = {"mission": mission.name, "description": mission.description, "server": statistics.as_dict()}
-    log = recorder.finish(about)
-    log.save(folder / "log.npz")
-    plot_flight(log, folder / "flight.png", mission.description or mission.name)
-    with replacing(folder / "statistics.json") as temporary:
-        temporary.write_text(json.dumps(statistics.as_dict(), indent=2) + "\n", encoding="utf-8")
+    log = recorder.finish({**_about(mission), "server": statistics.as_dict()})
+
+    def write(new: Path) -> None:
+        log.save(new / "log.npz")
+        plot_flight(log, new / "flight.png", mission.description or mission.name)
+        text = json.dumps(statistics.as_dict(), indent=2) + "\n"
+        (new / "statistics.json").write_text(text, encoding="utf-8")
+
+    unwritten = write_together(folder, write, stream)
+    if unwritten is not None:
+        complain(unwritten)
+        return
     note = "" if log.journal is None or log.journal.is_kept else " (without a journal: it cannot be replayed)"
     console.print(f"Written to {folder}/{note}", markup=False, highlight=False)

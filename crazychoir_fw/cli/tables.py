@@ -85,12 +85,13 @@ def _criteria_table(summary: dict[str, Any]) -> Table:
     return table
 
 
-def verdict(summary: dict[str, Any], folder: Path) -> Text:
+def verdict(summary: dict[str, Any], folder: Path | None) -> Text:
     """Return the last line: how it went, how fast it was, where the files are."""
     went = ("success", "bold green") if summary["success"] else ("failed", "bold red")
     pace = f"{summary['sim_seconds']:.1f} s flown in {summary['wall_seconds']:.1f} s"
     factor = summary["real_time_factor"]
-    return Text.assemble(went, f": {pace} ({_figure(factor)} x real time), see {folder}/")
+    where = "" if folder is None else f", see {folder}/"
+    return Text.assemble(went, f": {pace} ({_figure(factor)} x real time){where}")
 
 
 def _figure(value: float | None, scale: float = 1.0, digits: int = 1) -> str:

@@ -12,6 +12,7 @@ from crazychoir_fw.common.messages import Pose, TrajectoryPoint, Twist
 
 if TYPE_CHECKING:
     from crazychoir_fw.recording.flight_log import FlightLog
+    from crazychoir_fw.recording.log_stream import LogStream
 
 Indices = Sequence[int] | NDArray[np.intp]
 """Numbers of drones, from 0, in the order of `Backend.names`."""
@@ -65,6 +66,12 @@ class Backend(Protocol):
 
     def record(self, extra: dict[str, NDArray[np.float64]]) -> None:
         """Take a sample of everything for the log; `extra` are signals of the layers, shape (N,) each."""
+
+    def write_to(self, stream: LogStream, metadata: dict[str, Any]) -> None:
+        """Have `flush` move what is recorded to a stream; `metadata` is for a log that is cut off."""
+
+    def flush(self) -> None:
+        """Move what was recorded since the last call to the stream, if there is one."""
 
     def log(self, metadata: dict[str, Any]) -> FlightLog:
         """Return what was recorded."""

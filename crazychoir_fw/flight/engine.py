@@ -15,10 +15,12 @@ from crazychoir_fw.flight.flight_result import FlightResult, explained
 from crazychoir_fw.flight.layers_flight import LayersFlight
 from crazychoir_fw.flight.onboard_flight import OnboardFlight
 from crazychoir_fw.flight.services import make_services
+from crazychoir_fw.flight.streamed import Flushes, stream_flight
 from crazychoir_fw.flight.summary import summarize
 from crazychoir_fw.mission.schema import LayeredMission, Mission
 
 if TYPE_CHECKING:
+    from crazychoir_fw.recording.log_stream import LogStream
     from crazychoir_fw.simulation import World
 
 
@@ -46,6 +48,7 @@ def fly(
     observe: Observer | None = None,
     backend: Backend | None = None,
     make: Callable[..., Any] | None = None,
+    stream: LogStream | None = None,
 ) -> FlightResult:
     """Fly a mission to its end, or until it has failed.
 
@@ -57,6 +60,7 @@ def fly(
             log, or about 25 times per second of a flight of layers.
         backend: Where the drones are, instead of what the mission says; it is closed at the end.
         make: Makes the layers of mission, backend and observer, instead of `make_experiment`.
+        stream: Where the flight is written while it flies; the caller closes it.
 
     Raises:
         CrazychoirError: If backend or layers cannot be made as the mission says.
@@ -64,30 +68,39 @@ def fly(
     chosen: Any = make_backend(mission, threads, visuals) if backend is None else backend
     world, rounds, started = getattr(chosen, "world", None), 0, time.perf_counter()
 
+    flushes: Flushes | None = None
+
     def show(_: Any) -> None:
         nonlocal rounds
-        if rounds % flight.rounds_per_picture == 0:
+        if flushes is not None:
+            flushes.look()
+        if observe is not None and rounds % flight.rounds_per_picture == 0:
             wall = time.perf_counter() - started
-            observe(world, Progress(chosen.time - flight.began, flight.total_s, wall))  # type: ignore[misc,arg-type]
+            observe(world, Progress(chosen.time - flight.began, flight.total_s, wall))  # type: ignore[arg-type]
         rounds += 1
 
     try:
-        watch = None if observe is None else show
+        watch = None if observe is None and stream is None else show
         flight: Any
         if isinstance(mission, LayeredMission):
             flight = LayersFlight(mission, (make or make_experiment)(mission, chosen, watch))
         else:
             flight = OnboardFlight(mission, chosen, watch)
+        about = {"mission": mission.name, "description": mission.description}
+        if stream is not None:
+            flushes = stream_flight(stream, chosen, flight, {**about, "backend": mission.backend, "seed": mission.seed})
         started, begin = time.perf_counter(), chosen.time
         flight.fly()
         seconds, flown = time.perf_counter() - started, chosen.time - begin
-        log = flight.log({"mission": mission.name, "description": mission.description})
+        log = flight.log(about)
         assessment = flight.assess(log)
         summary = summarize(mission, chosen, log, assessment, flown, seconds)
         result = FlightResult(mission, world, log, summary, assessment.judge)
         log.metadata |= explained(result)
         return result
     finally:
+        if flushes is not None:
+            flushes.write()  # before drones in the air are landed, which takes its time
         chosen.close()
 
 

@@ -18,6 +18,7 @@ from crazychoir_fw.flight.plain_recorder import PlainRecorder
 if TYPE_CHECKING:
     from crazychoir_fw.radio import RadioHandler
     from crazychoir_fw.recording.flight_log import FlightLog
+    from crazychoir_fw.recording.log_stream import LogStream
 
 Array = NDArray[np.float64]
 
@@ -245,6 +246,14 @@ class HardwareBackend:
     def record(self, extra: dict[str, Array]) -> None:
         """See `Backend`."""
         self._recorder.sample(self.time, self.poses(), None, extra)
+
+    def write_to(self, stream: LogStream, metadata: dict[str, Any]) -> None:
+        """See `Backend`."""
+        self._recorder.write_to(stream, metadata)
+
+    def flush(self) -> None:
+        """See `Backend`."""
+        self._recorder.flush()
 
     def log(self, metadata: dict[str, Any]) -> FlightLog:
         """See `Backend`."""

@@ -19,6 +19,7 @@ from crazychoir_fw.simulation.integrator.loops import AttitudeLoop, GoToLoop, Ve
 
 if TYPE_CHECKING:
     from crazychoir_fw.recording.flight_log import FlightLog
+    from crazychoir_fw.recording.log_stream import LogStream
 
 Array = NDArray[np.float64]
 
@@ -202,6 +203,14 @@ class IntegratorBackend(Stateful):
     def record(self, extra: dict[str, Array]) -> None:
         """See `Backend`."""
         self._recorder.sample(self.time, self.poses(), self._truth(), extra)
+
+    def write_to(self, stream: LogStream, metadata: dict[str, Any]) -> None:
+        """See `Backend`."""
+        self._recorder.write_to(stream, metadata)
+
+    def flush(self) -> None:
+        """See `Backend`."""
+        self._recorder.flush()
 
     def log(self, metadata: dict[str, Any]) -> FlightLog:
         """See `Backend`."""

@@ -44,6 +44,11 @@ class LayersFlight:
         self._windows: list[Window] = []
         self._problems: list[str] = []
 
+    @property
+    def events(self) -> list[Any]:
+        """What happened so far beside the events of the world."""
+        return self._experiment.events
+
     def fly(self) -> None:
         """Fly the phases one after the other, or until no drone flies any more.
 

@@ -14,6 +14,8 @@ from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.flight.backend import Backend, Indices, one_of
 from crazychoir_fw.flight.mirror import Mirror
 from crazychoir_fw.flight.sim_backend import SimBackend
+from crazychoir_fw.recording.log_stream import FLIGHT, LogStream
+from crazychoir_fw.recording.signals import merged
 
 if TYPE_CHECKING:
     from crazychoir_fw.recording.flight_log import FlightLog
@@ -182,21 +184,26 @@ class MixedBackend:
         for part, numbers in zip(self._parts, self._numbers, strict=True):
             part.record({name: values[numbers] for name, values in extra.items()})
 
+    def write_to(self, stream: LogStream, metadata: dict[str, Any]) -> None:
+        """See `Backend`."""
+        swarm = {"names": self.names, "numbers": [numbers.tolist() for numbers in self._numbers]}
+        stream.append_json(b"H", FLIGHT, swarm)
+        for part in self._parts:
+            part.write_to(stream, metadata)
+
+    def flush(self) -> None:
+        """See `Backend`."""
+        for part in self._parts:
+            part.flush()
+
     def log(self, metadata: dict[str, Any]) -> FlightLog:
         """See `Backend`: what only simulated drones have is NaN for the others; their truth is what is known."""
         from crazychoir_fw.recording.flight_log import FlightLog
 
-        parts = [part.log(metadata) for part in self._parts]
-        log = parts[0]
-        signals = {}
-        for name, values in log.signals.items():
-            whole = np.full((len(log.time), len(self.names)), np.nan, np.float64 if values.itemsize > 4 else np.float32)
-            whole[:, self._numbers[0]] = values
-            for part, numbers in zip(parts[1:], self._numbers[1:], strict=True):
-                known = part.signals.get(name, part.signals.get(name.replace("sim.", "stateEstimate.")))
-                if known is not None:
-                    whole[:, numbers] = known
-            signals[name] = whole
+        log, *others = [part.log(metadata) for part in self._parts]
+        signals = merged(
+            self.names, list(zip(self._numbers, (log.signals, *(one.signals for one in others)), strict=True))
+        )
         if log.journal is not None:
             log.journal.gap = _GAP
         return FlightLog(log.time, self.names, signals, log.metadata, log.events, log.journal, log.scenery)

@@ -46,6 +46,8 @@ class OnboardFlight:
         self.total_s = self.plan.ticks / TICKS_PER_SECOND
         self.began: float | None = None
         """When the drones were ready (s)."""
+        self.events: list[Any] = []
+        """What happened beside the events of the world: nothing."""
         self._failures: dict[str, str] = {}  # by id, the first of each drone: the others fly on
         self._grounded: set[int] = set()  # drones that could not take off: nothing more is asked of them
         self._not_ready: str | None = None  # why the flight did not begin

@@ -38,6 +38,24 @@ def over_the_radio(mission: LayeredMission) -> Backend:
     return backend
 
 
+def radio_parts(mission: LayeredMission) -> list[Part]:
+    """Return the drones of a mission that are flown over the radio, once all of them have said where they are.
+
+    Raises:
+        CrazychoirError: If drones or motion capture are not reached.
+    """
+    numbers = [i for i, drone in enumerate(mission.fleet) if drone.uri is not None and not is_only_watched(mission, i)]
+    source, parts = _mocap(mission, numbers), []
+    try:
+        for kind, those in _by_kind(mission, numbers).items():
+            parts.append((those, _radio(mission, those, kind, source)))
+    except BaseException:
+        for _, backend in parts:
+            backend.close()
+        raise
+    return parts
+
+
 def mixed_reality(mission: LayeredMission, simulated: MakeSimulated) -> MixedBackend:
     """Return the backend `mixed`, its simulated drones ready, once all real drones have said where they are.
 

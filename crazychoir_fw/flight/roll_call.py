@@ -31,8 +31,8 @@ _NAME_BYTES = 29  # of a packet
 def roll_call(
     mission: LayeredMission,
     parts: Sequence[Part],
-    drones: Sequence[int] | None = None,
-    placed: Sequence[int] | None = None,
+    drones: Collection[int] | None = None,
+    placed: Collection[int] | None = None,
     settle_s: float = _SETTLE_S,
 ) -> None:
     """Check the drones that are flown over the radio, all of them, before the first one moves.
@@ -47,19 +47,34 @@ def roll_call(
     Raises:
         StateError: With what is wrong with which drones, and how to accept it.
     """
+    found = problems_of(mission, parts, drones, placed, settle_s)
+    problems = [problem for kind in found.values() for problem in kind]
+    if problems:
+        raise StateError(f"{NOTHING_FLIES}{'; '.join(problems)}")
+
+
+def problems_of(
+    mission: LayeredMission,
+    parts: Sequence[Part],
+    drones: Collection[int] | None = None,
+    placed: Collection[int] | None = None,
+    settle_s: float = _SETTLE_S,
+) -> dict[str, list[str]]:
+    """Return what keeps drones on the floor, by what was looked at; nothing of what the mission accepts.
+
+    Arguments are those of `roll_call`.
+    """
     accepted = mission.hardware.accept
     names = {i: mission.fleet[i].id for numbers, _ in parts for i in numbers}
     who = {i: name for numbers, backend in parts for i, name in zip(numbers, backend.simulated_names(), strict=True)}
-    meant = set(names) if drones is None else set(drones)
-    problems = list(_conditions(mission, parts, meant, settle_s))
-    if "names" not in accepted:
-        problems += _strangers(mission, who)
-    if "mixture" not in accepted:
-        problems += _mixture(names, who)
-    if "places" not in accepted:
-        problems += _places(mission, parts, meant if placed is None else set(placed), settle_s)
-    if problems:
-        raise StateError(f"{NOTHING_FLIES}{'; '.join(problems)}")
+    meant = names if drones is None else drones
+    standing = meant if placed is None else placed
+    return {
+        "conditions": list(_conditions(mission, parts, meant, settle_s)),
+        "names": [] if "names" in accepted else list(_strangers(mission, who)),
+        "mixture": [] if "mixture" in accepted else list(_mixture(names, who)),
+        "places": [] if "places" in accepted else list(_places(mission, parts, standing, settle_s)),
+    }
 
 
 def _strangers(mission: LayeredMission, who: Mapping[int, str | None]) -> Iterable[str]:

@@ -24,6 +24,7 @@ from crazychoir_fw.simulation.world import World
 
 if TYPE_CHECKING:
     from crazychoir_fw.recording.flight_log import FlightLog
+    from crazychoir_fw.recording.log_stream import LogStream
 
 Array = NDArray[np.float64]
 
@@ -71,7 +72,6 @@ class SimBackend(Stateful):
         self._refusals: dict[int, str] = {}
         self._structs = [drone.struct for drone in world.drones]
         self._recorder = FlightRecorder(world, log_rate)
-        self._extra: list[dict[str, Array]] = []
 
     @property
     def time(self) -> float:
@@ -193,15 +193,19 @@ class SimBackend(Stateful):
 
     def record(self, extra: dict[str, Array]) -> None:
         """See `Backend`."""
-        self._recorder.sample()
-        self._extra.append(extra)
+        self._recorder.sample(extra)
+
+    def write_to(self, stream: LogStream, metadata: dict[str, Any]) -> None:
+        """See `Backend`."""
+        self._recorder.write_to(stream, metadata)
+
+    def flush(self) -> None:
+        """See `Backend`."""
+        self._recorder.flush()
 
     def log(self, metadata: dict[str, Any]) -> FlightLog:
         """See `Backend`."""
-        log = self._recorder.finish(metadata)
-        for name in self._extra[0] if self._extra else ():
-            log.signals[name] = np.array([sample[name] for sample in self._extra], np.float32)
-        return log
+        return self._recorder.finish(metadata)
 
     def state(self) -> dict[str, Any]:
         """See `Stateful`. The journal begins anew: an hour of it would be copied into every state otherwise."""

@@ -17,6 +17,7 @@ from crazychoir_fw.mocap.sources import PoseSource
 
 if TYPE_CHECKING:
     from crazychoir_fw.recording.flight_log import FlightLog
+    from crazychoir_fw.recording.log_stream import LogStream
 
 Array = NDArray[np.float64]
 
@@ -111,6 +112,14 @@ class WatchedBackend:
     def record(self, extra: dict[str, Array]) -> None:
         """See `Backend`."""
         self._recorder.sample(self.time, self.poses(), None, extra)
+
+    def write_to(self, stream: LogStream, metadata: dict[str, Any]) -> None:
+        """See `Backend`."""
+        self._recorder.write_to(stream, metadata)
+
+    def flush(self) -> None:
+        """See `Backend`."""
+        self._recorder.flush()
 
     def log(self, metadata: dict[str, Any]) -> FlightLog:
         """See `Backend`."""

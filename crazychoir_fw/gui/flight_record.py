@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import RangeError, StateError
-from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.common.replacing import replacing
-from crazychoir_fw.flight.plain_recorder import motion_signals
 from crazychoir_fw.recording.flight_log import FlightLog
+from crazychoir_fw.recording.signals import POSE_FIELDS, motion_signals
 
 if TYPE_CHECKING:
     from crazychoir_fw.gui.branches import Sample
@@ -80,11 +79,8 @@ def record_of(session: Session, number: int | None = None) -> FlightLog:
 
 def _sampled(group: str, samples: Sequence[Sample]) -> dict[str, NDArray[Any]]:
     """Return the signals that every sample has, of shape (samples, drones) each."""
-    poses = [
-        Pose(sample.position.astype(float), sample.orientation.astype(float), sample.velocity.astype(float), None)
-        for sample in samples
-    ]
-    signals = motion_signals(group, poses)
+    poses = (np.array([getattr(sample, name) for sample in samples], float) for name in POSE_FIELDS)
+    signals = motion_signals(group, *poses)
     if group == "stateEstimate":
         turned = np.array([sample.orientation for sample in samples])
         signals |= {f"stateEstimate.q{axis}": turned[..., k] for k, axis in enumerate("xyzw")}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.flight.agents import starts_of
 from crazychoir_fw.flight.roll_call import NOTHING_FLIES
+from crazychoir_fw.preflight.check import Check, check, safety_area
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.access import Access
@@ -26,24 +27,13 @@ NEAR_M = 0.3
 """Distance of two drones (m), below which their take-off is unsafe."""
 ESTIMATE_M = 0.1
 """Distance of an estimate from the truth (m), where the truth is known, beyond which the estimator has not settled."""
-_LISTED = 3
-
-
-@dataclass(frozen=True)
-class Check:
-    """One line of the list."""
-
-    name: str
-    ok: bool
-    text: str
-    """What was found, or which drones are not ready and why."""
 
 
 def preflight(session: Session) -> list[dict[str, Any]]:
     """Return the list, as plain data; called between two rounds of a flight that is ready."""
     if session.access is None or session.experiment is None:
         return []
-    return [asdict(check) for check in _checks(session, session.access, session.experiment.agents)]
+    return [asdict(line) for line in _checks(session, session.access, session.experiment.agents)]
 
 
 def _checks(session: Session, access: Access, agents: Sequence[Agent]) -> Iterable[Check]:
@@ -52,21 +42,21 @@ def _checks(session: Session, access: Access, agents: Sequence[Agent]) -> Iterab
         yield from _roll_call(session)
     states = [access.state(i) for i in range(len(names))]
     reasons = [a.failure or s.failure or access.refusal(a.index) for a, s in zip(agents, states, strict=True)]
-    yield _check("drones", [str(reason) for reason in reasons if reason], f"{len(names)} ready")
+    yield check("drones", [str(reason) for reason in reasons if reason], f"{len(names)} ready")
 
     voltages = access.batteries()
     if np.isfinite(voltages).any():
         low = [f"{names[i]} has {v:.2f} V" for i, v in enumerate(voltages) if v < LEAST_BATTERY_V]
-        yield _check("batteries", low, f"{np.nanmin(voltages):.2f} V or more")
+        yield check("batteries", low, f"{np.nanmin(voltages):.2f} V or more")
 
     errors = [state.estimate_error_m for state in states]
     if np.isfinite(errors).any():
         off = [f"{names[i]} is off by {100 * e:.0f} cm" for i, e in enumerate(errors) if e > ESTIMATE_M]
-        yield _check("estimators", off, f"off by {100 * float(np.nanmax(errors)):.1f} cm at most")
+        yield check("estimators", off, f"off by {100 * float(np.nanmax(errors)):.1f} cm at most")
 
     position = np.asarray(access.true_pose().position)
     unknown = [names[i] for i in np.flatnonzero(~np.isfinite(position).all(axis=1))]
-    yield _check("positions", [f"{name} is not seen" for name in unknown], "all are known")
+    yield check("positions", [f"{name} is not seen" for name in unknown], "all are known")
     yield from _places(session, position)
 
 
@@ -75,9 +65,9 @@ def _roll_call(session: Session) -> Iterable[Check]:
     try:
         session.call_roll(range(len(session.names)), settle_s=0.0)
     except StateError as error:
-        yield Check("roll call", False, str(error).removeprefix(NOTHING_FLIES))
+        yield check("roll call", [str(error).removeprefix(NOTHING_FLIES)], "")
     else:
-        yield Check("roll call", True, "those answer that are meant")
+        yield check("roll call", [], "those answer that are meant")
 
 
 def _places(session: Session, position: NDArray[np.float64]) -> Iterable[Check]:
@@ -85,21 +75,15 @@ def _places(session: Session, position: NDArray[np.float64]) -> Iterable[Check]:
     names, mission = session.names, session.mission
     away = np.linalg.norm((position - starts_of(mission))[:, :2], axis=1)
     elsewhere = [f"{names[i]} stands {away[i]:.2f} m from its start" for i in np.flatnonzero(away > START_M)]
-    yield _check("starts", elsewhere, f"within {START_M:g} m of those of the mission")
+    yield check("starts", elsewhere, f"within {START_M:g} m of those of the mission")
 
     if len(names) > 1:
         gaps = np.linalg.norm(position[:, None] - position[None], axis=2)
         gaps[np.isnan(gaps) | np.eye(len(names), dtype=bool)] = np.inf
         i, j = np.unravel_index(gaps.argmin(), gaps.shape)
         near = [f"{names[i]} and {names[j]} are {gaps[i, j]:.2f} m apart"] if gaps[i, j] < NEAR_M else []
-        yield _check("distances", near, f"{gaps[i, j]:.2f} m or more")
+        yield check("distances", near, f"{gaps[i, j]:.2f} m or more")
 
     area = mission.hardware.safety_area
     if area is not None:
-        outside = ~((position >= area.low) & (position <= area.high)).all(axis=1)
-        yield _check("safety area", [f"{names[k]} is outside" for k in np.flatnonzero(outside)], "all are inside")
-
-
-def _check(name: str, problems: list[str], good: str) -> Check:
-    more = f" and {len(problems) - _LISTED} more" if len(problems) > _LISTED else ""
-    return Check(name, not problems, "; ".join(problems[:_LISTED]) + more if problems else good)
+        yield safety_area(area, names, position)

@@ -31,6 +31,7 @@ from crazychoir_fw.gui.room import Room
 if TYPE_CHECKING:
     from crazychoir_fw.flight.experiment import Experiment
     from crazychoir_fw.flight.start_transit import StartTransit
+    from crazychoir_fw.gui.flight_stream import SessionStream
     from crazychoir_fw.gui.flying import Flying
     from crazychoir_fw.gui.mission_run import MissionRun
     from crazychoir_fw.mission.schema import LayeredMission
@@ -76,6 +77,8 @@ class Session(Feed):
         self.experiment: Experiment | None = None
         self.access: Access | None = None
         self.branches = Branches()
+        self.stream: SessionStream | None = None
+        """Where the flight is written while it flies."""
         self.flying: Flying | StartTransit | MissionRun | None = None
         self.dry_share: float | None = None
         """Which share of a dry run is flown, 0 to 1, while there is one."""
@@ -267,7 +270,10 @@ class Session(Feed):
         self._remembered = now
         if now >= self._next_sample:
             self._next_sample = now + SAMPLE_S - 1e-6
-            self.branches.present.sample(now, self._sample(now))
+            sample = self._sample(now)
+            self.branches.present.sample(now, sample)
+            if self.stream is not None:
+                self.stream.sample(self, now, sample)
         if now >= self._next_moment:
             self._keep_moment(now)
 
@@ -330,6 +336,8 @@ class Session(Feed):
         moment.checkpoint.restore()
         self.flying = moment.flying
         self.branches.leave(parent, moment)
+        if self.stream is not None:
+            self.stream.begin_again(zip(*self.branches.lineage(self.branches.present.number), strict=True))
         self._remembered = now = self.experiment.time
         self._next_sample = self._next_plot = -np.inf
         self._next_moment = now + MOMENT_S

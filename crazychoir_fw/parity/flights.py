@@ -17,8 +17,8 @@ from crazychoir_fw.parity.functions import TRACES, Comparison
 from crazychoir_fw.parity.manoeuvres import Pilot
 from crazychoir_fw.parity.side import Side
 from crazychoir_fw.parity.tolerances import FLIGHT, OWN_LOOP, Tolerance, tolerance_of
+from crazychoir_fw.recording.signals import roll_pitch_yaw_deg
 from crazychoir_fw.simulation.drone import Drone
-from crazychoir_fw.simulation.recorder import roll_pitch_yaw_deg
 
 _CHUNK = 2000  # ticks that are compared at once
 _POINTS = 50  # of a chunk, in a picture

@@ -6,6 +6,7 @@ The truth of the simulator stands beside them as `sim.x`, `sim.y`, `sim.z` (m), 
 """
 
 import json
+import os
 import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,11 +16,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.replacing import replacing
+from crazychoir_fw.recording.cut_log import read_cut
 from crazychoir_fw.recording.journal import Journal
+from crazychoir_fw.recording.log_stream import STREAM
 
 _SIGNAL = "signal/"  # prefix of the signals among the members of the file
 _JOURNAL = "journal/"
 _SCENERY = "scenery"
+_MAX_MEMBERS = 20_000  # a log has some hundreds
 
 
 @dataclass(repr=False)
@@ -130,28 +134,72 @@ class FlightLog:
 
     @classmethod
     def load(cls, path: Path) -> "FlightLog":
-        """Read a file written by `save`; nothing in it is ever executed.
+        """Read a file written by `save`, or the stream of a flight that was cut off; nothing in it is ever executed.
 
         Raises:
             FileNotFoundError: If there is no such file.
             ValueError: If the file is not a flight log.
         """
+        path = Path(path)
         try:
-            if Path(path).is_file() and not zipfile.is_zipfile(path):
-                raise ValueError("it is no NumPy archive (.npz)")  # where np.load would guess, and speak of pickles
-            with np.load(path, allow_pickle=False) as file:
-                journal = {name[len(_JOURNAL) :]: file[name] for name in file.files if name.startswith(_JOURNAL)}
-                return cls(
-                    time=file["time"],
-                    drone_ids=file["drone_ids"].tolist(),
-                    signals={name[len(_SIGNAL) :]: file[name] for name in file.files if name.startswith(_SIGNAL)},
-                    metadata=json.loads(str(file["metadata"])),
-                    # files of version 0.1.0 have neither
-                    events=json.loads(str(file["events"])) if "events" in file.files else [],
-                    journal=Journal.from_arrays(journal) if journal else None,
-                    scenery=file[_SCENERY].astype(np.float32) if _SCENERY in file.files else None,
-                )
+            if path.suffix == Path(STREAM).suffix:
+                return cls._made_of(read_cut(path))
+            return cls._made_of(_members(path))
         except FileNotFoundError:
             raise
-        except (ValueError, KeyError, TypeError, AttributeError, EOFError, OSError, zipfile.BadZipFile) as error:
-            raise ValueError(f"{path} is not a flight log: {error}") from error
+        except Exception as error:  # a damaged file makes its readers raise whatever they can
+            reason = str(error) or type(error).__name__
+            raise ValueError(f"{path} is not a flight log: {reason}") from error
+
+    @classmethod
+    def _made_of(cls, fields: dict[str, Any]) -> "FlightLog":
+        """Return a log of what a file says, whose types nothing has looked at."""
+        if not isinstance(fields["metadata"], dict):
+            raise ValueError(f"its metadata are a {type(fields['metadata']).__name__}, expected a mapping")
+        if not isinstance(fields["events"], list) or not all(map(_is_event, fields["events"])):
+            raise ValueError("its events are no list of events")
+        return cls(**fields)
+
+
+def _is_event(value: Any) -> bool:
+    return (
+        isinstance(value, dict)
+        and isinstance(value.get("time"), int | float)
+        and isinstance(value.get("kind"), str)
+        and isinstance(value.get("drone"), str | None)
+        and isinstance(value.get("details", {}), dict)
+    )
+
+
+def _members(path: Path) -> dict[str, Any]:
+    """Return the fields of a log that `FlightLog.save` wrote."""
+    if path.is_file() and not zipfile.is_zipfile(path):
+        raise ValueError("it is no NumPy archive (.npz)")  # where np.load would guess, and speak of pickles
+    _check_size(path)
+    with np.load(path, allow_pickle=False) as file:
+        journal = {name[len(_JOURNAL) :]: file[name] for name in file.files if name.startswith(_JOURNAL)}
+        return {
+            "time": file["time"],
+            "drone_ids": file["drone_ids"].tolist(),
+            "signals": {name[len(_SIGNAL) :]: file[name] for name in file.files if name.startswith(_SIGNAL)},
+            "metadata": json.loads(str(file["metadata"])),
+            # files of version 0.1.0 have neither
+            "events": json.loads(str(file["events"])) if "events" in file.files else [],
+            "journal": Journal.from_arrays(journal) if journal else None,
+            "scenery": file[_SCENERY].astype(np.float32) if _SCENERY in file.files else None,
+        }
+
+
+def _check_size(path: Path) -> None:
+    """Refuse what does not fit into memory once it is unpacked: a few kilobytes may hold terabytes of zeros.
+
+    Raises:
+        ValueError: If it does not fit, or has more members than a log.
+    """
+    with zipfile.ZipFile(path) as archive:
+        sizes = [member.file_size for member in archive.infolist()]
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    if sum(sizes) > memory:
+        raise ValueError(f"it takes {sum(sizes) / 1e9:.1f} GB of memory, allowed: {memory / 1e9:.1f} GB, all there is")
+    if len(sizes) > _MAX_MEMBERS:
+        raise ValueError(f"it has {len(sizes)} members, allowed: {_MAX_MEMBERS}")

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 _SCALARS = frozenset("bif")
 _CODES = {bool: "b", float: "f", str: "s", bytes: "y", type(None): "n"}
 _CODES_OF_VALUES = frozenset("bifsyjn")
+_FORGOTTEN = "its first requests are in the stream of a log, and no copy has them"
 _EXACT = 2**53  # whole numbers up to here survive as float64
 
 
@@ -66,6 +67,8 @@ class Journal:
         """Of a recorded flight: how many requests had come before each sample of the log, (T,)."""
         self.is_kept = True
         """Whether requests are written down."""
+        self.forgotten = 0
+        """How many requests, the first ones, are on disk and not here any more."""
         self._clear()
 
     def _clear(self) -> None:
@@ -79,7 +82,7 @@ class Journal:
         self._bytes_kinds: dict[tuple[Any, ...], int] = {}
 
     def __len__(self) -> int:
-        return len(self._ticks)
+        return self.forgotten + len(self._ticks)
 
     def __repr__(self) -> str:
         return f"<Journal of {len(self)} requests>"
@@ -92,7 +95,24 @@ class Journal:
         """
         self.gap = why
         self.is_kept = False
+        self.forgotten = 0
         self._clear()
+
+    def forget(self) -> None:
+        """Forget requests that are on disk; they still count."""
+        self.forgotten = len(self)
+        self._clear()
+
+    def extend(self, other: Journal) -> None:
+        """Append the requests of another journal, which came later, and take over its gap."""
+        numbers = array("i", [self._number(kind.verb, kind.signature) for kind in other._kinds])
+        for number, kind in zip(numbers, other._kinds, strict=True):
+            self._kinds[number].numbers.extend(kind.numbers)
+            self._kinds[number].blob += kind.blob
+        self._ticks.extend(other._ticks)
+        self._drones.extend(other._drones)
+        self._kind_numbers.extend(array("i", [numbers[number] for number in other._kind_numbers]))
+        self.gap = self.gap or other.gap
 
     def begin_again(self) -> Journal:
         """Return an empty journal of the same world, for a flight from its start."""
@@ -172,7 +192,7 @@ class Journal:
     def copy(self) -> Journal:
         """Return a journal that goes on by itself."""
         other = Journal(self.recipe)
-        other.gap = self.gap
+        other.gap = self.gap or (_FORGOTTEN if self.forgotten else None)
         other.is_kept = self.is_kept
         other.samples = list(self.samples)
         other._ticks, other._drones = self._ticks[:], self._drones[:]
@@ -206,8 +226,12 @@ class Journal:
         }
 
     @classmethod
-    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]]) -> Journal:
+    def from_arrays(cls, arrays: Mapping[str, NDArray[Any]], trusted: bool = False) -> Journal:
         """Read what `to_arrays` wrote.
+
+        Args:
+            arrays: What it wrote.
+            trusted: Whether this process wrote them, so that nothing is checked.
 
         Raises:
             ValueError: If the arrays are no journal.
@@ -227,7 +251,8 @@ class Journal:
             kind.numbers.frombytes(columns[:n_numbers].tobytes())
             kind.blob += blob[:n_bytes]
             columns, blob = columns[n_numbers:], blob[n_bytes:]
-        journal._check()
+        if not trusted:
+            journal._check()
         return journal
 
     def _check(self) -> None:

@@ -7,26 +7,26 @@ column, and one that counts in whole numbers becomes a float for the others then
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.onboard.core import identity, provider_identity
 from crazychoir_fw.recording.flight_log import FlightLog
 from crazychoir_fw.recording.journal import Journal
+from crazychoir_fw.recording.log_stream import LogStream
+from crazychoir_fw.recording.record_output import TAKEN_BACK, RecordOutput
+from crazychoir_fw.recording.samples import Fields, Samples
+from crazychoir_fw.recording.signals import EXTRA, scenery_of, signals_of
 from crazychoir_fw.simulation.stage import scenery_columns
 from crazychoir_fw.simulation.swarm_views import swarm_parts
 from crazychoir_fw.simulation.world import World
 
-_TRUE_POSE = ("sim.x", "sim.y", "sim.z")
-_TRUE_VELOCITY = ("sim.vx", "sim.vy", "sim.vz")
-_TRUE_RATES = ("sim.wx", "sim.wy", "sim.wz")
-_TRUE_ATTITUDE = ("sim.roll", "sim.pitch", "sim.yaw")
+_FLUSH_BYTES = 1 << 24
 
 
 class FlightRecorder:
@@ -49,24 +49,49 @@ class FlightRecorder:
         self._parts = swarm_parts(world)
         # where each drone has its velocities in qvel, (N, 6)
         self._dofs = np.array([drone.qvel_address for drone in world.drones])[:, None] + np.arange(6)
-        self._times: list[float] = []
-        self._samples = [GrowingBlock(part.copy_shape, np.uint8) for part in self._parts]
-        self._qpos = GrowingBlock(world.data.qpos.shape)
-        self._motion = GrowingBlock(self._dofs.shape)
-        self._requests: list[int] = []  # before each sample
-        self._journals: list[Journal] = []  # of the world, each once: another one after a return to a snapshot
+        self._scenery = np.intersect1d(  # columns of qpos of what moves beside drones and mirrored bodies
+            scenery_columns(world.model, [drone.id for drone in world.drones]),
+            scenery_columns(world.model, world.mirrored),
+        ).tolist()
+        self._samples: Samples | None = None  # its fields are known at the first sample
+        self._extra: tuple[str, ...] = ()
+        self._journal: Journal | None = None  # of the world; another one after a return to a snapshot
+        self._was_taken_back = False
+        self._output: RecordOutput | None = None
 
-    def sample(self) -> None:
-        """Take one sample of the present instant."""
-        self._times.append(self._world.time)
-        for part, samples in zip(self._parts, self._samples, strict=True):
+    def sample(self, extra: Mapping[str, NDArray[Any]] | None = None) -> None:
+        """Take one sample of the present instant.
+
+        Args:
+            extra: Further signals by name, shape (N,) each; the same names with every sample.
+        """
+        if self._samples is None:
+            self._samples = self._make_samples(tuple(extra or ()))
+        row = self._samples.add()
+        row["time"][...] = self._world.time
+        for k, part in enumerate(self._parts):
             part.refresh()
-            part.copy(samples.add())
-        self._qpos.add()[:] = self._world.data.qpos
-        self._motion.add()[:] = self._world.data.qvel[self._dofs]
-        self._requests.append(len(self._world.journal))
-        if not self._journals or self._journals[-1] is not self._world.journal:
-            self._journals.append(self._world.journal)
+            part.copy(row[f"part{k}"])
+        row["qpos"][:] = self._world.data.qpos
+        row["motion"][:] = self._world.data.qvel[self._dofs]
+        row["requests"][...] = len(self._world.journal)
+        for name in self._extra:
+            row[EXTRA + name][:] = extra[name]  # type: ignore[index]
+        if self._output is not None and self._samples.bytes_in_memory > _FLUSH_BYTES:
+            self.flush()  # at hundred times real time half a second of wall time is much
+        if self._journal is not self._world.journal:
+            self._was_taken_back = self._journal is not None
+            self._journal = self._world.journal
+
+    def _make_samples(self, extra: tuple[str, ...]) -> Samples:
+        self._extra = extra
+        parts: Fields = {f"part{k}": (part.copy_shape, np.uint8) for k, part in enumerate(self._parts)}
+        rest: Fields = {
+            "qpos": (self._world.data.qpos.shape, float),
+            "motion": (self._dofs.shape, float),
+            **{EXTRA + name: ((len(self._dofs),), np.float32) for name in extra},
+        }
+        return Samples({"time": ((), float), "requests": ((), np.int64), **parts, **rest})
 
     def run(self, seconds: float) -> None:
         """Advance the world and sample on the way."""
@@ -77,44 +102,62 @@ class FlightRecorder:
     @property
     def qpos(self) -> NDArray[np.float64]:
         """Positions of the whole model at each sample, shape (T, nq)."""
-        return self._qpos.rows()
+        return self._column("qpos")
 
     @property
     def times(self) -> NDArray[np.float64]:
         """Simulated time of each sample (s), shape (T,)."""
-        return np.array(self._times)
+        return self._column("time")
+
+    def _column(self, name: str) -> NDArray[Any]:
+        if self._samples is None:
+            self._samples = self._make_samples(())
+        return self._samples.column(name)
+
+    # ---------------------------------------------------------------- to disk while it flies
+
+    def write_to(self, stream: LogStream, metadata: Mapping[str, Any]) -> None:
+        """Have `flush` move samples, requests and events to a stream; memory does not grow with the flight then.
+
+        Args:
+            stream: Where to.
+            metadata: What a log says that is cut off.
+        """
+        self._output = RecordOutput(stream, {**self._provenance(), **metadata})
+
+    def flush(self) -> None:
+        """Move what was recorded since the last call to the stream, if there is one."""
+        if self._output is None or self._samples is None:
+            return
+        world = self._world
+        self._output.begin(self._layout(), self._samples, [d.id for d in world.drones], world.journal.recipe)
+        self._output.write(self._samples, world.journal, [event.as_dict() for event in world.events])
+
+    def _layout(self) -> dict[str, Any]:
+        return {
+            "parts": [part.layout for part in self._parts],
+            "drones": len(self._world.drones),
+            "qpos": [drone.qpos_address for drone in self._world.drones],
+            "extra": list(self._extra),
+            "scenery": self._scenery,
+        }
 
     def finish(self, metadata: Mapping[str, Any] | None = None) -> FlightLog:
         """Return everything recorded so far; the metadata also says what flew, how it was built, and the seed."""
-        signals = {**self._signals(), **self._true_motion()}
-        journal = self._world.journal.copy()
-        journal.samples = list(self._requests)
-        if len(self._journals) > 1:
-            journal.gap = "the world was taken back in time while it was recorded"
+        times = self.times
+        journal = self._world.journal.copy() if self._output is None else self._output.journal(self._world.journal)
+        journal.samples = self._column("requests").tolist()
+        if self._was_taken_back:
+            journal.gap = TAKEN_BACK
         return FlightLog(
-            time=self.times,
+            time=times,
             drone_ids=[drone.id for drone in self._world.drones],
-            signals=signals,
+            signals=signals_of(self._layout(), self._column),
             metadata={**self._provenance(), **(metadata or {})},
             events=[event.as_dict() for event in self._world.events],
             journal=journal,
-            scenery=self._scenery(),
+            scenery=scenery_of(self._layout(), self._column),
         )
-
-    def _scenery(self) -> NDArray[np.float32] | None:
-        """Return what moves beside drones and mirrored bodies, shape (T, any), or None."""
-        columns = scenery_columns(self._world.model, [drone.id for drone in self._world.drones])
-        mirrored = scenery_columns(self._world.model, self._world.mirrored)
-        columns = np.intersect1d(columns, mirrored)
-        return self.qpos[:, columns].astype(np.float32) if len(columns) else None
-
-    def _signals(self) -> dict[str, NDArray[Any]]:
-        """Return every log variable of the swarm, shape (T, N)."""
-        found: dict[str, list[tuple[NDArray[np.intp], NDArray[Any]]]] = {}
-        for part, samples in zip(self._parts, self._samples, strict=True):
-            for name, taken in part.signals(samples.rows()).items():
-                found.setdefault(name, []).append((part.numbers, taken))
-        return {name: _joined(own, len(self._world.drones)) for name, own in found.items()}
 
     def _provenance(self) -> dict[str, Any]:
         drones = {d.id: {"provider": d.config.provider, "platform": d.config.platform} for d in self._world.drones}
@@ -126,90 +169,7 @@ class FlightRecorder:
             "providers": provider_identities(self._world),
         }
 
-    def _true_motion(self) -> dict[str, NDArray[np.float32]]:
-        addresses = [drone.qpos_address for drone in self._world.drones]
-        qpos = self.qpos
-        pose = np.stack([qpos[:, address : address + 7] for address in addresses], axis=1)  # (T, N, 7)
-        motion = self._motion.rows()  # (T, N, 6)
-        angles = roll_pitch_yaw_deg(pose[..., 3:7])
-        truth = {
-            **{name: pose[..., i] for i, name in enumerate(_TRUE_POSE)},
-            **{name: motion[..., i] for i, name in enumerate((*_TRUE_VELOCITY, *_TRUE_RATES))},
-            **{name: angles[..., i] for i, name in enumerate(_TRUE_ATTITUDE)},
-        }
-        return {name: values.astype(np.float32) for name, values in truth.items()}
-
 
 def provider_identities(world: World) -> list[dict[str, Any]]:
     """Return what flies the drones of a world, once per provider, in the order of the drones."""
     return [provider_identity(number) for number in dict.fromkeys(drone.provider_number for drone in world.drones)]
-
-
-def _joined(part_samples: Sequence[tuple[NDArray[np.intp], NDArray[Any]]], count: int) -> NDArray[Any]:
-    """Return a signal of the whole swarm, shape (T, N), from those of its parts, each (T, n) with its columns."""
-    columns, samples = part_samples[0]
-    if len(part_samples) == 1 and len(columns) == count:
-        return samples
-    dtype = np.result_type(*(own for _, own in part_samples))
-    if sum(len(columns) for columns, _ in part_samples) < count and dtype.kind != "f":
-        # the smallest float that holds every value and NaN
-        dtype = np.result_type(dtype, np.float16 if dtype.itemsize == 1 else np.float32)
-    joined = np.zeros((len(samples), count), dtype)
-    if dtype.kind == "f":
-        joined[:] = np.nan
-    for columns, own in part_samples:
-        joined[:, columns] = own
-    return joined
-
-
-def roll_pitch_yaw_deg(quat_wxyz: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return roll, pitch and yaw (deg) of quaternions of shape (..., 4).
-
-    Pitch has the legacy sign of the firmware, positive lifts the nose, so that it compares with
-    ``stateEstimate.pitch``.
-    """
-    w, x, y, z = np.moveaxis(quat_wxyz, -1, 0)
-    roll = np.arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    pitch = -np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
-    yaw = np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return np.degrees(np.stack([roll, pitch, yaw], axis=-1))
-
-
-_PIECE_BYTES = 1 << 22  # NumPy asks for large pages from here on, in which memory that is new costs far less
-_MAX_ROWS = 1024  # short rows need no piece of that size
-
-
-class GrowingBlock:
-    """Rows of one shape and type, in pieces of memory that stay where they are while it grows."""
-
-    def __init__(self, shape: tuple[int, ...], dtype: DTypeLike = np.float64) -> None:
-        """Begin without a row.
-
-        Args:
-            shape: Of a row.
-            dtype: Of its numbers.
-        """
-        self._shape = shape
-        self._dtype = np.dtype(dtype)
-        row_bytes = max(1, math.prod(shape) * self._dtype.itemsize)
-        self._rows_per_piece = min(-(-_PIECE_BYTES // row_bytes), _MAX_ROWS)
-        self._pieces: list[NDArray] = []
-        self._count = 0
-
-    def __len__(self) -> int:
-        return self._count
-
-    def add(self) -> NDArray:
-        """Return another row, to be filled."""
-        place = self._count % self._rows_per_piece
-        if place == 0:
-            self._pieces.append(np.empty((self._rows_per_piece, *self._shape), self._dtype))
-        self._count += 1
-        return self._pieces[-1][place]
-
-    def rows(self) -> NDArray:
-        """Return a copy of all rows, shape (rows, ...)."""
-        if not self._pieces:
-            return np.empty((0, *self._shape), self._dtype)
-        *full, last = self._pieces
-        return np.concatenate([*full, last[: self._count - len(full) * self._rows_per_piece]])

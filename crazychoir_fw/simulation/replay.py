@@ -19,6 +19,7 @@ from crazychoir_fw.common.reading import show_name
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.recording.flight_log import FlightLog
 from crazychoir_fw.recording.journal import Journal, Request
+from crazychoir_fw.recording.log_stream import STREAM
 from crazychoir_fw.simulation.fingerprint import difference
 from crazychoir_fw.simulation.recipe import programs_of, read_drones, scene_differs
 from crazychoir_fw.simulation.recorder import FlightRecorder
@@ -76,13 +77,16 @@ class Replay:
 
 
 def load_flight(path: str | Path) -> FlightLog:
-    """Read the log of a flight: a file, or the folder with a `log.npz`.
+    """Read the log of a flight: a file, or the folder with a `log.npz`, or with the stream of a flight that was cut.
 
     Raises:
         ReplayError: If there is none.
     """
     path = Path(path)
-    file = path / "log.npz" if path.is_dir() else path
+    file = path
+    if path.is_dir():
+        # a stream is newer than what was written at the end of a flight before it
+        file = path / STREAM if (path / STREAM).exists() else path / "log.npz"
     try:
         return FlightLog.load(file)
     except (OSError, ValueError) as error:
@@ -104,7 +108,11 @@ def check_before(log: FlightLog) -> list[str]:
         for key in ("version", "mujoco", "compiler", "flags")
         if key in log.metadata and log.metadata[key] != here[key]
     ]
-    changed = scene_differs(journal.recipe)
+    warnings += [str(log.metadata["cut"])] if "cut" in log.metadata else []
+    try:
+        changed = scene_differs(journal.recipe)
+    except (TypeError, ValueError, OSError) as error:
+        raise ReplayError(f"the recipe of the journal names no scene: {error}") from error
     return [*warnings, changed] if changed else warnings
 
 
@@ -171,11 +179,16 @@ def build(journal: Journal, threads: int | None = None) -> World:
         CrazychoirError: If it cannot be built here.
     """
     recipe = journal.recipe
-    changed = scene_differs(recipe)
-    if changed is not None and changed.endswith("is gone"):
-        raise ReplayError(changed)
-    drones = read_drones(recipe)
-    return World(drones, recipe["scene"], recipe["seed"], threads=threads, visuals=False, is_replay=True)
+    try:
+        changed = scene_differs(recipe)
+        if changed is not None and changed.endswith("is gone"):
+            raise ReplayError(changed)
+        drones = read_drones(recipe)
+        return World(drones, recipe["scene"], recipe["seed"], threads=threads, visuals=False, is_replay=True)
+    except CrazychoirError:
+        raise
+    except Exception as error:  # a recipe that was altered makes its readers raise whatever they can
+        raise ReplayError(f"the recipe of the journal is damaged: {type(error).__name__}: {error}") from error
 
 
 class _Reader:
@@ -213,7 +226,7 @@ class _Reader:
 def _journal(log: FlightLog) -> Journal:
     journal = log.journal
     if journal is None:
-        raise ReplayError("the log has no journal: it was recorded by an older version")
+        raise ReplayError("the log has no journal: its drones have no onboard software here, or its version is older")
     if journal.gap is not None:
         raise ReplayError(f"the journal has a gap: {journal.gap}")
     if not journal.recipe:

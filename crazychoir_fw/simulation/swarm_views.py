@@ -51,7 +51,7 @@ class SwarmPart:
         return len(self.numbers), sum(stretch.shape[1] for stretch in self._stretches)
 
     def copy(self, place: NDArray[np.uint8]) -> None:
-        """Copy the memory that all log variables live in; `signals` takes it apart.
+        """Copy the memory that all log variables live in; `layout` says where each of them is.
 
         Variables lie in a few stretches: copying those costs a tenth of copying each variable.
 
@@ -77,13 +77,11 @@ class SwarmPart:
         )
         return lambda: cells[:, columns]
 
-    def signals(self, copies: NDArray[np.uint8]) -> dict[str, NDArray[Any]]:
-        """Return each log variable, shape (T, n), of T copies, shape (T, n, bytes)."""
-        found = {}
-        for name, (place, dtype) in self._places.items():
-            cells = np.ascontiguousarray(copies[:, :, place : place + dtype.itemsize])
-            found[name] = cells.view(dtype)[..., 0]
-        return found
+    @property
+    def layout(self) -> dict[str, Any]:
+        """Which drones of the world these are, and where in a copy each log variable is, of what type."""
+        places = {name: [place, dtype.str] for name, (place, dtype) in self._places.items()}
+        return {"numbers": self.numbers.tolist(), "places": places}
 
     def _lay_out(self) -> None:
         """Find the stretches of memory that hold log variables, and where in a copy each variable is."""

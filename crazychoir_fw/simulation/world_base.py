@@ -113,11 +113,20 @@ class WorldBase:
             param.report_changes()
 
     def _advance(self, n_ticks: int) -> None:
-        """Let MuJoCo and all drones go on for whole milliseconds."""
+        """Let MuJoCo and all drones go on for whole milliseconds.
+
+        While nothing can touch anything, the plugin makes steps without MuJoCo, which change no bit. The last step is
+        MuJoCo's, so that everything in `data` is of one instant.
+        """
         model, data = self.model._address, self.data._address
         lib.cf_plugin_overlap(model, data, True)
+        left = n_ticks * self._steps_per_tick // self._ticks_per_step
         try:
-            mujoco.mj_step(self.model, self.data, nstep=n_ticks * self._steps_per_tick // self._ticks_per_step)
+            while left > 0:
+                flown = lib.cf_plugin_window(model, data, left - 1) if left > 1 else -1
+                if flown < 0:
+                    mujoco.mj_step(self.model, self.data, nstep=min(-flown, left))
+                left -= abs(flown)
         finally:
             lib.cf_plugin_overlap(model, data, False)
         self._collisions.note_new(self.note)

@@ -1,16 +1,25 @@
 """What may stand in a campaign file, and the sentences about what may not."""
 
 import math
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
+from typer.testing import CliRunner
 
-from crazychoir_fw.campaign.campaign import check_ends, load_campaign
+from crazychoir_fw.campaign import identity as known_by
+from crazychoir_fw.campaign.campaign import Variant, check_ends, load_campaign
 from crazychoir_fw.campaign.design import correlate, shares
 from crazychoir_fw.campaign.distributions import read_distribution
+from crazychoir_fw.campaign.identity import identity_of, named_files
+from crazychoir_fw.campaign.starting import written
+from crazychoir_fw.cli import app
 from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.mission.loader import load_mission
 
@@ -137,3 +146,86 @@ def test_correlated_values_go_together(campaign):
     assert np.corrcoef(ranks.T)[0, 1] == pytest.approx(6.0 / math.pi * math.asin(0.4), abs=0.03)
     alone = correlate(shares("monte_carlo", 2000, 2, 0), whole.varied, ())
     np.testing.assert_array_equal(alone, shares("monte_carlo", 2000, 2, 0))
+
+
+def init(*words):
+    return CliRunner().invoke(app, ["campaign", "init", *map(str, words)])
+
+
+def test_a_campaign_file_is_written_beside_a_mission(hop):
+    result = init(hop)
+    assert result.exit_code == 0, result.output
+    path = hop.with_name("hop_campaign.yaml")
+    assert f"fly it with: crazychoir campaign {path}" in result.output
+    whole = load_campaign(path)
+    assert whole.mission_file == hop and whole.settings.flights == 300
+    assert whole.varied == load_campaign(hop).varied
+
+    # what is commented out is the same, and right
+    text = path.read_text()
+    assert "#   rms_error_m: {quantile: 0.95, max: 0.1}" in text
+    begin = text.index("# vary:")
+    end = text.index("\n\n", begin)
+    path.write_text(text[:begin] + "\n".join(line[2:] for line in text[begin:end].splitlines()) + text[end:])
+    named = {one.key: one.distribution for one in load_campaign(path).varied}
+    for one in whole.varied:
+        for share in (0.1, 0.5, 0.9):
+            assert named[one.key].at(share) == pytest.approx(one.distribution.at(share), rel=1e-5)
+
+
+def test_a_campaign_file_knows_the_limits_of_its_mission(tmp_path):
+    mission = Path(__file__).parents[2] / "examples/bearing_formation.yaml"
+    assert init(mission, "--out", tmp_path / "c.yaml").exit_code == 0
+    text = (tmp_path / "c.yaml").read_text()
+    assert "#   min_distance_m: {quantile: 0.95, min: 0.3}\n#   bearing_error_deg: {quantile: 0.95, max: 1}\n" in text
+    assert "the others have 51 entries like these" in text
+    assert load_campaign(tmp_path / "c.yaml").mission.name == "bearing_formation"
+
+
+def test_a_campaign_file_is_never_overwritten(hop):
+    path = hop.with_name("hop_campaign.yaml")
+    path.write_text("mine")
+    result = init(hop)
+    assert result.exit_code == 2
+    assert "is there already, and stays as it is" in result.stderr
+    assert path.read_text() == "mine"
+    other = hop.with_name("deeper")
+    other.mkdir()
+    assert init(hop, "--out", other / "c.yaml").exit_code == 0
+    assert load_campaign(other / "c.yaml").mission.name == "hop"
+    assert init(hop.with_name("none.yaml")).exit_code == 2
+    assert "No such file" in init(hop, "--out", hop.with_name("no") / "c.yaml").stderr
+
+
+@pytest.mark.parametrize(
+    "given_",
+    [{"choice": ["a", [1, 2]]}, {"uniform": [0.5, 2]}, {"triangular": [0, 1, 2], "low": 0.5},
+     {"log_uniform": [0.1, 10]}, {"normal": {"mean": 1, "std": 2}, "high": 3}],
+)  # fmt: skip
+def test_distributions_are_written_as_they_are_read(given_):
+    found = read_distribution("vary.x", given_)
+    assert read_distribution("vary.x", yaml.safe_load(written(found))) == found
+
+
+def test_what_decides_flights_is_what_a_campaign_is_known_by(hop):
+    folder = hop.parent
+    hop.write_text(hop.read_text().replace("id: cf1", "id: cf1\n  motor_ctrl: law.py:Law\n  app: [mine.c]"))
+    for name in ("law.py", "helper.py", "mine.c", "mine.h", "notes.csv", "other.yaml"):
+        (folder / name).write_text("a")
+    named = named_files(hop, ())
+    assert {path.name for path in named} == {"law.py", "helper.py", "mine.c", "mine.h"}
+    assert {path.name for path in named_files(hop, ["scene=other.yaml"])} >= {"other.yaml"}
+
+
+def test_changed_firmware_makes_another_campaign(hop, monkeypatch):
+    whole, content = load_campaign(hop), "one"
+    flown = replace(whole, variant=Variant(provider="bitcraze"))
+    monkeypatch.setattr(known_by, "locate", lambda folder: folder)
+    monkeypatch.setattr(known_by, "build_provider", lambda *_, **__: SimpleNamespace(identity={"content": content}))
+    first = identity_of(flown)
+    assert identity_of(flown) == first != identity_of(whole)
+    content = "two"
+    assert identity_of(flown) != first
+    builtin = identity_of(whole)
+    hop.write_text(hop.read_text().replace("height: 0.5", "height: 0.6"))
+    assert identity_of(whole) != builtin

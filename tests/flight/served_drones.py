@@ -1,6 +1,7 @@
 """Drones over the radio, of a served world whose time goes on only when the layers ask for it."""
 
 import time
+from contextlib import contextmanager
 
 import numpy as np
 from lockstep import SILENCE_S, GoingOn, wait_for_odometry
@@ -12,6 +13,8 @@ from crazychoir_fw.simulation import DroneConfig, World
 
 class Served(HardwareBackend):
     """A backend in lockstep with a world of this process."""
+
+    goes_on = False
 
     def __init__(self, mission, tmp_path, kind="fpqr", ids=None):
         ids = [drone.id for drone in mission.fleet] if ids is None else ids
@@ -38,6 +41,11 @@ class Served(HardwareBackend):
 
     def let_go_on(self, seconds):
         self.handler.tick()
+        if self.goes_on:  # in a thread of its own: two must not step one world
+            end = self.world_there.time + seconds
+            while self.world_there.time < end:
+                time.sleep(0.001)
+            return
         self.world_there.run(seconds)
         wait_for_odometry(self.handler, self.world_there)
 
@@ -50,5 +58,14 @@ class Served(HardwareBackend):
             super().close()
         self.server.close()
 
+    @contextmanager
     def going_on(self):
-        return GoingOn(self.world_there)
+        was, self.goes_on = self.goes_on, True
+        try:
+            if was:
+                yield
+            else:
+                with GoingOn(self.world_there):
+                    yield
+        finally:
+            self.goes_on = was

@@ -37,6 +37,15 @@ def test_builtin_against_itself_is_identical_and_kept(run, tmp_path):
     assert second["inputs"]["sha256"] == first["inputs"]["sha256"]
 
 
+def test_a_checkout_is_compared_with_another_one(run, miniature, bitcraze_library):
+    result = run("--base", miniature, "--checkout", miniature, "--seconds", 0.1, "--json")
+    said = json.loads(result.stdout)
+    assert said["reference"]["content"] == said["candidate"]["content"] == bitcraze_library.identity["content"]
+    # but for a filter that loses its way in both
+    assert {item["verdict"] for item in said["flights"] if not item.get("failures")} == {"identical"}
+    assert {item["verdict"] for item in said["functions"]} == {"identical"}
+
+
 def test_what_cannot_be_compared_exits_with_2_and_one_sentence(run, tmp_path):
     unknown = run("--candidate", "bitkraze")
     assert unknown.exit_code == 2

@@ -33,6 +33,8 @@ def command(world, tick):
     if tick == 1700:
         for drone in (*drones[:2], *drones[6::2]):
             drone.high_level_commander.takeoff(0.6, 1.0)
+    if tick == 2450 and len(drones) > 7:
+        drones[7].high_level_commander.takeoff(0.4, 1.0)  # wakes while others fly
     if tick == 2750 and len(drones) > 3:
         drones[2].place((1.0, 0.03, 0.55))  # falls upon one that climbs
         drones[3].place((3.0, 0.5, 0.5))

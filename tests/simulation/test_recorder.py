@@ -3,8 +3,8 @@ import pytest
 from worlds import make_world
 
 from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.recording.signals import roll_pitch_yaw_deg
 from crazychoir_fw.simulation import FlightRecorder
-from crazychoir_fw.simulation.recorder import roll_pitch_yaw_deg
 from crazychoir_fw.simulation.swarm_views import swarm_views
 
 

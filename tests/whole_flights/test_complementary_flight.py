@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from crazychoir_fw._core import lib
+from crazychoir_fw.recording.signals import roll_pitch_yaw_deg
 from crazychoir_fw.simulation import DroneConfig, World
-from crazychoir_fw.simulation.recorder import roll_pitch_yaw_deg
 
 COMPLEMENTARY, KALMAN = 1, 2
 

@@ -1,13 +1,13 @@
 import numpy as np
 import pytest
 
-from crazychoir_fw.simulation import recorder
-from crazychoir_fw.simulation.recorder import GrowingBlock
+from crazychoir_fw.recording import growing_block
+from crazychoir_fw.recording.growing_block import GrowingBlock
 
 
 @pytest.mark.parametrize("count", [0, 1, 3, 4, 9])
 def test_rows_come_back_in_their_order_whatever_the_pieces(count, monkeypatch):
-    monkeypatch.setattr(recorder, "_MAX_ROWS", 3)
+    monkeypatch.setattr(growing_block, "_MAX_ROWS", 3)
     block = GrowingBlock((2, 2), np.int16)
     for k in range(count):
         block.add()[:] = [[k, 10 * k], [100 * k, -k]]
@@ -25,8 +25,21 @@ def test_rows_are_a_copy():
 
 
 def test_a_row_may_be_larger_than_a_piece(monkeypatch):
-    monkeypatch.setattr(recorder, "_PIECE_BYTES", 8)
+    monkeypatch.setattr(growing_block, "_PIECE_BYTES", 8)
     block = GrowingBlock((5,))
     for k in range(2):
         block.add()[:] = k
     assert block.rows().tolist() == [[0.0] * 5, [1.0] * 5]
+
+
+def test_the_memory_of_cleared_rows_is_filled_again(monkeypatch):
+    monkeypatch.setattr(growing_block, "_MAX_ROWS", 2)
+    block = GrowingBlock((1,))
+    first = [block.add() for _ in range(5)]
+    block.clear()
+    assert len(block) == 0 and block.rows().shape == (0, 1)
+    again = [block.add() for _ in range(5)]
+    for k, row in enumerate(again):
+        row[:] = k
+    assert np.shares_memory(first[1], again[1])
+    assert block.rows()[:, 0].tolist() == [0, 1, 2, 3, 4]

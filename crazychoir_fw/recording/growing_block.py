@@ -1,0 +1,56 @@
+"""Rows of one shape and type in memory that grows without being copied."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+_PIECE_BYTES = 1 << 22  # NumPy asks for large pages from here on, in which memory that is new costs far less
+_MAX_ROWS = 1024  # short rows need no piece of that size
+
+
+class GrowingBlock:
+    """Rows of one shape and type, in pieces of memory that stay where they are while it grows."""
+
+    def __init__(self, shape: Sequence[int], dtype: DTypeLike = np.float64) -> None:
+        """Begin without a row.
+
+        Args:
+            shape: Of a row.
+            dtype: Of its numbers.
+        """
+        self.shape = tuple(shape)
+        self.dtype = np.dtype(dtype)
+        self.row_bytes = math.prod(self.shape) * self.dtype.itemsize
+        self._rows_per_piece = min(-(-_PIECE_BYTES // max(1, self.row_bytes)), _MAX_ROWS)
+        self._pieces: list[NDArray[Any]] = []
+        self._count = 0
+
+    def __len__(self) -> int:
+        return self._count
+
+    def add(self) -> NDArray[Any]:
+        """Return another row, to be filled."""
+        place = self._count % self._rows_per_piece
+        if place == 0 and self._count == len(self._pieces) * self._rows_per_piece:
+            self._pieces.append(np.empty((self._rows_per_piece, *self.shape), self.dtype))
+        self._count += 1
+        return self._pieces[(self._count - 1) // self._rows_per_piece][place, ...]
+
+    def filled(self) -> list[NDArray[Any]]:
+        """Return the rows where they are, (rows, ...) each."""
+        each, pieces = self._rows_per_piece, -(-self._count // self._rows_per_piece)
+        return [piece[: self._count - k * each] for k, piece in enumerate(self._pieces[:pieces])]
+
+    def rows(self) -> NDArray[Any]:
+        """Return a copy of all rows, shape (rows, ...)."""
+        return np.concatenate([np.empty((0, *self.shape), self.dtype), *self.filled()])
+
+    def clear(self) -> None:
+        """Forget all rows; the first piece of memory is filled again."""
+        del self._pieces[1:]
+        self._count = 0

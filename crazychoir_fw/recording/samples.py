@@ -1,0 +1,116 @@
+"""Samples of a flight: rows of named fields, in memory until they are in a stream."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+
+from crazychoir_fw.recording.growing_block import GrowingBlock
+from crazychoir_fw.recording.log_stream import LogStream, StreamFile, fields_of
+
+Fields = Mapping[str, tuple[Sequence[int], DTypeLike]]
+
+
+class Samples:
+    """Rows of fields that each have one shape and type. Those that a stream has are not in memory any more."""
+
+    def __init__(self, fields: Fields) -> None:
+        """Begin without a row.
+
+        Args:
+            fields: Shape and type of each field of a row.
+        """
+        self._blocks = {name: GrowingBlock(shape, dtype) for name, (shape, dtype) in fields.items()}
+        self._stream: LogStream | None = None
+        self._written: list[tuple[int, int]] = []  # rows, and where they are
+        self._count = 0
+
+    def __len__(self) -> int:
+        return self._count + len(next(iter(self._blocks.values())))
+
+    @property
+    def bytes_in_memory(self) -> int:
+        """What the rows that no stream has take (bytes)."""
+        return sum(len(block) * block.row_bytes for block in self._blocks.values())
+
+    @property
+    def description(self) -> list[list[Any]]:
+        """The fields as plain data, for the header of a section."""
+        return [[name, list(block.shape), block.dtype.str] for name, block in self._blocks.items()]
+
+    def add(self) -> dict[str, NDArray[Any]]:
+        """Return the fields of another row, to be filled."""
+        return {name: block.add() for name, block in self._blocks.items()}
+
+    def write(self, stream: LogStream, section: int) -> None:
+        """Move the rows to a stream, and forget them; if it takes them not, they stay."""
+        rows = len(self) - self._count
+        if not rows:
+            return
+        frame = stream.append(b"R", section, [piece for block in self._blocks.values() for piece in block.filled()])
+        if frame is None:
+            return
+        self._stream = stream
+        self._written.append((rows, frame.offset))
+        self._count += rows
+        for block in self._blocks.values():
+            block.clear()
+
+    def column(self, name: str) -> NDArray[Any]:
+        """Return a field of all rows, shape (rows, ...)."""
+        block = self._blocks[name]
+        column = np.empty((len(self), *block.shape), block.dtype)
+        skipped = 0  # bytes of a row in fields before this one
+        for other, each in self._blocks.items():
+            if other == name:
+                break
+            skipped += each.row_bytes
+        row = 0
+        for count, offset in self._written:
+            assert self._stream is not None
+            self._stream.read_into(offset + skipped * count, column[row : row + count])
+            row += count
+        for piece in block.filled():
+            column[row : row + len(piece)] = piece
+            row += len(piece)
+        return column
+
+
+class StreamedSamples:
+    """The same rows in a file that was read."""
+
+    def __init__(self, file: StreamFile, section: int, header: Mapping[str, Any]) -> None:
+        """Find the rows.
+
+        Raises:
+            ValueError: If frames are not made of whole rows.
+        """
+        self._file = file
+        self._fields = fields_of(header)
+        self._row_bytes = sum(math.prod(shape) * dtype.itemsize for shape, dtype in self._fields.values())
+        self._frames = file.of(b"R", section)
+        if any(not self._row_bytes or frame.size % self._row_bytes for frame in self._frames):
+            raise ValueError("a frame is not made of whole rows")
+
+    def column(self, name: str) -> NDArray[Any]:
+        """See `Samples.column`.
+
+        Raises:
+            KeyError: If there is no such field.
+        """
+        shape, dtype = self._fields[name]
+        skipped = 0
+        for other, (sizes, kind) in self._fields.items():
+            if other == name:
+                break
+            skipped += math.prod(sizes) * kind.itemsize
+        pieces = [np.empty((0, *shape), dtype)]
+        for frame in self._frames:
+            count = frame.size // self._row_bytes
+            begin, size = skipped * count, math.prod(shape) * dtype.itemsize * count
+            pieces.append(self._file.payload(frame)[begin : begin + size].view(dtype).reshape(count, *shape))
+        return np.concatenate(pieces)
