@@ -1,9 +1,10 @@
-"""Runs the examples that come with cflib, as they are, against `crazychoir serve`.
+"""Runs all examples that come with cflib against `crazychoir serve`.
 
-    pip download cflib==0.1.34 --no-binary :all: --no-deps
-    python benchmarks/cflib_examples.py --sdist cflib-0.1.34.tar.gz
+    python benchmarks/cflib_examples.py
 
-All fly at once, each a drone of its own; the table says how they ended and where the drones really were.
+All fly at once, each a drone of its own; the table says how they ended and where the drones really were, and which
+were left out, and why. They run as they are; what users must replace in a source, the addresses of a swarm and the
+path of a geometry, is replaced in a copy.
 """
 
 from __future__ import annotations
@@ -18,44 +19,59 @@ import sys
 import tarfile
 import tempfile
 import time
+from importlib.metadata import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
+from cflib.crazyflie.mem import LighthouseBsGeometry
+from cflib.localization import LighthouseConfigFileManager
 
 from crazychoir_fw.recording.flight_log import FlightLog
 
-EXAMPLES = (
-    "autonomy/autonomous_sequence.py",  # the first, because it flies around the origin
-    "autonomy/autonomous_sequence_high_level.py",
-    "autonomy/motion_commander_demo.py",
-    "logging/basiclog.py",
-    "logging/basiclog_sync.py",
-    "parameters/basicparam.py",
-    "parameters/persistent_params.py",
-    "step-by-step/sbs_connect_log_param.py",
-    "step-by-step/sbs_motion_commander.py",
-)
+FIRST = "autonomy/autonomous_sequence.py"  # it flies around the origin
 NEEDS_FLOW = {"step-by-step/sbs_motion_commander.py"}
+SWARMS = {"step-by-step/sbs_swarm.py": [(-0.5, 0.5), (0.5, 0.5), (0.5, -0.5), (-0.5, -0.5)]}
+"""Examples whose source holds the addresses of several drones, and where these stand (m)."""
+LEFT_OUT = {
+    "lighthouse/multi_bs_geometry_estimation.py": "a person carries a drone with a lighthouse deck through the room",
+}
+GEOMETRY = "/path/to/your/geo.yaml"
+"""A file of the user's that an example reads: here one base station."""
 SPACING = 6.0
 LONGEST_S = 240.0
 
 
-def drone_of(example: str) -> str:
-    return Path(example).stem
+def drones_of(example: str) -> list[str]:
+    """Return the ids of the drones that an example flies."""
+    stem = Path(example).stem
+    return [f"{stem}_{k}" for k in range(len(SWARMS[example]))] if example in SWARMS else [stem]
 
 
-def write_mission(folder: Path) -> Path:
-    """Write a mission with a drone for each example."""
+def found(folder: Path) -> list[str]:
+    """Return the examples of a folder but those that are left out."""
+    names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*.py"))
+    return sorted((name for name in names if name not in LEFT_OUT), key=lambda name: name != FIRST)
+
+
+def write_mission(folder: Path, examples: list[str]) -> Path:
+    """Write a mission with drones for each example."""
     drones: list[dict[str, Any]] = []
-    for number, example in enumerate(EXAMPLES):
-        drone = {"id": drone_of(example), "position": [SPACING * (number % 3), SPACING * (number // 3)]}
-        drones.append({**drone, **({"positioning": "flow"} if example in NEEDS_FLOW else {})})
+    for number, example in enumerate(examples):
+        for name, (x, y) in zip(drones_of(example), SWARMS.get(example, [(0.0, 0.0)]), strict=True):
+            drone = {"id": name, "position": [SPACING * (number % 3) + x, SPACING * (number // 3) + y]}
+            drones.append({**drone, **({"positioning": "flow"} if example in NEEDS_FLOW else {})})
     mission = {"name": "examples", "drones": drones, "flight": [{"hover": {"duration": 1.0}}]}
     path = folder / "examples.yaml"
     path.write_text(yaml.safe_dump(mission))
     return path
+
+
+def installed() -> Path:
+    """Return the folder of examples that the installed cflib brings."""
+    (example,) = [path for path in files("cflib") or [] if path.as_posix().endswith(FIRST)]
+    return Path(str(example.locate())).parents[1]
 
 
 def unpack(sdist: Path, folder: Path) -> Path:
@@ -66,13 +82,14 @@ def unpack(sdist: Path, folder: Path) -> Path:
     return examples
 
 
-def run(sdist: Path, shown: bool) -> list[dict[str, Any]]:
-    """Run all. Returns a row for each."""
+def run(sdist: Path | None, shown: bool) -> list[dict[str, Any]]:
+    """Run all. Returns a row for each drone of each example."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        examples = unpack(sdist, folder)
+        examples = unpack(sdist, folder) if sdist else installed()
+        chosen = found(examples)
         crazychoir = [sys.executable, "-c", "from crazychoir_fw.cli import app; app()"]
-        words = [*crazychoir, "serve", str(write_mission(folder)), "--port", "0", "--out", str(folder / "out")]
+        words = [*crazychoir, "serve", str(write_mission(folder, chosen)), "--port", "0", "--out", str(folder / "out")]
         environment = {**os.environ, "COLUMNS": "120"}
         with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment) as server:
             text = ""
@@ -81,28 +98,54 @@ def run(sdist: Path, shown: bool) -> list[dict[str, Any]]:
                 if line.startswith("Serving"):
                     break
             uris = dict(re.findall(r"(\w+) +(udp://[\d.:]+)", text))
-            rows = run_all(examples, folder, uris, shown)
+            rows = run_all(examples, chosen, folder, uris, shown)
             server.send_signal(signal.SIGINT)
             print(server.communicate()[0])
         log = FlightLog.load(folder / "out" / "log.npz")
-    for row in rows:
-        path = log.stack("sim.x", "sim.y", "sim.z")[:, log.drone_ids.index(drone_of(row["example"]))]
-        moved = path - path[0]
-        row["highest_m"] = float(path[:, 2].max())
-        row["farthest_m"] = float(np.linalg.norm(moved[:, :2], axis=1).max())
-        row["end_m"] = [round(float(value), 3) for value in moved[-1]]
-    return rows
+    return [{**row, **_flown(log, drone)} for row in rows for drone in drones_of(row["example"])]
 
 
-def run_all(examples: Path, folder: Path, uris: dict[str, str], shown: bool) -> list[dict[str, Any]]:
+def _flown(log: FlightLog, drone: str) -> dict[str, Any]:
+    """Return where a drone of the simulation really was."""
+    path = log.stack("sim.x", "sim.y", "sim.z")[:, log.drone_ids.index(drone)]
+    moved = path - path[0]
+    return {
+        "drone": drone,
+        "highest_m": float(path[:, 2].max()),
+        "farthest_m": float(np.linalg.norm(moved[:, :2], axis=1).max()),
+        "end_m": [round(float(value), 3) for value in moved[-1]],
+    }
+
+
+def _script(example: Path, home: Path, uris: list[str]) -> Path:
+    """Return the script to run: the example, or a copy with the addresses of a swarm and the path of a geometry."""
+    text, left = example.read_text(), iter(uris)
+    if GEOMETRY in text:
+        geometry = LighthouseBsGeometry()
+        geometry.valid = True
+        LighthouseConfigFileManager.write(str(home / "geo.yaml"), geos={0: geometry})
+    elif len(uris) == 1:
+        return example
+    text = re.sub(r"radio://\w+(/\w+)*", lambda _: next(left), text)
+    copy = home / example.name
+    copy.write_text(text.replace(GEOMETRY, str(home / "geo.yaml")))
+    return copy
+
+
+def run_all(examples: Path, chosen: list[str], folder: Path, uris: dict[str, str], shown: bool) -> list[dict[str, Any]]:
     running = []
-    for example in EXAMPLES:
-        home = folder / drone_of(example)
+    for example in chosen:
+        home = folder / Path(example).stem
         home.mkdir()
-        environment = {**os.environ, "CFLIB_URI": uris[drone_of(example)]}
+        own = [uris[drone] for drone in drones_of(example)]
+        environment = {**os.environ, "CFLIB_URI": own[0]}
         with (home / "output").open("w") as output:
             process = subprocess.Popen(
-                [sys.executable, examples / example], cwd=home, env=environment, stdout=output, stderr=output
+                [sys.executable, _script(examples / example, home, own)],
+                cwd=home,
+                env=environment,
+                stdout=output,
+                stderr=output,
             )
         running.append((example, process, time.perf_counter()))
     rows: dict[str, dict[str, Any]] = {}
@@ -115,7 +158,7 @@ def run_all(examples: Path, folder: Path, uris: dict[str, str], shown: bool) -> 
                 process.kill()
                 process.wait()
             if process.poll() is not None:
-                said = (folder / drone_of(example) / "output").read_text()
+                said = (folder / Path(example).stem / "output").read_text()
                 rows[example] = {
                     "example": example,
                     "exit_code": process.returncode,
@@ -125,24 +168,26 @@ def run_all(examples: Path, folder: Path, uris: dict[str, str], shown: bool) -> 
                 if shown or process.returncode or "Traceback" in said:
                     print(f"---- {example}\n{said[-2000:]}")
         time.sleep(0.05)
-    return [rows[example] for example in EXAMPLES]
+    return [rows[example] for example in chosen]
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--sdist", type=Path, required=True, help="source distribution of cflib (.tar.gz)")
+    parser.add_argument("--sdist", type=Path, help="source distribution of cflib (.tar.gz); else those installed")
     parser.add_argument("--output", action="store_true", help="show what the examples print")
     parser.add_argument("--json", type=Path)
     options = parser.parse_args()
     rows = run(options.sdist, options.output)
-    print(f"{'example':46} {'exit':>4} {'s':>6} {'highest (m)':>12} {'farthest (m)':>13}  end from start (m)")
+    print(f"{'example, drone':46} {'exit':>4} {'s':>6} {'highest (m)':>12} {'farthest (m)':>13}  end from start (m)")
     for row in rows:
         end = ", ".join(f"{value:.2f}" for value in row["end_m"])
         figures = f"{row['seconds']:6.1f} {row['highest_m']:12.2f} {row['farthest_m']:13.2f}"
-        print(f"{row['example']:46} {row['exit_code']:4} {figures}  {end}")
+        print(f"{Path(row['example']).with_name(row['drone']).as_posix():46} {row['exit_code']:4} {figures}  {end}")
+    for example, why in LEFT_OUT.items():
+        print(f"{example}: left out, {why}")
     if options.json:
         options.json.write_text(json.dumps(rows, indent=2) + "\n")
-    if any(row["exit_code"] for row in rows):
+    if any(row["exit_code"] or row["traceback"] for row in rows):
         sys.exit(1)
 
 

@@ -34,7 +34,7 @@ SMALLEST = {
     "time_machine.py": ["--drones", "1", "--repeats", "1", "--futures", "2", "--seconds", "0.02"],
 }
 NEEDS_MORE = {
-    "cflib_examples.py",  # a source distribution of cflib, and a minute
+    "cflib_examples.py",  # a minute
     "endurance_served.py",  # minutes
     "profile_step.py",  # valgrind
 }

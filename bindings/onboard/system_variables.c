@@ -16,6 +16,8 @@ void cf_system_variables_init(cf_system_variables_t *system, uint32_t seed, uint
 
       .color_led_bottom.corrects = 1,
       .color_led_top.corrects    = 1,
+
+      .active_marker = {.front = 1, .right = 2, .back = 3, .left = 4},
   };
 }
 
@@ -62,6 +64,14 @@ static const cf_variable_t PARAMETERS[] = {
     VARIABLE("led_deck_ctrl", "rgb888", UINT32, 0, led_deck_color),
     COLOR_LED("colorLedBot", color_led_bottom),
     COLOR_LED("colorLedTop", color_led_top),
+    VARIABLE("activeMarker", "front", UINT8, CF_PERSISTENT, active_marker.front),
+    VARIABLE("activeMarker", "right", UINT8, CF_PERSISTENT, active_marker.right),
+    VARIABLE("activeMarker", "back", UINT8, CF_PERSISTENT, active_marker.back),
+    VARIABLE("activeMarker", "left", UINT8, CF_PERSISTENT, active_marker.left),
+    VARIABLE("activeMarker", "mode", UINT8, CF_PERSISTENT, active_marker.mode),
+    VARIABLE("activeMarker", "poll", UINT8, 0, active_marker.poll),
+    VARIABLE("usd", "canLog", UINT8, CF_READ_ONLY, sd_card.can_log),
+    VARIABLE("usd", "logging", UINT8, 0, sd_card.logging),
     VARIABLE("memTst", "resetW", UINT8, 0, memory_test_reset),
 };
 
@@ -72,6 +82,9 @@ static const cf_variable_t LOGS[] = {
     VARIABLE("radio", "numRxUc", UINT16, 0, radio_received_unicasts),
     VARIABLE("crtp", "rxRate", UINT16, 0, crtp_receive_rate),
     VARIABLE("crtp", "txRate", UINT16, 0, crtp_transmit_rate),
+    VARIABLE("usd", "spiWrBps", FLOAT, 0, sd_card.spi_written),
+    VARIABLE("usd", "spiReBps", FLOAT, 0, sd_card.spi_read),
+    VARIABLE("usd", "fatWrBps", FLOAT, 0, sd_card.fat_written),
     VARIABLE("memTst", "errCntW", UINT32, 0, memory_test_errors),
 };
 

@@ -1,8 +1,9 @@
 /* Parameters and log variables that clients look for and nothing on board computes with: identity,
- * lights, sound, self-tests, radio statistics (docs/reference/crtp-cflib.md#20).
+ * lights, sound, decks that are not fitted, self-tests, radio statistics
+ * (docs/reference/crtp-cflib.md#20).
  *
- * Lights and sound keep what is written to them; nothing shines or sounds in the simulation. The
- * types of names that that page marks as not read again are guesses. */
+ * Lights, sound and decks keep what is written to them; nothing shines, sounds or is recorded in
+ * the simulation. The types of names that that page marks as not read again are guesses. */
 #ifndef CF_ONBOARD_SYSTEM_VARIABLES_H
 #define CF_ONBOARD_SYSTEM_VARIABLES_H
 
@@ -16,6 +17,20 @@ typedef struct {
   uint8_t  corrects;    // brightCorr
   uint8_t  throttling;  // [%], throttlePct, read-only: nothing gets hot here
 } cf_color_led_t;
+
+// An active marker deck: which number each of its lights blinks.
+typedef struct {
+  uint8_t front, right, back, left;
+  uint8_t mode;
+  uint8_t poll;
+} cf_active_marker_t;
+
+// A micro SD card deck, without a card.
+typedef struct {
+  uint8_t can_log;  // canLog, read-only: 0
+  uint8_t logging;
+  float   spi_written, spi_read, fat_written;  // [byte/s]
+} cf_sd_card_t;
 
 typedef struct {
   // what this drone is
@@ -45,6 +60,9 @@ typedef struct {
 
   cf_color_led_t color_led_bottom;  // colorLedBot
   cf_color_led_t color_led_top;     // colorLedTop
+
+  cf_active_marker_t active_marker;
+  cf_sd_card_t       sd_card;  // usd
 
   // statistics of the link; whoever simulates the radio writes them
   uint8_t  radio_rssi;

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 
-from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, about_file, complain, complain_of, console
+from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, about_file, ask_about, complain, complain_of, console
 from crazychoir_fw.cli.records import write_together, writing
 from crazychoir_fw.cli.tables import flight_tables, verdict
 
@@ -58,6 +58,7 @@ def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" =
     folder = request.out
     try:
         mission = load_mission(request.mission, request.uri_base, **request.overrides)
+        ask_about(mission)
         if loaded is not None:
             loaded(mission)
         folder = folder if folder is not None else Path("out") / mission.name

@@ -4,7 +4,7 @@ import errno
 import json
 import os
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 from rich.console import Console
@@ -12,6 +12,9 @@ from rich.text import Text
 
 from crazychoir_fw.common.errors import BuildError, CrazychoirError
 from crazychoir_fw.common.reading import printable
+
+if TYPE_CHECKING:
+    from crazychoir_fw.mission.schema import Mission
 
 console = Console()
 complaints = Console(stderr=True)
@@ -41,6 +44,19 @@ def complain(sentence: str) -> None:
     """Print one red sentence."""
     # as Text, so that brackets in a key path are not read as markup
     complaints.print(Text(printable(sentence), style="red"), soft_wrap=True)
+
+
+def note(sentence: str) -> None:
+    """Print one yellow sentence on stderr: what goes on, and may not be meant."""
+    complaints.print(Text(f"Note: {printable(sentence)}", style="yellow"), soft_wrap=True)
+
+
+def ask_about(mission: "Mission") -> None:
+    """Print what of a mission may not be meant."""
+    from crazychoir_fw.mission.doubts import doubts
+
+    for doubt in doubts(mission):
+        note(doubt)
 
 
 def about_file(error: OSError, out: Path | None) -> str:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from crazychoir_fw.cli.console import BAD_INPUT, complain, complain_of, console
+from crazychoir_fw.cli.console import BAD_INPUT, ask_about, complain, complain_of, console
 from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Restart, Seed, UriBase, need_ros
 from crazychoir_fw.common.signals import stop_at_signals
 
@@ -89,6 +89,7 @@ def gui(
         from crazychoir_fw.gui.opening import open_mission
 
         loaded = open_mission(mission, uri_base, backend=backend, seed=seed)
+        ask_about(loaded)
         if log is not None:
             check_format(log.name)
         token = token_for(host, loaded.backend in ("hardware", "mixed"), token)

@@ -18,6 +18,7 @@ _BUTTONS = (
     "land",
     "stop",
     "start",
+    "starts",
     "mission",
     "arm",
     "disarm",
@@ -127,7 +128,7 @@ def command_of(button: str, values: list[str]) -> dict[str, Any]:
         ValueError: If there is no such button, or its values are none.
     """
     match button, values:
-        case "takeoff" | "land" | "stop" | "start" | "mission" | "reboot", []:
+        case "takeoff" | "land" | "stop" | "start" | "starts" | "mission" | "reboot", []:
             return {"name": button}
         case "arm" | "disarm", []:
             return {"name": "arm", "armed": button == "arm"}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console
+from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, complain, complain_of, console, note
 from crazychoir_fw.cli.shared_options import Threads
 from crazychoir_fw.cli.view import View, open_view, require_way
 
@@ -34,6 +34,8 @@ def run(
     watched: AbstractContextManager[Observer | None] = nullcontext(None)
     try:
         world = World.from_mjcf(model, seed, threads)
+        for doubt in world.doubts():
+            note(doubt)
         if view is not None:
             watched = open_view(view, lambda line: console.print(line, soft_wrap=True, markup=False))
         world.wait_until_ready()

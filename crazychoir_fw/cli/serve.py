@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from crazychoir_fw.cli.console import BAD_INPUT, FLIGHT_FAILED, about_file, complain, complain_of, console, refuse
+from crazychoir_fw.cli.console import (
+    BAD_INPUT,
+    FLIGHT_FAILED,
+    about_file,
+    ask_about,
+    complain,
+    complain_of,
+    console,
+    refuse,
+)
 from crazychoir_fw.cli.records import write_together, writing
 from crazychoir_fw.cli.serve_texts import STATUS_S, Status, announce, summary
 from crazychoir_fw.cli.shared_options import Provider, Seed, Threads
@@ -158,7 +167,9 @@ def _mission(path: Path | None, drones: int | None, overrides: dict[str, Any]) -
     from crazychoir_fw.mission.mixed import real_part
 
     if path is not None:
-        return real_part(load_mission(path, **overrides))
+        loaded = load_mission(path, **overrides)
+        ask_about(loaded)
+        return real_part(loaded)
     # a mission needs a phase, which is not flown here
     grid = {"name": "served", "drones": {"count": drones, "spacing": 1.0}, "flight": [{"hover": {"duration": 1.0}}]}
     return parse_mission(grid, source="--count", **overrides)

@@ -93,7 +93,7 @@ class HardwareBackend:
         """What rounds wait for."""
         self._recorder = PlainRecorder(self.names)
         self._refusals: dict[int, str] = {}
-        self.before_flight: Callable[[], None] = lambda: None
+        self.before_flight: Callable[..., None] = lambda **_: None
         """Called before the first phase of a mission; what it raises keeps the drones on the floor."""
         self.when_closed: list[Callable[[], object]] = []
         """Called when the drones are let go."""

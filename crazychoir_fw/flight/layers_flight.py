@@ -6,11 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.common.messages import TrajectoryPoint
 from crazychoir_fw.flight.agents import guidance_of, leads, metrics_of, names_of
 from crazychoir_fw.flight.criteria import Judge, Window
 from crazychoir_fw.flight.experiment import Experiment
+from crazychoir_fw.flight.start_transit import StartTransit
 from crazychoir_fw.flight.summary import Assessment, collision_failures, rounded
+from crazychoir_fw.mission.phases import LayeredPhase
 from crazychoir_fw.mission.schema import LayeredMission
 
 if TYPE_CHECKING:
@@ -33,12 +36,13 @@ class LayersFlight:
         """
         self.backend = experiment.backend
         self.rounds_per_picture = max(1, mission.layers.rate // _PICTURES_HZ)
-        self.total_s = sum(phase.maneuver.duration for phase in mission.flight)
+        self.total_s = sum(phase.duration for phase in mission.flight)
         self.began: float | None = None
         """When the phases began (s)."""
         self._mission = mission
         self._experiment = experiment
         self._windows: list[Window] = []
+        self._problems: list[str] = []
 
     @property
     def events(self) -> list[Any]:
@@ -59,15 +63,42 @@ class LayersFlight:
             experiment.observe(experiment)
         for phase in self._mission.flight:
             begin = experiment.time
-            press_phase(experiment, phase.name, phase.maneuver, getattr(phase.maneuver, "drones", None))
-            if not is_down:
-                experiment.run(phase.maneuver.duration)
-            self._windows.append(Window(phase.name, begin, experiment.time))
+            self._fly_phase(phase, is_down)
+            self._windows += [
+                Window(order.name, begin, min(begin + order.maneuver.duration, experiment.time))
+                if phase.together
+                else Window(order.name, begin, experiment.time)
+                for order in phase.orders
+            ]
             # when all drones failed there is nothing left to see
             is_down = all(agent.failure is not None for agent in experiment.agents)
-        if self._mission.flight[-1].name == "land":
+        if "land" in [order.name for order in self._mission.flight[-1].orders]:
             experiment.run_until_landed(_LATE_S)
         experiment.run(_SETTLE_S)
+
+    def _fly_phase(self, phase: LayeredPhase, is_down: bool) -> None:
+        """Press its buttons, and fly for its time, or until drones that it sends away have arrived."""
+        experiment, transits = self._experiment, []
+        for order in phase.orders:
+            try:
+                drones = getattr(order.maneuver, "drones", None)
+                transits.append(press_phase(experiment, self._mission, order.name, order.maneuver, drones))
+            except StateError as error:
+                self._problems.append(str(error))
+        if is_down:
+            return
+        left = [transit for transit in transits if transit is not None]
+        if not left:
+            experiment.run(phase.duration)
+            return
+        end = experiment.time + phase.duration
+        while left:
+            for transit in left:
+                transit.step(experiment.time)
+                self._problems += transit.problems
+            left = [transit for transit in left if not transit.is_over]
+            experiment.step()
+        experiment.run(max(0.0, end - experiment.time))
 
     def log(self, about: dict[str, Any]) -> FlightLog:
         """Return the log of the flight.
@@ -94,7 +125,7 @@ class LayersFlight:
         for agent in experiment.agents:
             if agent.failure is not None:
                 (expected if agent.name in mission.may_fail else failures).append(agent.failure)
-        failures += experiment.service_failures
+        failures += experiment.service_failures + self._problems
         world = getattr(self.backend, "world", None)
         for name, sentence in collision_failures(mission, () if world is None else world.events):
             (expected if name in mission.may_fail else failures).append(sentence)
@@ -112,8 +143,19 @@ class LayersFlight:
         )
 
 
-def press_phase(experiment: Experiment, name: str, maneuver: Any, drones: list[str] | None) -> None:
-    """Press the button of a phase for some drones, None for all, or hand over its points."""
+def press_phase(
+    experiment: Experiment, mission: LayeredMission, name: str, maneuver: Any, drones: list[str] | None
+) -> StartTransit | None:
+    """Press the button of a phase for some drones, None for all, or hand over its points.
+
+    Returns:
+        What takes drones to their starts, and wants a `step` after each round.
+
+    Raises:
+        StateError: If they cannot go there.
+    """
+    if name == "go_to_start":
+        return StartTransit(experiment, mission, drones)
     if name == "trajectory":
         points = [TrajectoryPoint(time, np.array(at)) for time, *at in maneuver.rows]
         experiment.set_trajectory(points, drones)
@@ -121,6 +163,7 @@ def press_phase(experiment: Experiment, name: str, maneuver: Any, drones: list[s
         experiment.set_trajectory([TrajectoryPoint(maneuver.duration, np.array(maneuver.position))], drones)
     elif name != "hover":
         getattr(experiment, name)(drones)
+    return None
 
 
 def _drones(mission: LayeredMission, experiment: Experiment, judge: Judge) -> list[dict[str, Any]]:

@@ -64,7 +64,7 @@ class MixedBackend:
         self.world, self.faults = simulated.world, simulated.faults
         self.mirror = Mirror(self.world, [self.world.mirrored[name] for name in mirrored])
         """What moves the mirrored bodies."""
-        self.before_flight: Callable[[], None] = lambda: None
+        self.before_flight: Callable[..., None] = lambda **_: None
         """See `HardwareBackend`."""
         self._real_numbers = np.concatenate([np.zeros(0, np.intp), *self._numbers[1:]])
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -19,32 +19,61 @@ if TYPE_CHECKING:
 Part = tuple[Sequence[int], "HardwareBackend"]
 """Numbers of drones in the mission, and the backend that flies them."""
 
+NOTHING_FLIES = "nothing flies: "
+"""How the sentence begins that says what is wrong."""
+
 _LISTED = 4
 _SETTLE_S = 3.0
+_BATTERY_S = 2.0
 _NAME_BYTES = 29  # of a packet
 
 
-def roll_call(mission: LayeredMission, parts: Sequence[Part]) -> None:
+def roll_call(
+    mission: LayeredMission,
+    parts: Sequence[Part],
+    drones: Collection[int] | None = None,
+    placed: Collection[int] | None = None,
+    settle_s: float = _SETTLE_S,
+) -> None:
     """Check the drones that are flown over the radio, all of them, before the first one moves.
+
+    Args:
+        mission: Says which drones it means, and where they stand.
+        parts: The drones over the radio.
+        drones: Numbers of those that shall fly, otherwise all.
+        placed: Numbers of those that shall stand where the mission says, otherwise those that shall fly.
+        settle_s: How long estimators may take to know where they are (s).
 
     Raises:
         StateError: With what is wrong with which drones, and how to accept it.
     """
-    problems = [problem for found in problems_of(mission, parts).values() for problem in found]
+    found = problems_of(mission, parts, drones, placed, settle_s)
+    problems = [problem for kind in found.values() for problem in kind]
     if problems:
-        raise StateError(f"nothing flies: {'; '.join(problems)}")
+        raise StateError(f"{NOTHING_FLIES}{'; '.join(problems)}")
 
 
-def problems_of(mission: LayeredMission, parts: Sequence[Part]) -> dict[str, list[str]]:
-    """Return what keeps drones on the floor, by what was looked at; nothing of what the mission accepts."""
+def problems_of(
+    mission: LayeredMission,
+    parts: Sequence[Part],
+    drones: Collection[int] | None = None,
+    placed: Collection[int] | None = None,
+    settle_s: float = _SETTLE_S,
+) -> dict[str, list[str]]:
+    """Return what keeps drones on the floor, by what was looked at; nothing of what the mission accepts.
+
+    Arguments are those of `roll_call`.
+    """
     accepted = mission.hardware.accept
     names = {i: mission.fleet[i].id for numbers, _ in parts for i in numbers}
     who = {i: name for numbers, backend in parts for i, name in zip(numbers, backend.simulated_names(), strict=True)}
+    meant = names if drones is None else drones
+    standing = meant if placed is None else placed
     return {
-        "conditions": list(_conditions(mission, parts)),
+        "conditions": list(_conditions(mission, parts, meant, settle_s)),
         "names": [] if "names" in accepted else list(_strangers(mission, who)),
         "mixture": [] if "mixture" in accepted else list(_mixture(names, who)),
-        "places": [] if "places" in accepted else list(_places(mission, parts)),
+        "places": [] if "places" in accepted else list(_places(mission, parts, standing, settle_s)),
     }
 
 
@@ -74,12 +103,15 @@ def _mixture(names: Mapping[int, str], who: Mapping[int, str | None]) -> Iterabl
         )
 
 
-def _places(mission: LayeredMission, parts: Sequence[Part]) -> Iterable[str]:
+def _places(mission: LayeredMission, parts: Sequence[Part], drones: Collection[int], settle_s: float) -> Iterable[str]:
     starts, limit, wrong = starts_of(mission), mission.hardware.start_tolerance_m, []
     for numbers, backend in parts:
+        chosen = [k for k, i in enumerate(numbers) if i in drones]
         # the estimator of a drone that has just been switched on begins at the origin
-        backend.wait_until(partial(_are_near, backend, starts[list(numbers)], limit), _SETTLE_S)
-        for i, at in zip(numbers, backend.true_positions(), strict=True):
+        backend.wait_until(partial(_are_near, backend, chosen, starts[[numbers[k] for k in chosen]], limit), settle_s)
+        positions = backend.true_positions()
+        for k in chosen:
+            at, i = positions[k], numbers[k]
             away = float(np.linalg.norm((at - starts[i])[:2]))
             if away > limit:
                 wrong.append(
@@ -92,23 +124,27 @@ def _places(mission: LayeredMission, parts: Sequence[Part]) -> Iterable[str]:
         )
 
 
-def _are_near(backend: HardwareBackend, starts: NDArray[np.float64], limit: float) -> bool:
-    return bool((np.linalg.norm((backend.true_positions() - starts)[:, :2], axis=1) <= limit).all())
+def _are_near(backend: HardwareBackend, chosen: Sequence[int], starts: NDArray[np.float64], limit: float) -> bool:
+    return bool((np.linalg.norm((backend.true_positions()[chosen] - starts)[:, :2], axis=1) <= limit).all())
 
 
 def _place(at: NDArray[np.float64]) -> str:
     return f"({at[0]:.2f}, {at[1]:.2f})"
 
 
-def _conditions(mission: LayeredMission, parts: Sequence[Part]) -> Iterable[str]:
+def _conditions(
+    mission: LayeredMission, parts: Sequence[Part], drones: Collection[int], settle_s: float
+) -> Iterable[str]:
     """Say which drones cannot fly: no position, an empty battery, a supervisor that does not let the motors run."""
     least = mission.hardware.least_battery_v
     for numbers, backend in parts:
         unknown = np.isnan(backend.true_positions()[:, 0])
         for i, is_unknown, voltage, reason in zip(
-            numbers, unknown, backend.batteries(), backend.grounded(), strict=True
+            numbers, unknown, backend.batteries(min(settle_s, _BATTERY_S)), backend.grounded(), strict=True
         ):
             name = mission.fleet[i].id
+            if i not in drones:
+                continue
             if is_unknown:
                 yield f"{name} does not say where it is"
             if voltage < least:

@@ -14,6 +14,7 @@ from crazychoir_fw.common.errors import StateError
 
 if TYPE_CHECKING:
     from crazychoir_fw.common.checkpoint import Checkpoint
+    from crazychoir_fw.flight.start_transit import StartTransit
     from crazychoir_fw.gui.flying import Flying
     from crazychoir_fw.gui.mission_run import MissionRun
 
@@ -45,7 +46,7 @@ class Moment:
     time: float
     checkpoint: Checkpoint | None
     """What the flight was."""
-    flying: Flying | MissionRun | None
+    flying: Flying | StartTransit | MissionRun | None
     """The curves, or the mission, that were on their way."""
 
 

@@ -12,8 +12,9 @@ import numpy as np
 
 from crazychoir_fw.common.errors import StateError, UnknownNameError
 from crazychoir_fw.flight.access import reboot_all
+from crazychoir_fw.flight.start_transit import StartTransit, cannot_go
 from crazychoir_fw.gui import requests as asked
-from crazychoir_fw.gui.flying import Flying, Leg, cannot_go, duration_of, go_to
+from crazychoir_fw.gui.flying import Flying, Leg, duration_of, go_to
 from crazychoir_fw.gui.mission_run import MissionRun, starts_something
 
 if TYPE_CHECKING:
@@ -109,6 +110,9 @@ class Commands:
             reason = reason or (None if agent.is_up else session.access.refusal(i))
             if reason:
                 raise StateError(reason)
+        resting = [i for i in chosen if not session.experiment.agents[i].is_up]
+        if resting:
+            session.call_roll(resting)
 
     @carry_out.register
     def _(self, command: asked.GoTo) -> str:
@@ -131,6 +135,21 @@ class Commands:
             go_to(experiment, experiment.agents[i], goal + place, seconds)
         where = f"({command.x:.2f}, {command.y:.2f}, {command.z:.2f}) m in {seconds:.1f} s"
         return f"GO TO {where}: {self._whom(flying)}"
+
+    @carry_out.register
+    def _(self, command: asked.GoToStarts) -> str:
+        session = self._session
+        experiment, chosen = session.experiment, self._chosen(command.drones)
+        flying = [experiment.agents[i] for i in chosen if experiment.agents[i].is_up]
+        if not flying:
+            raise StateError(f"GO TO STARTS: {self._whom(chosen)} must fly first; press TAKE-OFF")
+        reasons = [cannot_go(experiment, agent) for agent in flying]
+        if all(reasons) or (command.drones and any(reasons)):
+            raise StateError(next(filter(None, reasons)))
+        if session.flying is not None:
+            raise StateError(f"GO TO STARTS: '{session.flying.name}' is being flown; LAND or STOP ends it")
+        session.flying = transit = StartTransit(experiment, session.mission, [agent.name for agent in flying])
+        return f"GO TO STARTS ({transit.duration:.0f} s): {self._whom(transit.movers)}"
 
     @carry_out.register
     def _(self, command: asked.Arm) -> str:
@@ -182,6 +201,7 @@ class Commands:
         session = self._session
         preview = self._previews.find(command.preview)
         legs = [Leg(part.drone, part.fit.curve) for part in preview.parts]
+        self._check_ready([leg.drone for leg in legs])
         session.flying = Flying(session.experiment, session.access, legs, preview.name)
         chosen = [leg.drone for leg in legs]
         onboard = [session.names[i] for i in chosen if session.experiment.agents[i].planner is None]

@@ -12,6 +12,7 @@ import numpy as np
 from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import CrazychoirError, StateError
 from crazychoir_fw.common.messages import TrajectoryPoint
+from crazychoir_fw.flight.start_transit import cannot_go
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.access import Access
@@ -29,17 +30,6 @@ _AT_HEIGHT_M = 0.1
 def duration_of(distance: float) -> float:
     """Return the time (s) that a go-to over a distance (m) takes where nobody says."""
     return max(SHORTEST_S, distance / APPROACH_SPEED)
-
-
-def cannot_go(experiment: Experiment, agent: Agent) -> str | None:
-    """Return why a drone follows no trajectory of a user, a sentence, or None."""
-    controlled = {int(i) for group in experiment.groups for i in group.indices}
-    if agent.planner is None and agent.index in controlled:
-        return (
-            f"{agent.name}: follows its guidance, {type(agent.guidance).__name__}, and takes no trajectories; "
-            "a mission with layers.planning does"
-        )
-    return agent.failure and f"{agent.failure}; REBOOT helps"
 
 
 def go_to(experiment: Experiment, agent: Agent, goal: Any, seconds: float) -> None:

@@ -11,6 +11,7 @@ from crazychoir_fw.common.errors import CrazychoirError, StateError
 from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.flight.agents import guidance_class
 from crazychoir_fw.flight.layers_flight import press_phase
+from crazychoir_fw.flight.start_transit import StartTransit
 from crazychoir_fw.mission.phases import LayeredPhase
 from crazychoir_fw.mission.plan import Command, plan_flight
 
@@ -67,6 +68,7 @@ class MissionRun(Stateful):
         self._next = 0
         self._due = 0.0  # of the next step (s)
         self._left_out: set[int] = set()
+        self._transits: list[StartTransit] = []
 
     @property
     def phase(self) -> str:
@@ -76,6 +78,8 @@ class MissionRun(Stateful):
     def without(self, drones: Sequence[int]) -> None:
         """Leave out drones that another button was pressed for."""
         self._left_out |= set(drones)
+        for transit in self._transits:
+            transit.without(drones)
 
     @property
     def is_over(self) -> bool:
@@ -87,7 +91,11 @@ class MissionRun(Stateful):
         """Give the orders whose time has come."""
         if self.started is None:
             self.started = self._due = now
-        while not self.is_over and now >= self._due - 1e-9:
+        for transit in self._transits:
+            transit.step(now)
+            self.problems += transit.problems
+        self._transits = [transit for transit in self._transits if not transit.is_over]
+        while not self.is_over and not self._transits and now >= self._due - 1e-9:
             if self._next == len(self._steps):
                 self.phases.append("done")
                 return
@@ -105,14 +113,19 @@ class MissionRun(Stateful):
         except CrazychoirError as error:
             self.problems.append(f"MISSION: {error}")
 
-    def _press(self, phase: Any) -> None:
+    def _press(self, phase: LayeredPhase) -> None:
+        for order in phase.orders:
+            self._guarded(self._press_one, order)
+
+    def _press_one(self, order: LayeredPhase) -> None:
         experiment = self._experiment
-        wanted = getattr(phase.maneuver, "drones", None) or [agent.name for agent in experiment.agents]
+        wanted = getattr(order.maneuver, "drones", None) or [agent.name for agent in experiment.agents]
         chosen = [
             agent.name for agent in experiment.agents if agent.name in wanted and agent.index not in self._left_out
         ]
-        if chosen:
-            press_phase(experiment, phase.name, phase.maneuver, chosen)
+        transit = press_phase(experiment, self._mission, order.name, order.maneuver, chosen) if chosen else None
+        if transit is not None:
+            self._transits.append(transit)
 
     def _command(self, command: Command) -> None:
         """Give a command of a mission without layers; take-off and landing are the buttons of its drone."""
@@ -132,7 +145,10 @@ class MissionRun(Stateful):
 def steps_of(mission: LayeredMission) -> list[Step]:
     """Return the orders of a mission, in turn."""
     if not mission.flight or isinstance(mission.flight[0], LayeredPhase):
-        return [Step(phase.name, phase.maneuver.duration, phase) for phase in mission.flight]
+        return [
+            Step(", ".join(dict.fromkeys(order.name for order in phase.orders)), phase.duration, phase)
+            for phase in mission.flight
+        ]
     plan = plan_flight(mission)
     ends = [command.tick for command in plan.commands[1:]] + [plan.ticks]
     return [

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.flight.agents import starts_of
+from crazychoir_fw.flight.roll_call import NOTHING_FLIES
 from crazychoir_fw.preflight.check import Check, check, safety_area
 
 if TYPE_CHECKING:
@@ -36,6 +38,8 @@ def preflight(session: Session) -> list[dict[str, Any]]:
 
 def _checks(session: Session, access: Access, agents: Sequence[Agent]) -> Iterable[Check]:
     names = session.names
+    if session.experiment is not None and hasattr(session.experiment.backend, "before_flight"):
+        yield from _roll_call(session)
     states = [access.state(i) for i in range(len(names))]
     reasons = [a.failure or s.failure or access.refusal(a.index) for a, s in zip(agents, states, strict=True)]
     yield check("drones", [str(reason) for reason in reasons if reason], f"{len(names)} ready")
@@ -54,6 +58,16 @@ def _checks(session: Session, access: Access, agents: Sequence[Agent]) -> Iterab
     unknown = [names[i] for i in np.flatnonzero(~np.isfinite(position).all(axis=1))]
     yield check("positions", [f"{name} is not seen" for name in unknown], "all are known")
     yield from _places(session, position)
+
+
+def _roll_call(session: Session) -> Iterable[Check]:
+    """Say what keeps drones over the radio on the floor, as TAKE-OFF and MISSION would."""
+    try:
+        session.call_roll(range(len(session.names)), settle_s=0.0)
+    except StateError as error:
+        yield check("roll call", [str(error).removeprefix(NOTHING_FLIES)], "")
+    else:
+        yield check("roll call", [], "those answer that are meant")
 
 
 def _places(session: Session, position: NDArray[np.float64]) -> Iterable[Check]:

@@ -57,6 +57,13 @@ class GoTo(ApiRequest):
     duration: _ranged(0.2, 600.0) | None = None
 
 
+class GoToStarts(ApiRequest):
+    """Fly to above the starts of the mission."""
+
+    name: Literal["starts"]
+    drones: Drones = None
+
+
 class Arm(ApiRequest):
     """Arm or disarm."""
 
@@ -111,7 +118,8 @@ class FlyMission(ApiRequest):
 
 
 Command = Annotated[
-    Press | GoTo | Arm | Reboot | SetParameter | SetSpeed | Rewind | Fly | FlyMission, Field(discriminator="name")
+    Press | GoTo | GoToStarts | Arm | Reboot | SetParameter | SetSpeed | Rewind | Fly | FlyMission,
+    Field(discriminator="name"),
 ]
 
 

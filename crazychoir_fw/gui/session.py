@@ -10,7 +10,7 @@ import queue
 import threading
 import time as wall
 from collections import OrderedDict, deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,7 @@ from crazychoir_fw.common.checkpoint import Checkpoint
 from crazychoir_fw.common.errors import CrazychoirError, StateError
 from crazychoir_fw.common.user_code import USER_ERRORS
 from crazychoir_fw.flight.access import Access, open_access
+from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.flight.agents import graph_of
 from crazychoir_fw.flight.engine import make_experiment
 from crazychoir_fw.gui.branches import Branches, Moment, Sample
@@ -29,6 +30,7 @@ from crazychoir_fw.gui.room import Room
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.experiment import Experiment
+    from crazychoir_fw.flight.start_transit import StartTransit
     from crazychoir_fw.gui.flight_stream import SessionStream
     from crazychoir_fw.gui.flying import Flying
     from crazychoir_fw.gui.mission_run import MissionRun
@@ -77,7 +79,7 @@ class Session(Feed):
         self.branches = Branches()
         self.stream: SessionStream | None = None
         """Where the flight is written while it flies."""
-        self.flying: Flying | MissionRun | None = None
+        self.flying: Flying | StartTransit | MissionRun | None = None
         self.dry_share: float | None = None
         """Which share of a dry run is flown, 0 to 1, while there is one."""
         self.room = Room(None)
@@ -136,6 +138,22 @@ class Session(Feed):
             if wall.monotonic() > end:
                 raise StateError(f"the drones were not ready within {timeout_s:g} s")
             wall.sleep(0.01)
+
+    def call_roll(self, drones: Sequence[int], settle_s: float | None = None) -> None:
+        """Check drones over the radio as `crazychoir fly` does; those that flew already may stand anywhere.
+
+        Args:
+            drones: Numbers of those whose motors shall turn.
+            settle_s: How long estimators may take to know where they are (s), if not as long as there.
+
+        Raises:
+            StateError: With what is wrong, a sentence.
+        """
+        check = getattr(self.experiment.backend, "before_flight", None)
+        if check is not None:
+            agents = [self.experiment.agents[i] for i in drones]
+            placed = [agent.index for agent in agents if agent.phase is DronePhase.GROUND and not agent.has_flown]
+            check(drones=drones, placed=placed, **({} if settle_s is None else {"settle_s": settle_s}))
 
     def ask(self, action: Callable[[], Any]) -> Future[Any]:
         """Have something done between two rounds; returns what will hold the answer."""

@@ -6,9 +6,11 @@ from collections.abc import Sequence
 
 from crazychoir_fw.common.errors import CrazychoirError, MissionError
 from crazychoir_fw.mission.control_checks import check_control, check_safety
+from crazychoir_fw.mission.doubts import check_safety_area
 from crazychoir_fw.mission.fleet import Layout
 from crazychoir_fw.mission.guidance_checks import check_guidance, check_names
 from crazychoir_fw.mission.mixed import is_real
+from crazychoir_fw.mission.roles import follows_trajectory
 from crazychoir_fw.mission.schema import LayeredMission
 
 
@@ -28,6 +30,7 @@ def check_layers(mission: LayeredMission) -> None:
         raise MissionError(str(error)) from None
     _check_buttons(mission, [drone.id for drone in mission.fleet])
     _check_backend(mission)
+    check_safety_area(mission)
 
 
 def with_uris(mission: LayeredMission, uris: Sequence[str] | None) -> LayeredMission:
@@ -56,14 +59,30 @@ def with_uris(mission: LayeredMission, uris: Sequence[str] | None) -> LayeredMis
 
 def _check_buttons(mission: LayeredMission, names: list[str]) -> None:
     for i, phase in enumerate(mission.flight):
-        path = f"flight[{i}].{phase.name}"
-        wanted = getattr(phase.maneuver, "drones", None)
-        if wanted is not None:
-            check_names(f"{path}.drones", wanted, names)
-        if phase.name == "go_to" and len(wanted or names) > 1:
-            raise MissionError(f"{path} sends {len(wanted or names)} drones to one point; name one with drones: [id]")
-        if phase.name == "trajectory" and any(mission.layers.planning_of(name) is None for name in wanted or names):
-            raise MissionError(f"{path} needs layers.planning, which makes references out of its points")
+        ordered: set[str] = set()
+        for order in phase.orders:
+            path = f"flight[{i}].{order.name}" if phase.together is None else f"flight[{i}].together.{order.name}"
+            wanted = getattr(order.maneuver, "drones", None)
+            if wanted is not None:
+                check_names(f"{path}.drones", wanted, names)
+            _check_button(mission, order.name, path, wanted or names)
+            twice = [] if order.name == "hover" else [name for name in wanted or names if name in ordered]
+            if twice:
+                raise MissionError(
+                    f"{path} gives {twice[0]} two orders at once; name the drones of each phase with drones: [ids]"
+                )
+            ordered |= set() if order.name == "hover" else set(wanted or names)
+
+
+def _check_button(mission: LayeredMission, button: str, path: str, wanted: list[str]) -> None:
+    if button == "go_to" and len(wanted) > 1:
+        raise MissionError(f"{path} sends {len(wanted)} drones to one point; name one with drones: [id]")
+    if button == "trajectory" and any(mission.layers.planning_of(name) is None for name in wanted):
+        raise MissionError(f"{path} needs layers.planning, which makes references out of its points")
+    if button == "go_to_start":
+        numbers = [i for i, drone in enumerate(mission.fleet) if drone.id in wanted]
+        if not any(follows_trajectory(mission, i) for i in numbers):
+            raise MissionError(f"{path} is for drones that follow trajectories; these follow their guidance alone")
 
 
 def _check_backend(mission: LayeredMission) -> None:

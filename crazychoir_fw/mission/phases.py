@@ -175,6 +175,12 @@ class Phase(OneOf):
         """What is set under the name of the phase."""
         return getattr(self, self.name)
 
+    @property
+    def orders(self) -> list[Any]:
+        """What is given at its beginning: itself, or what it holds together."""
+        together = getattr(self, "together", None)
+        return [self] if together is None else [order for child in together for order in child.orders]
+
 
 class PhaseEntry(Phase):
     """One entry of `flight` of a mission without layers: exactly one of these keys."""
@@ -239,6 +245,16 @@ class GoToButton(Maneuver):
     """Time to get there (s), and until the next entry."""
 
 
+class GoToStartButton(Maneuver):
+    """Hover above the starts of the mission, for drones that took off elsewhere.
+
+    Drones that follow their guidance, and no trajectory handler, stay where they are.
+    """
+
+    duration: Wait = 5.0
+    """Time until the next entry (s), or as long as the slowest needs."""
+
+
 class TrajectoryButton(Maneuver):
     """Hand a drawn curve to the trajectory handler."""
 
@@ -281,9 +297,17 @@ class LayeredPhase(Phase):
     start: StartButton | None = None
     hover: HoverButton | None = None
     go_to: GoToButton | None = None
+    go_to_start: GoToStartButton | None = None
     trajectory: TrajectoryButton | None = None
     land: LandButton | None = None
     stop: StopButton | None = None
+    together: Annotated[list["LayeredPhase"], Field(min_length=1)] | None = None
+    """Buttons for different drones that are pressed at the same time; it ends with the longest."""
+
+    @property
+    def duration(self) -> float:
+        """Time until the next entry (s)."""
+        return max(float(order.maneuver.duration) for order in self.orders)
 
 
 def _check_times(where: str, rows: list[tuple[float, ...]]) -> None:

@@ -68,9 +68,9 @@ def is_only_watched(mission: LayeredMission, i: int) -> bool:
 
 def takeoff_time_of(mission: LayeredMission) -> float:
     """Return the time of the take-off (s): that of the first button."""
-    for phase in mission.flight:
-        if phase.name == "takeoff" and phase.maneuver.duration > 0.0:
-            return float(phase.maneuver.duration)
+    for order in (order for phase in mission.flight for order in phase.orders):
+        if order.name == "takeoff" and order.maneuver.duration > 0.0:
+            return float(order.maneuver.duration)
     return 5.0
 
 

@@ -22,6 +22,7 @@ from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.faults import Fault, FaultSchedule
 from crazychoir_fw.simulation.mirrored import MirroredConfig
+from crazychoir_fw.simulation.model_doubts import model_doubts
 from crazychoir_fw.simulation.model_drones import drones_in
 from crazychoir_fw.simulation.motor_ctrl.pilots import Pilots
 from crazychoir_fw.simulation.provider_words import load_apps, load_providers
@@ -115,6 +116,10 @@ class World(WorldBase):
             UnknownNameError: If there is no such file, or no such motor control.
         """
         return cls([], scene=path, seed=seed, threads=threads)
+
+    def doubts(self) -> list[str]:
+        """Return sentences about what of the model is hardly meant: a second drag, no floor below a drone."""
+        return model_doubts(self.model, self.data, [drone.id for drone in self.drones])
 
     def add_fault(self, fault: Fault) -> None:
         """Let something go wrong: a motor, a sensor, the radio, …, at a simulated time.

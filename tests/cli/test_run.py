@@ -1,5 +1,6 @@
 """`crazychoir run` on the example's model, and on what is none."""
 
+import re
 import sys
 from contextlib import nullcontext
 from pathlib import Path
@@ -22,6 +23,19 @@ def test_drones_of_a_model_fly_themselves():
     assert "cf1: Ready to fly at 0.00, 0.00, 0.01 m, flown by MotorCtrlXYZ" in result.output
     assert "cf2: Flying" in result.output
     assert "flown by Bounce" in result.output
+
+
+def test_air_that_counts_twice_and_a_floor_that_is_missing_are_told(tmp_path):
+    (tmp_path / "bounce.py").write_text((MODEL.parent / "bounce.py").read_text())
+    text = MODEL.read_text()
+    model = tmp_path / "model.xml"
+    model.write_text(re.sub(r"<geom name=.floor.*/>", "", text).replace("<option ", '<option density="1.2" '))
+    result = run(model, "--seconds", "0")
+    assert result.exit_code == 0, result.output
+    told = " ".join(result.output.split())
+    assert 'Note: <option density="1.2">: MuJoCo adds a drag of its own to that of the Crazyflies' in told
+    assert "Note: nothing is below cf1, cf2: they fall without end" in told
+    assert "Note" not in run(MODEL, "--seconds", "0").output
 
 
 def test_a_class_that_raises_is_told_and_fails_the_run(tmp_path):

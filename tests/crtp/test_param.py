@@ -399,6 +399,18 @@ def test_cflib_knows_writes_and_stores_all_parameters(bench, client):
     assert param.get_value("ring.effect") == "2"
 
 
+def test_cflib_stores_parameters_of_a_deck_that_is_not_fitted(client):
+    # what its example persistent_params_from_file.py does
+    param, answers = client.cf.param, []
+    collect = lambda *answer: answers.append(answer)
+    param.set_value("activeMarker.back", 30)
+    param.persistent_store("activeMarker.back", collect)
+    client.read(until=lambda: answers)
+    param.persistent_get_state("activeMarker.back", collect)
+    client.read(until=lambda: len(answers) == 2)
+    assert answers == [("activeMarker.back", True), ("activeMarker.back", (True, 3, 30))]
+
+
 def test_cflib_writes_by_name(bench):
     client = Client(bench.station)
     client.cf.param.set_value_raw("kalman.resetEstimation", 0x08, 1)

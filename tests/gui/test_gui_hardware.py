@@ -1,8 +1,10 @@
 """The page over the radio: served drones, with the client library that flies real ones."""
 
+import re
 import sys
 import threading
 import uuid
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +19,9 @@ from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.flight.access.hardware import HardwareAccess
 from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.flight.engine import make_experiment
+from crazychoir_fw.flight.roll_call import roll_call
 from crazychoir_fw.gui.opening import open_mission
+from crazychoir_fw.gui.preflight import preflight
 from crazychoir_fw.gui.session import Session
 from crazychoir_fw.mission.fleet import drone_settings
 from crazychoir_fw.simulation import DroneConfig, World
@@ -56,12 +60,14 @@ def lockstep(tmp_path):
     """Opens a flight over the radio whose world goes on only when the flight asks for it."""
     opened = []
 
-    def open_one(text, kind):
-        mission = open_mission(mission_file(tmp_path, text))
+    def open_one(text, kind, meant=None):
+        standing = open_mission(mission_file(tmp_path, text))
+        mission = standing if meant is None else open_mission(mission_file(tmp_path, meant))
         served = []
 
         def make(mission):
-            served.append(Served(mission, tmp_path, kind))
+            served.append(Served(standing, tmp_path, kind))
+            served[0].before_flight = partial(roll_call, mission, [([0, 1], served[0])])
             return make_experiment(mission, served[0])
 
         session = Session(mission, make=make).open()
@@ -126,6 +132,27 @@ def test_a_drawn_curve_is_flown(lockstep, api, until, tmp_path, text, kind):
     assert client.command(name="land")["ok"]
     until(lambda: all(agent.phase is DronePhase.LANDED for agent in session.experiment.agents))
     assert world.positions()[:, 2].max() < 0.1
+
+
+def test_nothing_flies_that_the_roll_call_of_fly_refuses(lockstep, api, until, tmp_path):
+    session, world = lockstep(ONBOARD, "xyz", meant=ONBOARD.replace("[0.6, 0.0]", "[0.6, 1.5]"))
+    client = api(session, tmp_path / "drawings")
+    reason = r"right stands at \(0\.\d\d, -?0\.\d\d\), 1\.\d\d m from its start \(0\.60, 1\.50\)"
+    for command in ({"name": "takeoff"}, {"name": "takeoff", "drones": ["right"]}, {"name": "mission"}):
+        answer = client.command(**command)
+        assert not answer["ok"]
+        assert re.match(f"nothing flies: {reason}", answer["text"])
+    first = session.ask(lambda: preflight(session)).result()[0]
+    assert first["name"] == "roll call" and re.match(reason, first["text"])
+    assert client.command(name="takeoff", drones=["left"])["ok"]
+    until(lambda: session.frame.position[0, 2] > 0.5)
+    assert session.ask(world.positions).result()[1, 2] < 0.1
+    # one that has landed may stand anywhere
+    client.command(name="goto", drones=["left"], x=-0.6, y=-0.8, z=0.8, duration=3.0)
+    until(lambda: session.frame.position[0, 1] < -0.7)
+    client.command(name="land", drones=["left"])
+    until(lambda: session.experiment.agents[0].phase is DronePhase.LANDED)
+    assert client.command(name="takeoff", drones=["left"])["ok"]
 
 
 def test_the_others_fly_when_one_cannot_be_uploaded(lockstep, api, until, tmp_path, monkeypatch):

@@ -91,3 +91,23 @@ def test_parameters_are_described_and_compared_with_defaults(open_flight, api, t
     row = rows["posCtlPid.xKp"]
     assert (row["value"], row["default"], row["unit"]) == (1.5, 2.0, "1/s")
     assert row["description"] == "proportional gain of position"
+
+
+def test_drones_go_to_their_starts_after_a_landing_elsewhere(open_flight, api, until, tmp_path):
+    session = open_flight("draw.yaml", speed=100.0, backend="integrator")
+    client = api(session, tmp_path)
+    answer = client.command(name="starts")
+    assert answer == {"ok": False, "text": "GO TO STARTS: all 4 drones must fly first; press TAKE-OFF"}
+    starts = session.frame.position[:, :2].copy()
+    client.command(name="takeoff")
+    until(lambda: session.frame.position[:, 2].min() > 0.4)
+    client.command(name="goto", drones=["agent_0", "agent_1"], x=1.5, y=1.5, z=1.0, duration=3.0)
+    until(lambda: np.linalg.norm(session.frame.position[:2, :2] - starts[:2], axis=1).min() > 0.5)
+    session.speed = 0.0
+    answer = client.command(name="starts", drones=["agent_0", "agent_1"])
+    assert answer["ok"] and answer["text"].startswith("GO TO STARTS (")
+    assert answer["text"].endswith("agent_0, agent_1")
+    assert client.command(name="starts")["text"].startswith("GO TO STARTS: 'GO TO STARTS' is being flown")
+    session.speed = 100.0
+    until(lambda: session.flying is None)
+    np.testing.assert_allclose(session.frame.position[:, :2], starts, atol=0.1)

@@ -43,6 +43,7 @@ void cf_decks_count(cf_decks_t *decks, const cf_base_stations_t *stations) {
 
 static const cf_variable_t PARAMETERS[] = {
     DECK("bcAI", none),
+    DECK("bcActiveMarker", none),
     DECK("bcBuzzer", none),
     DECK("bcColorLedBot", none),
     DECK("bcColorLedTop", none),

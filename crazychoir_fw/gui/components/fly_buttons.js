@@ -8,6 +8,7 @@ export default {
       <q-btn color="primary" icon="flight_takeoff" label="TAKE-OFF" @click="press('takeoff')"><q-tooltip>Key T</q-tooltip></q-btn>
       <q-btn color="primary" icon="flight_land" label="LAND" @click="press('land')"><q-tooltip>Key L</q-tooltip></q-btn>
       <q-btn v-if="!missing.start" color="positive" icon="play_arrow" label="START" @click="press('start')"><q-tooltip>Begin what the guidance is for</q-tooltip></q-btn>
+      <q-btn outline icon="my_location" label="GO TO STARTS" @click="send({ name: 'starts' })"><q-tooltip>Flying drones go to above the starts of the mission, at different heights where their ways meet</q-tooltip></q-btn>
       <q-btn v-if="!missing.mission" color="positive" icon="playlist_play" label="MISSION" @click="fly"><q-tooltip>Fly the phases of the mission: {{ phases }}</q-tooltip></q-btn>
       <q-btn color="negative" icon="dangerous" label="STOP THESE" @click="press('stop')"><q-tooltip>Motors off at once: they fall</q-tooltip></q-btn>
       <div v-if="flying" class="cc-hint" data-testid="in-the-air">'{{ flying.name }}': {{ flying.phase }}
