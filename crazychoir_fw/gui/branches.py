@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +37,16 @@ class Sample(NamedTuple):
     """(N, 3), m, world; NaN where there is none."""
     watched: dict[tuple[int, str], float] | None
     """Log variables that somebody plotted then, by drone and name."""
+
+
+class SampleStream(Protocol):
+    """Where samples are written while the drones fly."""
+
+    def sample(self, session: Any, time: float, sample: Sample) -> None:
+        """Take a sample of a session."""
+
+    def begin_again(self, samples: Iterable[tuple[float, Sample]]) -> None:
+        """Go on after time was turned back."""
 
 
 @dataclass

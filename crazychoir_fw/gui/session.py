@@ -24,14 +24,13 @@ from crazychoir_fw.flight.access import Access, open_access
 from crazychoir_fw.flight.agent import DronePhase
 from crazychoir_fw.flight.agents import graph_of
 from crazychoir_fw.flight.engine import make_experiment
-from crazychoir_fw.gui.branches import Branches, Moment, Sample
+from crazychoir_fw.gui.branches import Branches, Moment, Sample, SampleStream
 from crazychoir_fw.gui.feed import FRAME_S, PHASES, Feed, Frame
 from crazychoir_fw.gui.room import Room
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.experiment import Experiment
     from crazychoir_fw.flight.start_transit import StartTransit
-    from crazychoir_fw.gui.flight_stream import SessionStream
     from crazychoir_fw.gui.flying import Flying
     from crazychoir_fw.gui.mission_run import MissionRun
     from crazychoir_fw.mission.schema import LayeredMission
@@ -77,7 +76,7 @@ class Session(Feed):
         self.experiment: Experiment | None = None
         self.access: Access | None = None
         self.branches = Branches()
-        self.stream: SessionStream | None = None
+        self.stream: SampleStream | None = None
         """Where the flight is written while it flies."""
         self.flying: Flying | StartTransit | MissionRun | None = None
         self.dry_share: float | None = None
