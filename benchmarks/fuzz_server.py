@@ -372,8 +372,10 @@ def fuzz_sockets(recorded: list[bytes], datagrams: int, seed: int, per_second: f
     served = server_pipe.recv()
     server.join(30.0)
     figures = served["statistics"]
-    if served["errors"]:
-        raise FailureError(f"the server reported: {served['errors']}")
+    # random bytes ask for the boot loader now and then, and are refused in words
+    errors = [error for error in served["errors"] if "asked for the boot loader" not in error]
+    if errors:
+        raise FailureError(f"the server reported: {errors}")
     if heard["link_lost"]:
         raise FailureError("the other client lost its link")
     if not greeting:

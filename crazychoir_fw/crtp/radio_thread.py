@@ -28,6 +28,7 @@ _MAX_DATAGRAMS = 64
 _MAX_LOOKS = 4096
 """At all sockets in one turn, so that a flood does not stop a simulation in lockstep."""
 _MAX_UNSENT = 2000
+_ASKED_IN_TURN = (2, 5)  # ports of parameters and logs
 _MAX_REPORTS = 50
 STALL_SHARE = 0.5
 """A client that has been silent for half the time that ends a session, without a ping even, does not read either: it
@@ -365,7 +366,7 @@ class Radio:
         """Send what services sent of their own accord; what may be dropped, within its budget."""
         radio.has_output = False
         for _ in range(len(radio.unsent)):
-            if not self._may_reply(radio, now):
+            if not self._may_reply(radio, radio.unsent[0], now):
                 self._hold_back(radio)
                 break
             self._emit(radio, radio.unsent.popleft(), False, now)
@@ -382,7 +383,7 @@ class Radio:
     def _send_down(self, radio: DroneRadio, datagram: bytes, droppable: bool, now: float) -> None:
         if self._link is not None:
             self._link.send(self._link_clock(), radio.name, Direction.DOWN, _Letter.of(radio, datagram), droppable)
-        elif droppable or (not radio.unsent and self._may_reply(radio, now)):
+        elif droppable or (not radio.unsent and self._may_reply(radio, datagram, now)):
             self._emit(radio, datagram, droppable, now)
         elif len(radio.unsent) < _MAX_UNSENT:
             radio.unsent.append(datagram)
@@ -390,9 +391,12 @@ class Radio:
         else:
             radio.counts.lost += 1
 
-    def _may_reply(self, radio: DroneRadio, now: float) -> bool:
-        """Tell whether a client has room for an answer; in lockstep no time passes in which it could read."""
-        return self.link_rate <= 0.0 or radio.of_replies.take(now)
+    def _may_reply(self, radio: DroneRadio, datagram: bytes, now: float) -> bool:
+        """Tell whether a client has room for an answer; in lockstep no time passes in which it could read.
+
+        Tables and values of parameters and logs go by what the client has asked for already (`toc`), never by time.
+        """
+        return self.link_rate <= 0.0 or datagram[0] >> 4 in _ASKED_IN_TURN or radio.of_replies.take(now)
 
     def _hold_back(self, radio: DroneRadio) -> None:
         """Look again soon at what was not sent."""

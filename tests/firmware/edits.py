@@ -225,7 +225,7 @@ EDITS = (
         ".ellipsoidRadii             = {.x = 0.6f, .y = 0.6f",
         "the drone keeps a larger distance",
         sidestep,
-        larger(0.05),
+        larger(0.03),
         AVOIDING,
     ),
     Edit(
