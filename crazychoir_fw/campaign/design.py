@@ -57,7 +57,7 @@ def _grid(flights: int, columns: int) -> Array:
 
 
 def _saltelli(flights: int, columns: int, seed: int) -> Array:
-    """Return the design that Sobol indices are computed from (Saltelli, Comput. Phys. Commun. 145, 2002)."""
+    """Return the design that Sobol indices are computed from (Saltelli, Computer Physics Communications 145, 2002)."""
     from SALib.sample import sobol
 
     block = 2 * columns + 2

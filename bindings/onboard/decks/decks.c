@@ -42,20 +42,13 @@ void cf_decks_count(cf_decks_t *decks, const cf_base_stations_t *stations) {
   CF_ROW("deck", name_, UINT8, CF_CORE | CF_READ_ONLY, cf_decks_t, flags.member_)
 
 static const cf_variable_t PARAMETERS[] = {
-    DECK("bcAI", none),
-    DECK("bcActiveMarker", none),
-    DECK("bcBuzzer", none),
-    DECK("bcColorLedBot", none),
-    DECK("bcColorLedTop", none),
-    DECK("bcDWM1000", loco),
-    DECK("bcFlow", none),
-    DECK("bcFlow2", flow2),
-    DECK("bcLedRing", none),
-    DECK("bcLighthouse4", lighthouse4),
-    DECK("bcLoco", loco),
-    DECK("bcMultiranger", multiranger),
-    DECK("bcUSD", none),
-    DECK("bcZRanger", none),
+    DECK("bcAI", none),           DECK("bcActiveMarker", none),
+    DECK("bcBuzzer", none),       DECK("bcColorLedBot", none),
+    DECK("bcColorLedTop", none),  DECK("bcDWM1000", loco),
+    DECK("bcFlow", none),         DECK("bcFlow2", flow2),
+    DECK("bcLedRing", none),      DECK("bcLighthouse4", lighthouse4),
+    DECK("bcLoco", loco),         DECK("bcMultiranger", multiranger),
+    DECK("bcUSD", none),          DECK("bcZRanger", none),
     DECK("bcZRanger2", zranger2),
 };
 
