@@ -14,7 +14,7 @@ from functools import partial
 from typing import Any
 
 from crazychoir_fw.crtp.client_session import Address, Ruling, is_link_source
-from crazychoir_fw.crtp.drone_radio import DroneRadio
+from crazychoir_fw.crtp.drone_radio import DroneRadio, TokenBucket
 from crazychoir_fw.crtp.link_model import Direction, Link
 from crazychoir_fw.crtp.pacing import Clock
 from crazychoir_fw.crtp.packet import NULL
@@ -252,12 +252,7 @@ class Radio:
         counts, session = radio.counts, radio.session
         counts.received += 1
         previous = session.address
-        if address == previous:
-            budget = radio.of_client
-        else:
-            # a request that is not repeated shall get through while others send garbage
-            budget = radio.of_newcomers if is_link_source(datagram) else radio.of_strangers
-        if not budget.take(now):
+        if not self._budget(radio, datagram, address).take(now):
             counts.rate_limited += 1
             return
         if radio.power.state is not Power.ON or is_power_request(datagram):
@@ -277,14 +272,30 @@ class Radio:
                 radio.socket.sendto(NULL, address)
         elif ruling is Ruling.KEEP or ruling is Ruling.REFUSE:
             self._refuse(radio, address, now)
-            if previous is not None and radio.of_probes.take(now):
-                # should its socket be closed, the operating system says so at once
-                with suppress(OSError):
-                    radio.socket.sendto(NULL, previous)
-                if ruling is Ruling.REFUSE and self._hear_of_gone(radio, now) and radio.session.address is None:
-                    self._rule(radio, datagram, address, now)
+            if self._probes(radio, previous, now) and ruling is Ruling.REFUSE and self._frees(radio, now):
+                self._rule(radio, datagram, address, now)
         else:
             counts.malformed += 1
+
+    def _budget(self, radio: DroneRadio, datagram: bytes, address: Address) -> TokenBucket:
+        """Return how much is still taken from who sent a datagram."""
+        if address == radio.session.address:
+            return radio.of_client
+        # a request that is not repeated shall get through while others send garbage
+        return radio.of_newcomers if is_link_source(datagram) else radio.of_strangers
+
+    def _probes(self, radio: DroneRadio, owner: Address | None, now: float) -> bool:
+        """Send the client of a drone a null packet now and then; return whether one was sent."""
+        if owner is None or not radio.of_probes.take(now):
+            return False
+        # should its socket be closed, the operating system says so at once
+        with suppress(OSError):
+            radio.socket.sendto(NULL, owner)
+        return True
+
+    def _frees(self, radio: DroneRadio, now: float) -> bool:
+        """Return whether the client of a drone has turned out to be gone."""
+        return self._hear_of_gone(radio, now) and radio.session.address is None
 
     def _switch(self, radio: DroneRadio, datagram: bytes, address: Address, now: float) -> None:
         """Do with a datagram what the radio chip does, by itself or while the rest of the drone is without power."""

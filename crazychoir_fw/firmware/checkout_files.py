@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -55,12 +55,7 @@ def files_of(root: Path, lists: SetupLists, settings: Mapping[str, str], level: 
     """
     system = _system(root, level, settings)
     sources = [path for path in _sources(root, lists, notes) if path not in system]
-    for path in (*sources, *system):
-        if not is_inside(root, path):
-            raise CheckoutError(
-                f"{os.path.relpath(path, root)} of {root} lies outside of this checkout, at {path.resolve()}: "
-                f"take it out of {SETUP}, or name its folder with {ALSO} if you trust it"
-            )
+    _refuse_outside(root, (*sources, *system))
     extras = _extras(root, bindings_folder() / "bitcraze" / "extra_sources.txt", settings)
     extras = [path for path in extras if path not in sources and path not in system and is_inside(root, path)]
     # the vendor's code knows neither mode; the vehicle's half of this one asks modules that are not compiled
@@ -71,11 +66,23 @@ def files_of(root: Path, lists: SetupLists, settings: Mapping[str, str], level: 
         sources=tuple(sources),
         extras=tuple(extras),
         system=tuple(system),
-        vehicle_mode=frozenset(
-            path for path in (*sources, *extras) if not any(path.is_relative_to(one) for one in only_host)
-        ),
+        vehicle_mode=frozenset(_without((*sources, *extras), only_host)),
         include_dirs=tuple(folder for folder in folders if folder.is_dir() and _may_include(root, folder, notes)),
     )
+
+
+def _without(paths: Iterable[Path], folders: Sequence[Path]) -> Iterable[Path]:
+    """Yield the paths that are in none of some folders, and none of them."""
+    return (path for path in paths if not any(path.is_relative_to(one) for one in folders))
+
+
+def _refuse_outside(root: Path, paths: Iterable[Path]) -> None:
+    for path in paths:
+        if not is_inside(root, path):
+            raise CheckoutError(
+                f"{os.path.relpath(path, root)} of {root} lies outside of this checkout, at {path.resolve()}: "
+                f"take it out of {SETUP}, or name its folder with {ALSO} if you trust it"
+            )
 
 
 def is_inside(root: Path, path: Path) -> bool:

@@ -69,17 +69,7 @@ def explained(result: FlightResult) -> dict[str, Any]:
     `pictures` has marks, links and leaders (`crazychoir_fw.recording.storyboard`), `stage` what simulated worlds
     have in the journal: how scene and drones look.
     """
-    metrics = [] if result.judge is None else result.judge.metrics
-    marks = [mark for one in metrics for mark in one.marks(None)]
-    if result.timeline is not None:
-        marks += result.timeline.marks
-    leaders = next((one.leads for one in metrics if one.leads is not None), None)
-    pictures = {
-        "marks": [mark.as_dict() for mark in marks],
-        "links": [[int(first), int(second)] for one in metrics for first, second in one.pairs],
-        "leaders": None if leaders is None else sorted(int(number) for number in leaders),
-    }
-    about: dict[str, Any] = {"pictures": {name: value for name, value in pictures.items() if value}}
+    about: dict[str, Any] = {"pictures": {name: value for name, value in _pictures(result).items() if value}}
     if result.world is None:
         from crazychoir_fw.simulation import DroneConfig
         from crazychoir_fw.simulation.recipe import write_recipe
@@ -88,3 +78,17 @@ def explained(result: FlightResult) -> dict[str, Any]:
         drones = [DroneConfig(**drone_settings(drone)) for drone in mission.fleet]
         about["stage"] = write_recipe(drones, mission.scene, mission.seed, {})
     return {name: value for name, value in about.items() if value}
+
+
+def _pictures(result: FlightResult) -> dict[str, Any]:
+    """Return marks, links and leaders as plain data."""
+    metrics = [] if result.judge is None else result.judge.metrics
+    marks = [mark for one in metrics for mark in one.marks(None)]
+    if result.timeline is not None:
+        marks += result.timeline.marks
+    leaders = next((one.leads for one in metrics if one.leads is not None), None)
+    return {
+        "marks": [mark.as_dict() for mark in marks],
+        "links": [[int(first), int(second)] for one in metrics for first, second in one.pairs],
+        "leaders": None if leaders is None else sorted(int(number) for number in leaders),
+    }

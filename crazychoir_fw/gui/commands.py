@@ -86,12 +86,7 @@ class Commands:
         session = self._session
         experiment, chosen = session.experiment, self._chosen(command.drones)
         names = [session.names[i] for i in chosen]
-        if command.name == "start" and not starts_something(session.mission):
-            raise StateError("START: these drones wait for GO TO and FLY; press MISSION for the phases of the mission")
-        if command.name in ("takeoff", "start"):
-            self._check_ready(chosen)
-        elif command.name == "land" and not any(experiment.agents[i].is_up for i in chosen):
-            raise StateError(f"LAND: nobody flies ({self._whom(chosen)})")
+        self._check_press(command.name, chosen)
         if session.flying is not None:
             session.flying.without(chosen)
         getattr(experiment, command.name)(names)
@@ -101,6 +96,16 @@ class Commands:
             raise StateError(reasons)
         text = f"{_BUTTONS[command.name]}: {self._whom([i for i in chosen if i not in failed])}"
         return f"{text}; but {reasons}" if failed else text
+
+    def _check_press(self, name: str, chosen: list[int]) -> None:
+        """Refuse a button that can do nothing now."""
+        session = self._session
+        if name == "start" and not starts_something(session.mission):
+            raise StateError("START: these drones wait for GO TO and FLY; press MISSION for the phases of the mission")
+        if name in ("takeoff", "start"):
+            self._check_ready(chosen)
+        elif name == "land" and not any(session.experiment.agents[i].is_up for i in chosen):
+            raise StateError(f"LAND: no drone flies ({self._whom(chosen)})")
 
     def _check_ready(self, chosen: list[int]) -> None:
         session = self._session

@@ -15,7 +15,7 @@ from crazychoir_fw.flight.roll_call import NOTHING_FLIES
 from crazychoir_fw.preflight.check import Check, check, safety_area
 
 if TYPE_CHECKING:
-    from crazychoir_fw.flight.access import Access
+    from crazychoir_fw.flight.access import Access, DroneState
     from crazychoir_fw.flight.agent import Agent
     from crazychoir_fw.gui.session import Session
 
@@ -43,7 +43,16 @@ def _checks(session: Session, access: Access, agents: Sequence[Agent]) -> Iterab
     states = [access.state(i) for i in range(len(names))]
     reasons = [a.failure or s.failure or access.refusal(a.index) for a, s in zip(agents, states, strict=True)]
     yield check("drones", [str(reason) for reason in reasons if reason], f"{len(names)} ready")
+    yield from _onboard(names, access, states)
 
+    position = np.asarray(access.true_pose().position)
+    unknown = [names[i] for i in np.flatnonzero(~np.isfinite(position).all(axis=1))]
+    yield check("positions", [f"{name} is not seen" for name in unknown], "all are known")
+    yield from _places(session, position)
+
+
+def _onboard(names: Sequence[str], access: Access, states: Sequence[DroneState]) -> Iterable[Check]:
+    """Look at batteries and estimators, where the backend knows them."""
     voltages = access.batteries()
     if np.isfinite(voltages).any():
         low = [f"{names[i]} has {v:.2f} V" for i, v in enumerate(voltages) if v < LEAST_BATTERY_V]
@@ -53,11 +62,6 @@ def _checks(session: Session, access: Access, agents: Sequence[Agent]) -> Iterab
     if np.isfinite(errors).any():
         off = [f"{names[i]} is off by {100 * e:.0f} cm" for i, e in enumerate(errors) if e > ESTIMATE_M]
         yield check("estimators", off, f"off by {100 * float(np.nanmax(errors)):.1f} cm at most")
-
-    position = np.asarray(access.true_pose().position)
-    unknown = [names[i] for i in np.flatnonzero(~np.isfinite(position).all(axis=1))]
-    yield check("positions", [f"{name} is not seen" for name in unknown], "all are known")
-    yield from _places(session, position)
 
 
 def _roll_call(session: Session) -> Iterable[Check]:

@@ -96,21 +96,25 @@ def look(
     checks += [check(*_titled(key, problems)) for key, problems in problems_of(mission, parts).items()]
     seen = at_rest.look([backend for _, backend in parts])
     checks.append(at_rest.positioning(seen, [backend.names for _, backend in parts]))
-    swept = {
-        drone.id: drones[drone.id]
-        for drone in mission.fleet
-        if drone.positioning == "lighthouse" and drone.id in drones
-    }
-    rooms = geometry(swept, likenesses)
-    checks += [rooms] if rooms is not None else []
-    area = mission.hardware.safety_area
-    if area is not None:
-        at = np.vstack([backend.true_positions() for _, backend in parts])
-        checks.append(safety_area(area, [name for _, backend in parts for name in backend.names], at))
+    checks += _around(mission, parts, drones, likenesses)
     checks += [at_rest.links(seen, drones), radio_load(mission, handlers)]
     if spins:
         checks += health_tests(drones, wait)
     return Findings(checks, found)
+
+
+def _around(
+    mission: LayeredMission, parts: Sequence[Part], drones: Mapping[str, RadioDrone], likenesses: Mapping[str, Drone]
+) -> list[Check]:
+    """Look at base stations, if drones see some, and at the safety area, if the mission has one."""
+    swept = {one.id: drones[one.id] for one in mission.fleet if one.positioning == "lighthouse" and one.id in drones}
+    rooms = geometry(swept, likenesses)
+    found = [] if rooms is None else [rooms]
+    area = mission.hardware.safety_area
+    if area is not None:
+        at = np.vstack([backend.true_positions() for _, backend in parts])
+        found.append(safety_area(area, [name for _, backend in parts for name in backend.names], at))
+    return found
 
 
 def _refuse_flights(drones: Mapping[str, RadioDrone]) -> None:

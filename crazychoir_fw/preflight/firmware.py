@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from contextlib import ExitStack
 from typing import TYPE_CHECKING
 
@@ -143,9 +143,19 @@ def _tested(
         for name in before:
             set_parameters(able[name].cf, name, {start: 1}, _TIMEOUT_S)
         wait(lambda: all(is_over(before[name], heard[name].latest) for name in before), _TEST_S)
-        for name, reading in heard.items():
-            if name not in before or not is_over(before[name], reading.latest):
-                problems.append(f"{name} did not end its test within {_TEST_S:g} s")
-            elif (text := complaint(reading.latest)) is not None:
-                problems.append(f"{name}: {text}")
+        ended = {name for name in before if is_over(before[name], heard[name].latest)}
+        problems += _complaints({name: one.latest for name, one in heard.items()}, ended, complaint)
     return check(title, problems, "good")
+
+
+def _complaints(
+    heard: Mapping[str, Mapping[str, float]],
+    ended: Container[str],
+    complaint: Callable[[Mapping[str, float]], str | None],
+) -> Iterable[str]:
+    """Say of each drone what is wrong with its test."""
+    for name, values in heard.items():
+        if name not in ended:
+            yield f"{name} did not end its test within {_TEST_S:g} s"
+        elif (text := complaint(values)) is not None:
+            yield f"{name}: {text}"

@@ -39,8 +39,7 @@ def read_cut(path: Path) -> dict[str, Any]:
     if journal is not None:
         journal.samples = first["requests"][:count]
     events = [event for frame in file.frames if frame.kind == b"E" for event in file.json(frame)]
-    torn = "; its last record was torn and is dropped" if file.is_torn else ""
-    cut = f"the flight was cut off at {first['time'][count - 1]:.3f} s{torn}" if count else f"nothing was flown{torn}"
+    cut = _end(file, first["time"][:count])
     return {
         "time": first["time"][:count],
         "drone_ids": drones,
@@ -50,6 +49,12 @@ def read_cut(path: Path) -> dict[str, Any]:
         "journal": journal,
         "scenery": None if first["scenery"] is None else first["scenery"][:count],
     }
+
+
+def _end(file: StreamFile, time: Any) -> str:
+    """Say where a flight was cut off (s)."""
+    torn = "; its last record was torn and is dropped" if file.is_torn else ""
+    return f"the flight was cut off at {time[-1]:.3f} s{torn}" if len(time) else f"nothing was flown{torn}"
 
 
 def _part(file: StreamFile, section: int, header: dict[str, Any]) -> dict[str, Any]:

@@ -71,9 +71,7 @@ class Storyboard:
             leaders, count = known.get("leaders"), len(log.drone_ids)
             links = [(int(first), int(second)) for first, second in known.get("links", ())]
             marks = [Mark.from_dict(entry) for entry in known.get("marks", ())]
-            numbers = [*(k for pair in links for k in pair), *(mark.drone for mark in marks if mark.drone is not None)]
-            if any(not 0 <= number < count for number in numbers):
-                raise ValueError(f"a drone has a number outside 0 to {count - 1}")
+            _check_numbers([*(k for pair in links for k in pair), *(mark.drone for mark in marks)], count)
             return cls(
                 str(about.get("description") or about.get("mission") or ""),
                 [Window(str(name), float(begin), float(end)) for name, begin, end in about.get("windows", ())],
@@ -84,6 +82,12 @@ class Storyboard:
             )
         except (TypeError, AttributeError, KeyError) as error:
             raise ValueError(f"the metadata of the log does not explain the flight: {error}") from error
+
+
+def _check_numbers(numbers: Iterable[int | None], count: int) -> None:
+    """Refuse numbers of drones that are not there; None is no drone's."""
+    if any(number is not None and not 0 <= number < count for number in numbers):
+        raise ValueError(f"a drone has a number outside 0 to {count - 1}")
 
 
 def words_of(phase: str) -> str:

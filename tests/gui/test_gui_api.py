@@ -24,7 +24,7 @@ def client(session, api, tmp_path_factory):
 
 
 def test_buttons_answer_in_sentences(client, session):
-    assert client.command(name="land")["text"] == "LAND: nobody flies (all 4 drones)"
+    assert client.command(name="land")["text"] == "LAND: no drone flies (all 4 drones)"
     assert client.command(name="goto", x=0, y=0, z=1)["text"].endswith("must fly first; press TAKE-OFF")
     assert client.command(name="takeoff", drones=["agent_9"])["text"].startswith("there is no drone 'agent_9', allowed")
     assert client.command(name="takeoff", drones=["agent_1"]) == {"ok": True, "text": "TAKE-OFF: agent_1"}
