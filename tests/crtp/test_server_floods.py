@@ -103,6 +103,6 @@ def test_answers_beyond_a_burst_wait_in_their_order(open_server, connect, world)
         client.send(echo)
     client.send(NULL)  # answered past all others
     assert client.read_until(NULL) == echoes[: int(REPLY_BURST)]
-    world.step(60)
+    world.step(110)
     assert [client.read() for _ in range(200)] == echoes[int(REPLY_BURST) :]
     assert server.statistics().drones["cf1"].lost == 0
