@@ -13,7 +13,7 @@ from crazychoir_fw.crtp.station import Station
 LOG_RATE, LOG_BURST = 5000.0, 100.0
 """Log data and console text: 16 blocks at 100 Hz are 1600 packets a second; a client takes 5000 evenly, and bursts of
 256 at most, replies among them (docs/reference/crtp-cflib.md#3.4)."""
-REPLY_RATE, REPLY_BURST = 2000.0, 100.0
+REPLY_RATE, REPLY_BURST = 1000.0, 64.0
 """Answers by the clock on the wall: those beyond wait, in their order, because the socket of a client that sends a
 thousand questions in a row holds 256 answers, and loses the rest."""
 CLIENT_RATE, CLIENT_BURST = 20000.0, 2000.0

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from server_clients import GREETING, NULL, PORT, SOURCE
 
-from crazychoir_fw.crtp.drone_radio import LOG_BURST, NEWCOMER_BURST, REPLY_BURST, STRANGER_BURST
+from crazychoir_fw.crtp.drone_radio import LOG_BURST, NEWCOMER_BURST, REPLY_BURST, REPLY_RATE, STRANGER_BURST
 
 
 def test_a_burst_of_log_data_is_cut_and_replies_are_not(open_server, connect, world):
@@ -103,6 +103,6 @@ def test_answers_beyond_a_burst_wait_in_their_order(open_server, connect, world)
         client.send(echo)
     client.send(NULL)  # answered past all others
     assert client.read_until(NULL) == echoes[: int(REPLY_BURST)]
-    world.step(110)
-    assert [client.read() for _ in range(200)] == echoes[int(REPLY_BURST) :]
+    world.step(round(1000.0 * (300 - REPLY_BURST) / REPLY_RATE) + 2)
+    assert [client.read() for _ in range(300 - int(REPLY_BURST))] == echoes[int(REPLY_BURST) :]
     assert server.statistics().drones["cf1"].lost == 0
