@@ -106,7 +106,7 @@ def test_a_camera_that_is_not_there_is_one_sentence(hop, tmp_path):
         pytest.skip(reason)
     result = run("fly", hop, "--camera", "fpv:cf7", "--out", tmp_path)
     assert result.exit_code == 2
-    assert "no drone 'cf7' for the camera; there are cf1, cf2" in result.stderr
+    assert result.stderr == "no drone 'cf7' for the camera; there are cf1, cf2\n"
 
 
 def test_the_pace_is_that_of_the_clock(monkeypatch):

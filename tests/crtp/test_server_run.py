@@ -6,6 +6,8 @@ import time
 from contextlib import contextmanager
 
 import pytest
+from cflib.crtp.crtpstack import CRTPPacket
+from cflib.crtp.udpdriver import UdpDriver
 
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError
 from crazychoir_fw.crtp import station as station_module
@@ -192,3 +194,27 @@ def test_runs_that_cannot_be(server, world):
             server.run(1.0)
     with pytest.raises(StateError, match="not been started"):
         Server(world, port=0).run(1.0)
+
+
+def test_a_thousand_echoes_in_a_row_arrive_in_order(world):
+    """A socket of cflib holds 256 packets, and loses what comes while it is full."""
+    link = UdpDriver()
+    with Server(world, port=0) as server:
+        thread = threading.Thread(target=server.run)
+        thread.start()
+        try:
+            link.connect(server.uris["cf1"], None, None)
+            link.send_packet(CRTPPacket(0xFC, b"first"))  # from now on the server hears this client apart from others
+            assert bytes(link.receive_packet(10.0).data) == b"first"
+            asked = [number.to_bytes(2, "little") for number in range(1000)]
+            for data in asked:
+                link.send_packet(CRTPPacket(0xFC, data))
+            for data in asked:
+                echo = link.receive_packet(10.0)
+                assert echo is not None
+                assert bytes(echo.data) == data
+            assert server.statistics().drones["cf1"].lost == 0
+        finally:
+            link.close()
+            server.stop()
+            thread.join()

@@ -222,10 +222,10 @@ EDITS = (
         "collision_avoidance.c",
         MODULES,
         ".ellipsoidRadii             = {.x = 0.3f, .y = 0.3f",
-        ".ellipsoidRadii             = {.x = 0.6f, .y = 0.6f",
+        ".ellipsoidRadii             = {.x = 0.62f, .y = 0.62f",
         "the drone keeps a larger distance",
         sidestep,
-        larger(0.03),
+        larger(0.05),
         AVOIDING,
     ),
     Edit(
