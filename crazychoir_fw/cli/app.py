@@ -75,9 +75,8 @@ def from_policy(
     try:
         trained = None
         if task is not None:
-            known = [word for word in tasks.__all__ if word not in ("Starts", "Task")]
-            if task not in known:
-                raise UnknownNameError(f"there is no task '{task}', allowed: {', '.join(known)}")
+            if task not in tasks.names():
+                raise UnknownNameError(f"there is no task '{task}', allowed: {', '.join(tasks.names())}")
             trained = getattr(tasks, task)()
             trained = trained if rate_hz is None else dataclasses.replace(trained, rate_hz=rate_hz)
         network = read_policy(policy, trained, normalization, activation)
