@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw._core import lib
+from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.onboard import vehicles
 from crazychoir_fw.simulation import DroneConfig, World
@@ -119,6 +119,7 @@ def fly_again(
     vehicle: Mapping[str, Any],
     tuning: Tuning,
     drone: Mapping[str, Any] | None = None,
+    thrust_max: float | None = None,
 ) -> ChainComparison:
     """Fly the recorded setpoints in simulation and compare.
 
@@ -128,6 +129,8 @@ def fly_again(
         vehicle: Parameters of the common vehicle that differ from the platform's.
         tuning: What its hover says.
         drone: Attributes of the simulated drone that differ, such as ``{"mocap_latency_ms": 20}``.
+        thrust_max: Largest thrust of a motor (N) that the flight's firmware believes in, as `motor_replay` finds it;
+            that of ours by default.
 
     Raises:
         RangeError: If setpoints, motors or voltage were not recorded, or the simulated drone was lost.
@@ -155,6 +158,8 @@ def fly_again(
     )
     world = World([config], visuals=False)
     body = world.drones[0]
+    if thrust_max is not None:
+        ffi.cast("cf_builtin_t *", body.struct.provider_state).power.thrust.thrust_max = thrust_max
     world.wait_until_ready()
     lift = floor - body.true_position[2]
     rows = []
@@ -165,7 +170,9 @@ def fly_again(
         rows.append([*body.true_position, *body.true_quat_wxyz, body.log["stabilizer.thrust"], body.battery_voltage])
     simulated = np.array(rows)
     simulated[:, 2] += lift
-    return _compare(flight, phases, tuning, start, setpoints, simulated, f"{flight.name}: {body.supervisor_state}")
+    real_thrust = _real_thrust(flight, tuning.log_lag, thrust_max)
+    what = f"{flight.name}: {body.supervisor_state}"
+    return _compare(flight, phases, tuning, start, setpoints, simulated, real_thrust, what)
 
 
 def _floor(flight: RecordedFlight, phases: Phases) -> float:
@@ -226,6 +233,7 @@ def _compare(
     start: float,
     setpoints: Array,
     simulated: Array,
+    real_thrust: Array,
     what: str,
 ) -> ChainComparison:
     times = start + PERIOD * np.arange(len(simulated))  # a log shows a setpoint when it is in force
@@ -247,7 +255,7 @@ def _compare(
     simulated_now = at(time, times, simulated[:, :3])
     truth = _body_attitude(flight, tuning)[use]
     level = np.tile([0.0, 0.0, 0.0, 1.0], (len(time), 1))
-    thrust = _real_thrust(flight, tuning.log_lag)[use]
+    thrust = real_thrust[use]
     voltage = shifted(flight.time, flight.voltage, tuning.log_lag)[use]
     # a normalization after interpolation does no harm: neighbors are a hundredth of a second apart
     attitude = ours[:, [4, 5, 6, 3]] / np.linalg.norm(ours[:, 3:7], axis=1, keepdims=True)
@@ -282,7 +290,8 @@ def _body_attitude(flight: RecordedFlight, tuning: Tuning) -> Array:
     return multiply(flight.quat_xyzw, np.broadcast_to(np.array(tuning.misalignment), flight.quat_xyzw.shape))
 
 
-def _real_thrust(flight: RecordedFlight, lag: float) -> Array:
+def _real_thrust(flight: RecordedFlight, lag: float, thrust_max: float | None) -> Array:
+    """Return the thrust command (counts), from the motors where it was not logged."""
     if flight.desired is not None:
         return shifted(flight.time, flight.desired[:, 3], lag)
-    return shifted(flight.time, commanded_thrust(flight.motors, supply_of(flight)).mean(axis=1), lag)
+    return shifted(flight.time, commanded_thrust(flight.motors, supply_of(flight), thrust_max).mean(axis=1), lag)
