@@ -279,8 +279,9 @@ def _choose_time_constant(
     best = int(np.argmin(values))
     tau = float(times[best])
     if 0 < best < len(times) - 1:
-        bend, slope, _ = np.polyfit(times[best - 1 : best + 2], values[best - 1 : best + 2], 2)
-        tau = round(float(-slope / (2 * bend)), 4)
+        near = slice(best - 1, best + 2)
+        bend, slope, _ = np.polyfit(np.log(times[near] / tau), values[near], 2)
+        tau = round(float(tau * np.exp(-slope / (2 * bend))), 4)
     return _time_constant(tau), costs
 
 

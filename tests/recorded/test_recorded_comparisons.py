@@ -115,13 +115,13 @@ def test_identification_finds_what_was_flown(synthetic, true_vehicle):
     assert found.vehicle["battery.resistance"] == pytest.approx(true_vehicle["battery.resistance"], rel=0.15)
     assert found.vehicle["rotors.heat_loss"] == pytest.approx(true_vehicle["rotors.heat_loss"], rel=0.15)
     assert found.vehicle["rotors.heat_time"] == pytest.approx(true_vehicle["rotors.heat_time"], abs=1.0)
-    assert found.vehicle["rotors.heat_own_loss"] == pytest.approx(true_vehicle["rotors.heat_own_loss"], rel=0.25)
+    assert found.vehicle["rotors.heat_own_loss"] == pytest.approx(true_vehicle["rotors.heat_own_loss"], abs=0.05)
 
 
 def test_desired_attitude_tells_the_time_constant(shaken_flight, true_vehicle):
-    """Also between the values that are tried, and beside the middle of their range."""
-    found = identify([shaken_flight], time_constants=(0.03, 0.05, 0.065, 0.08, 0.12), refines=False)
-    assert found.vehicle["rotors.time_constant_up"] == pytest.approx(0.07, abs=0.008)
+    """Also between the values that are tried. It reads 6 ms too long, and the inertia a tenth too small."""
+    found = identify([shaken_flight], time_constants=(0.04, 0.055, 0.075, 0.11), refines=False)
+    assert found.vehicle["rotors.time_constant_up"] == pytest.approx(0.07, abs=0.01)
     assert found.vehicle["inertia"] == pytest.approx(true_vehicle["inertia"], rel=0.15)
 
 
