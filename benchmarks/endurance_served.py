@@ -29,6 +29,7 @@ from cflib.crazyflie.syncCrazyflie import SyncCrazyflie
 COUNT = 10
 PARAMETER = "stabilizer.controller"
 CORNERS = ((0.0, 0.0), (0.3, 0.0), (0.3, 0.3), (0.0, 0.3))  # m, from the drone's start
+STAMP_S = 2**24 / 1e3  # the time stamps of log packets have 24 bits, and wrap every 4.7 hours
 FLIGHT_S, REST_S = 2.0, 2.0  # simulated time to a corner, and there
 _COMMAND = "from crazychoir_fw.cli import app; app()"
 _HEADINGS = (
@@ -72,6 +73,7 @@ class Flight:
         self.packets: list[tuple[float, float]] = []  # wall and simulated time (s)
         self.trips: list[float] = []  # s
         self.asked: float | None = None
+        self.wraps = 0
         self.missing, self.due, self.error, self.pose = 0, 0.0, 0.0, (0.0, 0.0, 0.0)
         block = LogConfig("pose", period_in_ms=period_ms)
         for axis in "xyz":
@@ -86,7 +88,9 @@ class Flight:
 
     def received(self, stamp: int, data: dict[str, float], _: LogConfig) -> None:
         """Note a log packet; at each corner, fly on."""
-        now = stamp / 1e3
+        now = stamp / 1e3 + self.wraps * STAMP_S
+        if self.packets and now < self.packets[-1][1] - STAMP_S / 2:
+            self.wraps, now = self.wraps + 1, now + STAMP_S
         if self.packets:
             self.missing += max(0, round((now - self.packets[-1][1]) / self.period_s) - 1)
         self.packets.append((time.monotonic(), now))
