@@ -52,7 +52,7 @@ def heard_failure(message: String) -> tuple[str, str]:
     try:
         told = json.loads(message.data)
         node, reason = str(told["node"]), str(told["reason"])
-    except (ValueError, KeyError, TypeError):
+    except (ValueError, KeyError, TypeError, RecursionError):
         node, reason = "", f"a layer has failed: {message.data}"
     line = " ".join(reason[:_LONGEST].split())
     return node, "".join(character for character in line if character.isprintable())
