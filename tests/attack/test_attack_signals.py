@@ -18,6 +18,7 @@ import pytest
 from crazychoir_fw.simulation import DroneConfig, World
 from crazychoir_fw.simulation.recorder import FlightRecorder
 
+SCRIPT = "import sys\nfrom crazychoir_fw.cli import app\nif __name__ == '__main__':\n    sys.exit(app())\n"
 COUNT = int(os.environ.get("ATTACK_SIGNALS", "0"))
 SEED = int(os.environ.get("ATTACK_SEED", "1"))
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
@@ -52,6 +53,7 @@ IN_THE_GATE = ("fly", "serve")
 def folder(tmp_path_factory):
     """A folder with what the commands read."""
     path = tmp_path_factory.mktemp("signals")
+    (path / "crazychoir").write_text(SCRIPT)  # as pip makes it
     (path / "plain.yaml").write_text(PLAIN)
     (path / "layered.yaml").write_text(LAYERED)
     examples = Path(__file__).resolve().parents[2] / "examples" / "motor_ctrl"
@@ -82,11 +84,11 @@ def of_session(number):
 
 def end(folder, command, number, delay):
     """Start a command, send it a signal after a time, and return what is wrong about its end."""
-    code = "from crazychoir_fw.cli import app\napp()"
     with (folder / "said.txt").open("wb") as said:
         process = subprocess.Popen(
-            [sys.executable, "-c", code, *COMMANDS[command]],
+            [sys.executable, "crazychoir", *COMMANDS[command]],
             cwd=folder,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(map(os.path.abspath, sys.path))},
             stdout=said,
             stderr=subprocess.STDOUT,
             stdin=subprocess.DEVNULL,
@@ -110,8 +112,8 @@ def end(folder, command, number, delay):
         return text
     if orphans:
         return f"it left {orphans}"
-    # while modules are imported, Python itself answers Ctrl-C
-    is_early = number == signal.SIGINT and 'File "<string>", line 1, in <module>' in text
+    # in its first tenths of a second, before our code runs, Python itself answers Ctrl-C
+    is_early = number == signal.SIGINT and "crazychoir_fw" not in text
     if "Traceback" in text and not is_early:
         return text[-1500:]
     left = [path.name for path in (*folder.glob(".*.npz"), *(folder / "out").glob(".*"))]
