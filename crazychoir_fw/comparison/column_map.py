@@ -40,7 +40,7 @@ UNITS: dict[str, dict[str, float]] = {
     "desired_attitude": _DEGREES,
     "thrust_command": {"counts": 1.0, "ratio": 65535.0, "percent": 655.35},
 }
-"""Quantities, with the units that a map may name; the first is that of a map which names none, and the one of `Found`."""
+"""Quantities, with the units that a map may name; the first is the default, and that of `Found`."""
 
 COUNTS = {"time": (1,), "attitude": (3, 4), "motors": (4,), "voltage": (1,), "setpoint_yaw": (1,)}
 COUNTS |= {"thrust_command": (1,)}
@@ -160,6 +160,10 @@ def _apply(raw: RawLog, columns: ColumnMap) -> dict[str, Found]:
     tables = [k for k in range(len(raw.tables)) if clock_of(raw, columns, k) is not None]
     found = {name: _first(raw, entries, tables) for name, entries in columns.items() if name != "time"}
     known = {name: one for name, one in found.items() if one is not None}
+    if tables and "position" not in known:
+        any_clock = clock_of(raw, columns, tables[0])
+        assert any_clock is not None
+        known["time"] = any_clock
     if "position" in known:
         clock = clock_of(raw, columns, known["position"].table)
         assert clock is not None  # only tables with a clock are looked at

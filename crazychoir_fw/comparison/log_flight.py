@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -34,19 +35,16 @@ def load_flight(path: str | Path, columns: str | Path | None = None, drone: str 
     path = Path(path)
     raw = read_log(path, drone)
     found = find(raw, columns)
-    notes = [*raw.notes, *_about(found)]
     names: dict[str, str] = {}
     try:
-        return flight_of(_on_one_clock(path, found, names), path, notes)
+        flight = flight_of(_on_one_clock(path, found, names), path, list(raw.notes))
     except RangeError as error:
         raise RangeError(_translated(str(error), names)) from None
-
-
-def _about(found: dict[str, Found]) -> list[str]:
     position = found["position"].names[0]
     if not position.lower().startswith(_ESTIMATES):
-        return []
-    return [f"no true position in the log: the estimate ({position}, …) stands in for it"]
+        return flight
+    note = f"no true position in the log: the estimate ({position}, …) is compared with the simulated estimate"
+    return replace(flight, is_estimate=True, notes=(note, *flight.notes))
 
 
 def _on_one_clock(path: Path, found: dict[str, Found], names: dict[str, str]) -> dict[str, Array]:

@@ -96,9 +96,11 @@ class RecordedFlight:
     time: NDArray[np.float64]
     """Clock of the motion capture (s), shape (T,), steps of `PERIOD`."""
     position: NDArray[np.float64]
-    """True position (m, world), shape (T, 3)."""
+    """True position (m, world), shape (T, 3); that of the onboard estimator if `is_estimate`."""
     quat_xyzw: NDArray[np.float64]
     """True attitude of the marker frame, body to world, unit and without flips of sign, shape (T, 4)."""
+    is_estimate: bool = False
+    """Whether position and attitude are those of the onboard estimator, because the log has no true ones."""
     motors: Recorded = None
     """Ratios of the four motors, 0 to 65535, shape (T, 4)."""
     voltage: Recorded = None

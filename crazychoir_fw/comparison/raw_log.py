@@ -1,4 +1,4 @@
-"""A log as its file has it: columns by name, each on the clock of its table, before anything is known of their meaning."""
+"""A log as its file has it: columns by name, on the clocks of their tables, before their meaning is known."""
 
 from __future__ import annotations
 

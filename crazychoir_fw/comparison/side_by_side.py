@@ -150,7 +150,8 @@ def _at_start(
 def _fly_mission(flight: RecordedFlight, phases: Phases, mission: Mission, number: int) -> ChainComparison:
     """Fly the mission itself; both clocks meet where the drones leave the floor."""
     log = fly(mission, visuals=False).log
-    place = log.stack("sim.x", "sim.y", "sim.z")
+    group = "stateEstimate" if flight.is_estimate else "sim"
+    place = log.stack(*(f"{group}.{axis}" for axis in "xyz"))
     if place is None:
         raise RangeError(f"{mission.name}: backend {mission.backend} has no motion to compare with, allowed: sim")
     path = place[:, number]
@@ -161,7 +162,7 @@ def _fly_mission(flight: RecordedFlight, phases: Phases, mission: Mission, numbe
     times = log.time - leaves + phases.airborne
     moved = path.copy()
     moved[:, 2] += float(flight.position[:, 2].min()) - path[0, 2]
-    attitude = _attitude(log, number)
+    attitude = _attitude(log, group, number)
     thrust, voltage = (_signal(log, name, number) for name in ("stabilizer.thrust", "pm.vbat"))
     rows = np.concatenate([moved, attitude, thrust[:, None], voltage[:, None]], axis=1)
     reference = log.reference()
@@ -170,12 +171,12 @@ def _fly_mission(flight: RecordedFlight, phases: Phases, mission: Mission, numbe
     return compare_paths(flight, phases, None, grid, at(grid, times, target), at(grid, times, rows), mission.name)
 
 
-def _attitude(log: FlightLog, number: int) -> Array:
-    """Return true attitudes (w, x, y, z), shape (T, 4)."""
+def _attitude(log: FlightLog, group: str, number: int) -> Array:
+    """Return attitudes of a group of signals (w, x, y, z), shape (T, 4)."""
     from crazychoir_fw.common.attitude import quaternion_xyzw
 
-    angles = log.stack("sim.roll", "sim.pitch", "sim.yaw")
-    assert angles is not None  # it has a true position
+    angles = log.stack(*(f"{group}.{name}" for name in ("roll", "pitch", "yaw")))
+    assert angles is not None  # it has a position
     xyzw = quaternion_xyzw(np.radians(angles[:, number] * np.array([1.0, -1.0, 1.0])))
     flips = np.where(np.sum(xyzw[1:] * xyzw[:-1], axis=1) < 0.0, -1.0, 1.0)
     xyzw[1:] *= np.cumprod(flips)[:, None]

@@ -32,6 +32,7 @@ from crazychoir_fw.comparison.signals import (
 from crazychoir_fw.comparison.tuning import Tuning
 from crazychoir_fw.onboard import vehicles
 from crazychoir_fw.simulation import DroneConfig, World
+from crazychoir_fw.simulation.drone import Drone
 
 _TICKS = 10  # per row
 _BEFORE = 0.5  # [s] on the floor before the first setpoint
@@ -193,11 +194,18 @@ def fly_beside(
         x, y, z = target
         body.commander.send_position_setpoint(float(x), float(y), float(z - lift), float(yaw))
         world.step(_TICKS)
-        rows.append([*body.true_position, *body.true_quat_wxyz, body.log["stabilizer.thrust"], body.battery_voltage])
+        motion = _estimate_of(body) if flight.is_estimate else (*body.true_position, *body.true_quat_wxyz)
+        rows.append([*motion, body.log["stabilizer.thrust"], body.battery_voltage])
     simulated = np.array(rows)
     simulated[:, 2] += lift
     times = start + PERIOD * np.arange(len(simulated))  # a log shows a setpoint when it is in force
     return compare_paths(flight, phases, tuning, times, setpoints, simulated, f"{flight.name}: {body.supervisor_state}")
+
+
+def _estimate_of(body: Drone) -> tuple[float, ...]:
+    """Return position (m) and attitude (w, x, y, z) as the onboard software believes them."""
+    x, y, z, *quat_wxyz = (body.log[f"stateEstimate.{name}"] for name in ("x", "y", "z", "qw", "qx", "qy", "qz"))
+    return (x, y, z, *(quat_wxyz if any(quat_wxyz) else (1.0, 0.0, 0.0, 0.0)))
 
 
 def _floor(flight: RecordedFlight, phases: Phases) -> float:
