@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 
 from crazychoir_fw.campaign.campaign import Job
 from crazychoir_fw.campaign.flight import CRASHED, Record, fly_job
+from crazychoir_fw.common.kept_memory import keep_freed_memory
 
 Task: TypeAlias = "tuple[Job, Mapping[str, Any]]"
 Engine: TypeAlias = "Callable[[Iterable[Task]], Iterator[Record]]"
@@ -118,6 +119,7 @@ def _bury(worker: _Worker) -> int | None:
 def _work(line: Connection) -> None:
     """Fly what comes down the line, in a process of its own."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes of a terminal; the parent decides
+    keep_freed_memory()
     while True:
         try:
             job, values = line.recv()
