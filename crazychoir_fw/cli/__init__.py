@@ -27,6 +27,7 @@ from crazychoir_fw.cli.radio_budget import radio_budget
 from crazychoir_fw.cli.replay import replay
 from crazychoir_fw.cli.ros import ros
 from crazychoir_fw.cli.run import run
+from crazychoir_fw.cli.schema import schema
 from crazychoir_fw.cli.serve import serve
 from crazychoir_fw.cli.shim import install_shim
 from crazychoir_fw.cli.variables import variables
@@ -99,6 +100,7 @@ app.command()(export)
 app.command()(info)
 app.command()(variables)
 app.command()(vehicle)
+app.command()(schema)
 app.command()(radio_budget)
 app.add_typer(app_commands, name="app")
 app.add_typer(campaign, name="campaign")
