@@ -8,6 +8,7 @@ typedef struct {
   float                   position_noise;
   float                   attitude_noise;
   float                   position_std;
+  float                   attitude_std;
   float                   outlier;
   cf_spell_config_t       gap;
   cf_mocap_shift_config_t jump;
@@ -20,11 +21,13 @@ static const differences_t DIFFERENCES[CF_MOCAP_QUALITY_COUNT] = {
     [CF_MOCAP_GOOD]    = {.latency_ms     = 8,
                           .position_noise = 0.001f,
                           .attitude_noise = 0.002f,
-                          .position_std   = 0.005f},
+                          .position_std   = 0.003f,
+                          .attitude_std   = 0.04f},
     [CF_MOCAP_TYPICAL] = {.latency_ms     = 12,
                           .position_noise = 0.001f,
                           .attitude_noise = 0.004f,
                           .position_std   = 0.0075f,
+                          .attitude_std   = 0.06f,
                           .gap            = {.rate = 1.3f, .time = 0.045f},
                           .jump           = {{.rate = 0.5f, .time = 0.3f}, 0.004f, 0.03f},
                           .busy           = {.rate = 1.5f, .time = 0.25f},
@@ -33,6 +36,7 @@ static const differences_t DIFFERENCES[CF_MOCAP_QUALITY_COUNT] = {
                           .position_noise = 0.002f,
                           .attitude_noise = 0.008f,
                           .position_std   = 0.01f,
+                          .attitude_std   = 0.06f,
                           .outlier        = 0.0005f,
                           .gap            = {.rate = 1.5f, .time = 0.15f},
                           .jump           = {{.rate = 0.7f, .time = 0.4f}, 0.008f, 0.05f},
@@ -52,7 +56,7 @@ cf_status_t cf_mocap_of_quality(cf_mocap_config_t *config, cf_mocap_quality_t qu
       .position_noise = own->position_noise,
       .attitude_noise = own->attitude_noise,
       .position_std   = own->position_std,
-      .attitude_std   = 0.06f,
+      .attitude_std   = own->attitude_std,
       .mishap         = {.outlier = own->outlier, .outlier_size = 0.5f},
       .gap            = own->gap,
       .jump           = own->jump,
