@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 
 from crazychoir_fw.campaign.campaign import Job
 from crazychoir_fw.campaign.flight import CRASHED, Record, fly_job
+from crazychoir_fw.common.kept_memory import keep_freed_memory
 from crazychoir_fw.common.parent_death import end_with_parent
 
 Task: TypeAlias = "tuple[Job, Mapping[str, Any]]"
@@ -121,6 +122,7 @@ def _work(line: Connection, parent: int) -> None:
     """Fly what comes down the line, in a process of its own, which ends with its parent."""
     end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes of a terminal; the parent decides
+    keep_freed_memory()
     while True:
         try:
             job, values = line.recv()

@@ -72,7 +72,6 @@ class FlightRecorder:
         row = self._samples.add()
         row["time"][...] = self._world.time
         for k, part in enumerate(self._parts):
-            part.refresh()
             part.copy(row[f"part{k}"])
         row["qpos"][:] = self._world.data.qpos
         row["motion"][:] = self._world.data.qvel[self._dofs]

@@ -118,18 +118,37 @@ class WorldBase:
         While nothing can touch anything, the plugin makes steps without MuJoCo, which change no bit. The last step is
         MuJoCo's, so that everything in `data` is of one instant.
         """
+        self._advance_to(n_ticks, 1)
+        self._collisions.note_new(self.note)
+
+    def step_motion(self, n_ticks: int) -> None:
+        """Advance by whole milliseconds like `step`, and leave out what only others look at.
+
+        Motion and drones are those of `step`, bit for bit. What MuJoCo derives from motion (``data.xpos``, contacts)
+        may be some steps old, appointments of the agenda wait for the end, and no parameter is watched. For learners,
+        which step a world a thousand times a second: with 256 drones and 10 ms it saves half of the time.
+
+        Raises:
+            RangeError: If that is no whole number of the scene's time steps.
+        """
+        if n_ticks < 0 or n_ticks % self._ticks_per_step:
+            raise RangeError(f"step_motion({n_ticks}): allowed: 0 or more ticks, a multiple of {self._ticks_per_step}")
+        self._advance_to(n_ticks, 0)
+        self.agenda.keep(self.tick)
+
+    def _advance_to(self, n_ticks: int, last_of_mujoco: int) -> None:
+        """Advance; the last so many steps are MuJoCo's."""
         model, data = self.model._address, self.data._address
         lib.cf_plugin_overlap(model, data, True)
         left = n_ticks * self._steps_per_tick // self._ticks_per_step
         try:
             while left > 0:
-                flown = lib.cf_plugin_window(model, data, left - 1) if left > 1 else -1
+                flown = lib.cf_plugin_window(model, data, left - last_of_mujoco) if left > last_of_mujoco else -1
                 if flown < 0:
                     mujoco.mj_step(self.model, self.data, nstep=min(-flown, left))
                 left -= abs(flown)
         finally:
             lib.cf_plugin_overlap(model, data, False)
-        self._collisions.note_new(self.note)
 
     def run(self, seconds: float) -> None:
         """Advance by seconds, rounded to whole milliseconds."""

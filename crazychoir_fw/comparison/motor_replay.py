@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
-from recorded.nanobench import RecordedFlight
-from recorded.phases import Phases
-from recorded.signals import Array
+from crazychoir_fw.comparison.nanobench import RecordedFlight
+from crazychoir_fw.comparison.phases import Phases
+from crazychoir_fw.comparison.signals import Array
 
 COUNTS = 65535.0
 OLDER_THRUST_MAX = 0.1125

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import RangeError
-from recorded.nanobench import PERIOD, RecordedFlight
-from recorded.signals import Array
+from crazychoir_fw.comparison.nanobench import PERIOD, RecordedFlight
+from crazychoir_fw.comparison.signals import Array
 
 _AIRBORNE = 0.05  # [m] above the place where it stood
 _RUNNING = 5000.0  # [counts], mean of the motors

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import RangeError
-from recorded.nanobench import PERIOD, RecordedFlight
-from recorded.phases import Phases
-from recorded.signals import (
+from crazychoir_fw.comparison.nanobench import PERIOD, RecordedFlight
+from crazychoir_fw.comparison.phases import Phases
+from crazychoir_fw.comparison.signals import (
     Array,
     at,
     conjugate,
@@ -27,7 +27,7 @@ from recorded.signals import (
     smooth,
     turn,
 )
-from recorded.vehicle_model import TICK, RotorHistory, VehicleModel
+from crazychoir_fw.comparison.vehicle_model import TICK, RotorHistory, VehicleModel
 
 GRAVITY = 9.81
 _TICKS_PER_ROW = round(PERIOD / TICK)

@@ -8,7 +8,7 @@ import matplotlib.figure
 import numpy as np
 
 from crazychoir_fw.common.replacing import replacing
-from recorded.whole_chain import ChainComparison
+from crazychoir_fw.comparison.whole_chain import ChainComparison
 
 _REAL, _SIMULATED, _TARGET = "#1f4e79", "#d9622b", "#9a9a9a"
 

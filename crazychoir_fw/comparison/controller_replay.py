@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
-from recorded.motor_replay import commanded_thrust, supply_of
-from recorded.nanobench import PERIOD, RecordedFlight
-from recorded.phases import Phases
-from recorded.signals import Array, local_polynomial, rms, shifted
+from crazychoir_fw.comparison.motor_replay import commanded_thrust, supply_of
+from crazychoir_fw.comparison.nanobench import PERIOD, RecordedFlight
+from crazychoir_fw.comparison.phases import Phases
+from crazychoir_fw.comparison.signals import Array, local_polynomial, rms, shifted
 
 _TICKS = 10  # of the onboard loop per row
 _SHIFTS = (-0.02, -0.01, -0.005, 0.0, 0.005, 0.01, 0.02)  # [s]

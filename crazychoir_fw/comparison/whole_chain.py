@@ -15,12 +15,10 @@ from numpy.typing import NDArray
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.onboard import vehicles
-from crazychoir_fw.simulation import DroneConfig, World
-from recorded.motor_replay import commanded_thrust, supply_of
-from recorded.nanobench import PERIOD, RecordedFlight
-from recorded.phases import Phases
-from recorded.signals import (
+from crazychoir_fw.comparison.motor_replay import commanded_thrust, supply_of
+from crazychoir_fw.comparison.nanobench import PERIOD, RecordedFlight
+from crazychoir_fw.comparison.phases import Phases
+from crazychoir_fw.comparison.signals import (
     Array,
     at,
     lag_of,
@@ -31,7 +29,9 @@ from recorded.signals import (
     shifted,
     tilt_between,
 )
-from recorded.tuning import Tuning
+from crazychoir_fw.comparison.tuning import Tuning
+from crazychoir_fw.onboard import vehicles
+from crazychoir_fw.simulation import DroneConfig, World
 
 _TICKS = 10  # per row
 _BEFORE = 0.5  # [s] on the floor before the first setpoint

@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from crazychoir_fw.common.errors import RangeError
-from recorded.nanobench import PERIOD, RecordedFlight
-from recorded.phases import Phases
-from recorded.signals import Array, matrices, multiply, rms, tilt_between, turn
-from recorded.tuning import (
+from crazychoir_fw.comparison.nanobench import PERIOD, RecordedFlight
+from crazychoir_fw.comparison.phases import Phases
+from crazychoir_fw.comparison.signals import Array, matrices, multiply, rms, tilt_between, turn
+from crazychoir_fw.comparison.tuning import (
     GRAVITY,
     TrueMotion,
     Tuning,
@@ -27,7 +27,7 @@ from recorded.tuning import (
     true_attitude,
     true_motion,
 )
-from recorded.vehicle_model import TICK, RotorHistory, VehicleModel
+from crazychoir_fw.comparison.vehicle_model import TICK, RotorHistory, VehicleModel
 
 HORIZONS = (0.1, 0.2, 0.5)
 """Times (s) after which prediction and truth are compared."""

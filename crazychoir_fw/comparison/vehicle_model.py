@@ -9,9 +9,9 @@ import numpy as np
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.comparison.signals import Array
 from crazychoir_fw.onboard import vehicles
 from crazychoir_fw.onboard.core import check
-from recorded.signals import Array
 
 TICK = 0.001
 _BEFORE = 1.5  # [s]: recordings that begin in the air have missed that much of a take-off
