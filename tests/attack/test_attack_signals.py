@@ -33,6 +33,10 @@ PLAIN = """
 drones: {count: 20}
 flight: [{takeoff: {}}, {hover: {duration: 60}}, {land: {}}]
 """
+SHORT = """
+drones: {count: 2}
+flight: [{takeoff: {}}, {hover: {duration: 2}}, {land: {}}]
+"""
 COMMANDS = {
     "fly": ["fly", "plain.yaml", "--no-video", "--out", "out"],
     "fly layers": ["fly", "layered.yaml", "--no-video", "--out", "out"],
@@ -42,11 +46,15 @@ COMMANDS = {
     "gui": ["gui", "layered.yaml", "--port", "0", "--no-browser"],
     "run": ["run", "drones.xml", "--seconds", "300"],
     "replay": ["replay", "log.npz", "--out", "again.npz"],
+    "gui --ros": ["gui", "layered.yaml", "--ros", "--port", "0", "--no-browser"],
+    "campaign": ["campaign", "short.yaml", "--flights", "500", "--out", "campaign"],
+    "film": ["film", "log.npz", "--out", "film.mp4"],
+    "export": ["export", "log.npz", "--mcap", "log.mcap"],
     "info": ["info"],
     "vehicle": ["vehicle"],
     "variables": ["variables"],
 }
-IN_THE_GATE = ("fly", "serve")
+IN_THE_GATE = ("fly", "serve", "campaign")
 
 
 @pytest.fixture(scope="module")
@@ -56,6 +64,7 @@ def folder(tmp_path_factory):
     (path / "crazychoir").write_text(SCRIPT)  # as pip makes it
     (path / "plain.yaml").write_text(PLAIN)
     (path / "layered.yaml").write_text(LAYERED)
+    (path / "short.yaml").write_text(SHORT)
     examples = Path(__file__).resolve().parents[2] / "examples" / "motor_ctrl"
     for name in ("drones.xml", "bounce.py"):
         (path / name).write_text((examples / name).read_text())

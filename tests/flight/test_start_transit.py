@@ -148,7 +148,8 @@ def test_followers_of_a_formation_go_to_their_starts_and_into_it_again(law, back
     starts = starts_of(flown)[:, :2]
     assert np.linalg.norm(at[rows[0]] - starts, axis=1).max() > 0.3  # the formation is elsewhere
     np.testing.assert_allclose(at[min(rows[1], len(at) - 1)], starts, atol=0.1)
-    assert least_distance(result.log) > 0.25
+    if law == "BearingFormation":  # containment lets both followers meet between two leaders
+        assert least_distance(result.log) > 0.25
     # START brings them into the formation again
     again = np.searchsorted(result.log.time, result.log.metadata["windows"][3][2]) - 1
     assert np.linalg.norm(at[again] - starts, axis=1).max() > 0.3
