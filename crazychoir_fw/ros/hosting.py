@@ -25,8 +25,8 @@ from crazychoir_fw.flight.agents import graph_of, is_only_watched, names_of, wha
 from crazychoir_fw.flight.experiment import Names
 from crazychoir_fw.ros.guidance_node import ANSWERED
 from crazychoir_fw.ros.layer_failure import heard_failure
-from crazychoir_fw.ros.names import CMD_VEL, FAILURE, LATEST, REFERENCES, TRAJ_PARAMS
-from crazychoir_fw.ros.parts import Part, has_table, layers_of_drone, one_command
+from crazychoir_fw.ros.names import FAILURE, LATEST, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.parts import Part, has_table, layers_of_drone, one_command, reference_answers
 from crazychoir_fw.ros.remote import (
     RemoteGroup,
     RemoteGuidance,
@@ -128,7 +128,17 @@ class HostedExperiment(TopicExperiment):
                 continue
             follows = what_it_follows(mission, i)
             topic = REFERENCES[follows]
-            node.listen(topic, reference_taker(guidance, follows), node.topic_of(i, topic.name), fast=True)
+            take = reference_taker(guidance, follows)
+            if node.pace.lockstep and reference_answers(mission, i):
+                take = self._answered_by(take, i)
+            node.listen(topic, take, node.topic_of(i, topic.name), fast=True)
+
+    def _answered_by(self, take: Callable[[Any], None], i: int) -> Callable[[Any], None]:
+        def take_and_answer(message: Any) -> None:
+            take(message)
+            self.node.answer((i, ANSWERED))
+
+        return take_and_answer
 
     def _collector(self, mission: Any, remote: Sequence[RemoteGuidance]) -> StatisticsCollector:
         graph = graph_of(mission)
