@@ -25,7 +25,7 @@ from crazychoir_fw.flight.agents import graph_of, is_only_watched, names_of, wha
 from crazychoir_fw.flight.experiment import Names
 from crazychoir_fw.ros.guidance_node import ANSWERED
 from crazychoir_fw.ros.layer_failure import heard_failure
-from crazychoir_fw.ros.names import FAILURE, LATEST, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.names import CMD_VEL, FAILURE, LATEST, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.parts import Part, has_table, layers_of_drone, one_command, reference_answers
 from crazychoir_fw.ros.remote import (
     RemoteGroup,
