@@ -520,7 +520,7 @@ class Experiment(Stateful):
         if not agent.is_up:
             self._fail(agent, sentence)
             return
-        height = float(self.backend.pose_of(agent.index).position[2]) - agent.floor
+        height = float(np.asarray(self.backend.pose_of(agent.index).position)[2]) - agent.floor
         if not height > TOUCHDOWN_M:  # on the floor, or nowhere known
             self._fail(agent, sentence)
             return
