@@ -1,8 +1,8 @@
 """Is the filter honest when the world is what it assumes: normalized errors and innovations squared (NEES, NIS).
 
-The truth is drawn from the filter's own model: its equations of flight (docs/reference/estimators.md#4.4), the noise that
-it adds every millisecond, and measurements with the deviations that it is told. Then the mean over several filters of
-the normalized error squared has a chi-squared distribution of known degrees.
+The truth is drawn from the filter's own model: its equations of flight (docs/reference/estimators.md#4.4), the noise
+that it adds every millisecond, and measurements with the deviations that it is told. Then the mean over several filters
+of the normalized error squared has a chi-squared distribution of known degrees.
 """
 
 from __future__ import annotations
@@ -41,8 +41,12 @@ class Truth:
         """Advance by one interval with a specific thrust (m/s^2) and body rates (rad/s), by the filter's equations."""
         dt, down = INTERVAL, np.array([0.0, 0.0, -GRAVITY])
         body_gravity = self.attitude.inv().apply(np.tile(down, (FILTERS, 1)))
-        acceleration = np.array([0.0, 0.0, thrust]) + body_gravity - np.cross(np.tile(rates, (FILTERS, 1)), self.velocity)
-        self.position += self.attitude.apply(self.velocity * dt + np.array([0, 0, thrust]) * dt**2 / 2) + down * dt**2 / 2
+        acceleration = (
+            np.array([0.0, 0.0, thrust]) + body_gravity - np.cross(np.tile(rates, (FILTERS, 1)), self.velocity)
+        )
+        self.position += (
+            self.attitude.apply(self.velocity * dt + np.array([0, 0, thrust]) * dt**2 / 2) + down * dt**2 / 2
+        )
         self.velocity = self.velocity + acceleration * dt
         self.attitude = self.attitude * Rotation.from_rotvec(rates * dt)
         # ten times the noise of a millisecond
@@ -96,7 +100,12 @@ def pose(place: NDArray, quat: NDArray, step: int, random: np.random.Generator) 
     measured = place + 0.01 * random.standard_normal(3)
     a, b, c = 0.5 * 0.02 * random.standard_normal(3)
     x, y, z, w = quat
-    turned = (x + w * a + y * c - z * b, y + w * b + z * a - x * c, z + w * c + x * b - y * a, w - x * a - y * b - z * c)
+    turned = (
+        x + w * a + y * c - z * b,
+        y + w * b + z * a - x * c,
+        z + w * c + x * b - y * a,
+        w - x * a - y * b - z * c,
+    )
     x, y, z, w = np.array(turned) / np.linalg.norm(turned)
     content = {"pos": list(measured), "quat": {"x": x, "y": y, "z": z, "w": w}, "stdDevPos": 0.01, "stdDevQuat": 0.02}
     return "kalmanCoreUpdateWithPose", ffi.new("poseMeasurement_t *", content)
