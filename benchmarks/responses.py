@@ -85,9 +85,7 @@ def fly(trials: list[Trial]) -> None:
     """Fly all trials side by side in one world; each learns what it was told and what was seen."""
     side = int(np.ceil(np.sqrt(len(trials))))
     homes = np.array([(APART * (k % side), APART * (k // side), 1.0) for k in range(len(trials))])
-    configs = [
-        DroneConfig(f"d{k}", tuple(homes[k, :2]), controller=trial.controller) for k, trial in enumerate(trials)
-    ]
+    configs = [DroneConfig(f"d{k}", tuple(homes[k, :2]), controller=trial.controller) for k, trial in enumerate(trials)]
     world = World(configs, visuals=False, seed=1)
     world.wait_until_ready()
     drones = world.drones
