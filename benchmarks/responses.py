@@ -3,8 +3,8 @@
     python benchmarks/responses.py --docs docs
     python benchmarks/responses.py --log my_step.csv --axis x --out my_step.png
 
-The first makes the pictures and numbers of docs/responses.md. The second draws the step of a log over ours. A sample has
-the setpoint that is in force and the true motion, as a row of a log has `ctrltarget` and the pose.
+The first makes the pictures and numbers of docs/responses.md. The second draws the step of a log over ours. A sample
+has the setpoint that is in force and the true motion, as a row of a log has `ctrltarget` and the pose.
 """
 
 from __future__ import annotations

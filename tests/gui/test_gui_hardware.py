@@ -160,7 +160,7 @@ def test_nothing_flies_that_the_roll_call_of_fly_refuses(lockstep, api, until, t
 def test_the_page_says_go_or_no_go_before_anything_flies(lockstep, gain):
     """What crazychoir preflight finds stands in the list, with the campaign's verdict, and is looked for once."""
     meant = ONBOARD + f"defaults: {{parameters: {{pid_rate.roll_kp: {gain}}}}}\n"
-    session, world = lockstep(ONBOARD, "xyz", meant=meant)
+    session, _ = lockstep(ONBOARD, "xyz", meant=meant)
     session.experiment.backend.radio_parts = [([0, 1], session.experiment.backend)]
     session.tested = Check("campaign", False, "none was flown")
     checks = {one["name"]: one for one in session.ask(lambda: preflight(session)).result(120.0)}
