@@ -12,6 +12,7 @@ from __future__ import annotations
 import argparse
 import csv
 import json
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -253,21 +254,21 @@ def draw_bode(found: dict[tuple[str, str], tuple[Array, Array]], path: Path) -> 
 # ------------------------------------------------------------------------------------------- docs
 
 
-def tables(steps: list[Trial], found: dict[tuple[str, str], tuple[Array, Array]]) -> str:
+def tables(chosen: Sequence[str], steps: list[Trial], found: dict[tuple[str, str], tuple[Array, Array]]) -> str:
     """Return the tables of docs/responses.md."""
     lines = ["| controller | " + " | ".join(f"{axis} {STEPS[axis]:g} {UNITS[axis]}" for axis in STEPS) + " |"]
     lines.append("|---|" + "---|" * len(STEPS))
-    for controller in CONTROLLERS:
+    for controller in chosen:
         cells = []
         for axis in STEPS:
             trial = next(one for one in steps if (one.controller, one.loop) == (controller, axis))
             told = step_figures(*step_share(trial))
             cells.append(f"{told['rise_s']:.2f} s, {told['overshoot_percent']:.0f} %, {told['settled_s']:.1f} s")
         lines.append(f"| {controller} | " + " | ".join(cells) + " |")
-    lines += ["", "| loop | " + " | ".join(CONTROLLERS) + " |", "|---|" + "---|" * len(CONTROLLERS)]
+    lines += ["", "| loop | " + " | ".join(chosen) + " |", "|---|" + "---|" * len(chosen)]
     for loop, title in LOOPS.items():
         cells = []
-        for controller in CONTROLLERS:
+        for controller in chosen:
             known = found.get((controller, loop))
             width = None if known is None else bandwidth(*known)
             cells.append("–" if known is None else f"{width:.2f} Hz" if width else "beyond the band")
@@ -290,6 +291,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--docs", type=Path, metavar="DIR", help="write pictures and steps, and print the tables")
     parser.add_argument("--json", type=Path)
+    parser.add_argument("--controllers", nargs="+", choices=CONTROLLERS, default=CONTROLLERS)
+    parser.add_argument("--frequencies", nargs="+", type=float, metavar="HZ", help="instead of those of the page")
     parser.add_argument("--log", type=Path, help="a log with a step, in any format of crazychoir compare")
     parser.add_argument("--axis", choices=tuple(STEPS), default="x")
     parser.add_argument("--columns", metavar="PRESET|FILE.yaml")
@@ -297,19 +300,20 @@ def main() -> None:
     options = parser.parse_args()
     if options.log is not None:
         own = {options.axis: step_of_log(options.log, options.axis, options.columns)}
-        trials = [Trial(controller, options.axis) for controller in CONTROLLERS]
+        trials = [Trial(controller, options.axis) for controller in options.controllers]
         fly(trials)
         draw_steps(trials, own, options.out)
         print(f"{options.out}: your step {step_figures(*own[options.axis])}")
         return
-    steps = [Trial(controller, axis) for controller in CONTROLLERS for axis in STEPS]
-    sines = [Trial(controller, loop, f) for controller in CONTROLLERS for loop in ("x", "z", "yaw") for f in SLOW]
-    sines += [Trial("pid", "velocity", f) for f in SLOW]
-    sines += [Trial("pid", "attitude", f) for f in FAST]
+    chosen, slow, fast = options.controllers, options.frequencies or SLOW, options.frequencies or FAST
+    steps = [Trial(controller, axis) for controller in chosen for axis in STEPS]
+    sines = [Trial(controller, loop, f) for controller in chosen for loop in ("x", "z", "yaw") for f in slow]
+    if "pid" in chosen:
+        sines += [Trial("pid", "velocity", f) for f in slow] + [Trial("pid", "attitude", f) for f in fast]
     fly(steps)
     fly(sines)
     found = curves(sines)
-    print(tables(steps, found))
+    print(tables(chosen, steps, found))
     if options.docs is not None:
         draw_steps(steps, {}, options.docs / "images" / "responses_steps.png")
         draw_bode(found, options.docs / "images" / "responses_bode.png")

@@ -40,6 +40,8 @@ typedef struct {
   int   loco_is_planar;  // not 0: the loco deck's driver was built for two dimensions
   float loco_height;     // [m], then: where the drone is kept
 
+  bool is_isolated;  // neither meets, feels nor sees other drones, nor they it
+
   cf_vehicle_config_t vehicle;
 } cf_config_t;
 

@@ -221,6 +221,10 @@ class HardwareBackend:
         """See `Backend`."""
         self._drones[index].command(*(float(v) for v in point.position), float(point.time_s))  # type: ignore[call-arg]
 
+    def land(self, index: int, floor: float, seconds: float) -> None:
+        """See `Backend`: by the planner on board, whatever the drone was commanded by."""
+        self._drones[index].land(floor, seconds)
+
     def advance(self, seconds: float) -> None:
         """See `Backend`."""
         self.pace.wait(seconds)

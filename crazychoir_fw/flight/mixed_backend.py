@@ -145,6 +145,11 @@ class MixedBackend:
         part, k = self._where[int(index)]
         part.go_to(k, point)
 
+    def land(self, index: int, floor: float, seconds: float) -> None:
+        """See `Backend`."""
+        part, k = self._where[int(index)]
+        part.land(k, floor, seconds)
+
     def stop(self, indices: Indices) -> None:
         """See `Backend`."""
         for part, _, numbers in self._shared_out(indices):
