@@ -83,7 +83,7 @@ def before_and_after(tmp_path):
         (tmp_path / "stand.yaml").write_text(yaml.safe_dump({**MISSION, "faults": [fault]}))
         campaign = {
             "extends": "stand.yaml",
-            "flights": 16,
+            "flights": 24,
             "vary": {**vary, **DECOYS},
             "require": {"success": 0.8, "confidence": 0.85},
             "compare": {name: {"app": [f"{name}.c"]} for name in ("before", "after")},
@@ -108,7 +108,7 @@ def assert_found(both, key):
 def test_a_time_out_that_is_too_short_is_found(before_and_after):
     key = "faults[0].positioning.duration"
     fault = {"positioning": {"at": 3.0, "lost": True, "duration": 0.1}}
-    assert_found(before_and_after(fault, {key: {"uniform": [0.02, 0.2]}}, timeout_ms=100), key)
+    assert_found(before_and_after(fault, {key: {"uniform": [0.02, 0.2]}}, timeout_ms=130), key)
 
 
 def test_an_estimator_that_diverges_with_three_percent_of_drop_outs_is_found(before_and_after):
