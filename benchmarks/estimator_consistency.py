@@ -106,15 +106,16 @@ def fly(config: DroneConfig, seed: int, seconds: float = 4 * SIDE) -> tuple[Flig
     return hover, motion
 
 
-def _record(world: World, drone: Drone, innovations: Innovations, seconds: float, moves: bool) -> Flight:
+def _record(world: World, drone: Drone, innovations: Innovations | None, seconds: float, moves: bool) -> Flight:
     belief, start = _Belief(drone), world.time
     samples, nis = [], []
     ticks = round(1000 * _EVERY)
     for step in range(round(seconds / _EVERY)):
         if moves:
             _square(drone, step * _EVERY)
-        if innovations.is_wanted:
+        if innovations is not None:
             for _ in range(ticks):
+                innovations.watch()
                 world.step()
                 nis += innovations.read()
         else:

@@ -12,6 +12,7 @@ import typer
 
 from crazychoir_fw.cli.app import app as app_commands
 from crazychoir_fw.cli.campaign import campaign
+from crazychoir_fw.cli.compare import compare
 from crazychoir_fw.cli.export import export
 from crazychoir_fw.cli.film import film
 from crazychoir_fw.cli.firmware import firmware
@@ -93,6 +94,7 @@ app.command()(_imported(gui))
 app.command()(new)
 app.command(context_settings={"ignore_unknown_options": True})(press)
 app.command()(_imported(replay))
+app.command()(compare)
 app.command()(film)
 app.command()(export)
 app.command()(info)

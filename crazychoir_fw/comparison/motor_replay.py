@@ -31,9 +31,9 @@ _SATURATED = 65000.0
 class MotorReplay:
     """Our motor ratios against the logged ones. Figures are over unsaturated rows of the trajectory."""
 
-    mean_percent: tuple[float, float, float, float]
+    mean_percent: tuple[float, ...]
     """Mean difference of each motor, in percent of its ratio."""
-    rms_percent: tuple[float, float, float, float]
+    rms_percent: tuple[float, ...]
     """Root mean square of the difference: what logs that are not simultaneous add."""
     saturated_share: float
     """Share of rows left out because a motor was at its top."""

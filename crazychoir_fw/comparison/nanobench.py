@@ -19,7 +19,7 @@ import zlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import yaml
@@ -46,6 +46,24 @@ _ATTITUDE = tuple(f"att_stateEstimate_{name}" for name in ("roll", "pitch", "yaw
 _GYRO = tuple(f"imu_gyro_{axis}" for axis in "xyz")
 _DESIRED = ("pid_controller_roll", "pid_controller_pitch", "pid_controller_yaw", "pid_controller_cmd_thrust")
 
+_YAW = ("sp_yaw",)
+
+COLUMNS = {
+    "position": _POSITION,
+    "attitude": _QUATERNION,
+    "setpoint": _SETPOINT,
+    "setpoint_yaw": _YAW,
+    "motors": _MOTORS,
+    "voltage": _VOLTAGE,
+    "estimate_position": _ESTIMATE[:3],
+    "estimate_velocity": _ESTIMATE[3:],
+    "estimate_attitude": _ATTITUDE,
+    "gyro": _GYRO,
+    "desired_attitude": _DESIRED[:3],
+    "thrust_command": _DESIRED[3:],
+}
+"""Columns of each quantity (`column_map`)."""
+
 REQUIRED = ("t", *_POSITION, *_QUATERNION)
 """Columns without which nothing can be compared."""
 
@@ -56,12 +74,17 @@ _POSSIBLE: dict[tuple[str, ...], tuple[float, float]] = {
     _MOTORS: (-1.0, 65536.0),
     _VOLTAGE: (2.0, 5.0),
     _SETPOINT: (-30.0, 30.0),
+    _YAW: (-100_000.0, 100_000.0),
     _ESTIMATE: (-30.0, 30.0),
     _ATTITUDE: (-360.0, 360.0),
     _GYRO: (-40.0, 40.0),
     _DESIRED: (-400.0, 70000.0),
 }
 _FARTHEST_ESTIMATE = 1.0  # [m] from the truth; farther away the columns belong to different flights
+
+
+Recorded: TypeAlias = Any
+"""An array of float64, or None if it was not recorded; `RecordedFlight.missing` says so in a sentence."""
 
 
 @dataclass(frozen=True)
@@ -73,22 +96,26 @@ class RecordedFlight:
     time: NDArray[np.float64]
     """Clock of the motion capture (s), shape (T,), steps of `PERIOD`."""
     position: NDArray[np.float64]
-    """True position (m, world), shape (T, 3)."""
+    """True position (m, world), shape (T, 3); that of the onboard estimator if `is_estimate`."""
     quat_xyzw: NDArray[np.float64]
     """True attitude of the marker frame, body to world, unit and without flips of sign, shape (T, 4)."""
-    motors: NDArray[np.float64] | None = None
+    is_estimate: bool = False
+    """Whether position and attitude are those of the onboard estimator, because the log has no true ones."""
+    motors: Recorded = None
     """Ratios of the four motors, 0 to 65535, shape (T, 4)."""
-    voltage: NDArray[np.float64] | None = None
+    voltage: Recorded = None
     """Voltage of the pack (V), shape (T,)."""
-    setpoint: NDArray[np.float64] | None = None
+    setpoint: Recorded = None
     """Position that the onboard software was to hold (m, world), shape (T, 3)."""
-    estimate: NDArray[np.float64] | None = None
+    setpoint_yaw: Recorded = None
+    """Yaw that it was to hold (deg), shape (T,)."""
+    estimate: Recorded = None
     """Position and velocity of the onboard estimator (m, m/s, world), shape (T, 6)."""
-    attitude: NDArray[np.float64] | None = None
+    attitude: Recorded = None
     """Roll, pitch, yaw of the onboard estimator (deg, the firmware's sign of pitch), shape (T, 3)."""
-    gyro: NDArray[np.float64] | None = None
+    gyro: Recorded = None
     """Body rates (rad/s) as the radio brought them, shape (T, 3)."""
-    desired: NDArray[np.float64] | None = None
+    desired: Recorded = None
     """Desired roll, pitch, yaw (deg) and thrust (counts) of the PID cascade, shape (T, 4); None for others."""
     filled: dict[str, NDArray[np.bool_]] = field(default_factory=dict)
     """For each group of columns the rows that were not logged but interpolated, shape (T,)."""
@@ -145,11 +172,23 @@ def read_flight(path: str | Path) -> RecordedFlight:
     path = Path(path)
     if not path.is_file():
         raise UnknownNameError(f"no file '{path}'")
-    columns = _read_columns(path)
+    return flight_of(_read_columns(path), path, [])
+
+
+def flight_of(columns: dict[str, NDArray[np.float64]], path: Path, notes: list[str]) -> RecordedFlight:
+    """Return a flight of columns that are called as those of the set, whatever file they come from.
+
+    Args:
+        columns: Values by name, (T,) each.
+        path: The file, for messages.
+        notes: What was found wrong so far.
+
+    Raises:
+        RangeError: If it is no flight; the message names the file and what is wrong.
+    """
     absent = [name for name in REQUIRED if name not in columns]
     if absent:
         raise RangeError(f"{path.name}: columns {', '.join(absent)} are missing, so that nothing can be compared")
-    notes: list[str] = []
     columns = _ascending(columns, path, notes)
     columns = _plausible(columns, path, notes)
     return _resample(columns, path, notes)
@@ -277,12 +316,12 @@ def _resample(columns: dict[str, NDArray], path: Path, notes: list[str]) -> Reco
             return None
         return np.stack([np.interp(time, recorded, columns[name]) for name in names], axis=1)
 
-    position, quaternion = group(_POSITION, optional=False), group(_QUATERNION, optional=False)
+    position, quaternion = (np.asarray(group(names, optional=False)) for names in (_POSITION, _QUATERNION))
     desired = group(_DESIRED)
     if desired is not None and not np.any(np.abs(desired[:, [0, 1, 3]]) > 1e-6):
         notes.append("desired attitudes are zero: not flown by the PID controller")
         desired = None
-    voltage = group(_VOLTAGE)
+    voltage, yaw = group(_VOLTAGE), group(_YAW)
     parts = {
         "motors": group(_MOTORS),
         "setpoint": group(_SETPOINT),
@@ -297,6 +336,7 @@ def _resample(columns: dict[str, NDArray], path: Path, notes: list[str]) -> Reco
         position=position,
         quat_xyzw=_continuous(quaternion),
         voltage=None if voltage is None else voltage[:, 0],
+        setpoint_yaw=None if yaw is None else yaw[:, 0],
         filled={name: interpolated_rows(values) for name, values in parts.items() if values is not None},
         metadata=_metadata(path, notes),
         notes=tuple(notes),

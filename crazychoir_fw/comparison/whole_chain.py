@@ -32,6 +32,7 @@ from crazychoir_fw.comparison.signals import (
 from crazychoir_fw.comparison.tuning import Tuning
 from crazychoir_fw.onboard import vehicles
 from crazychoir_fw.simulation import DroneConfig, World
+from crazychoir_fw.simulation.drone import Drone
 
 _TICKS = 10  # per row
 _BEFORE = 0.5  # [s] on the floor before the first setpoint
@@ -101,7 +102,7 @@ def pack_for(voltage: float, thrust: float, seconds: float, vehicle: Mapping[str
     full pack needs.
     """
     known = vehicles.parameters("cf2")
-    values = {**{name: known[name].value for name in known}, **vehicles.overrides(dict(vehicle))}
+    values: dict[str, Any] = {**{name: known[name].value for name in known}, **vehicles.overrides(dict(vehicle))}
     power = values["battery.base_power"] + values["battery.power_per_thrust"] * thrust
     fast = values["battery.resistance"]
     slow = values["battery.slow_resistance"] * (1.0 - np.exp(-seconds / values["battery.slow_time"]))
@@ -135,17 +136,14 @@ def fly_again(
     sentence = flight.missing("setpoint", "motors", "voltage")
     if sentence:
         raise RangeError(sentence)
-    start, setpoints, yaws = _commands(flight, phases, tuning.log_lag)
-    floor = _floor(flight, phases)
+    yaws = _commands(flight, phases, tuning.log_lag)[2]
     seconds = phases.hovering[0] - phases.motors_on
     used = seconds * 3.2 / 900.0  # amperes over coulombs: the little that take-off draws
-    begin = flight.position[: max(round(phases.airborne / PERIOD) - 10, 1)]
-    place = np.median(begin, axis=0)
     attributes = dict(drone or {})
     charge, resistance = pack_for(tuning.hover_voltage, tuning.hover_thrust, seconds, vehicle)
     config = DroneConfig(
         "real",
-        position=(float(place[0]), float(place[1])),
+        position=start_place(flight, phases),
         yaw_deg=float(yaws[0]),
         vehicle={**vehicle, **tuning.overrides(), "battery.resistance": resistance},
         controller=flight.controller,
@@ -153,19 +151,61 @@ def fly_again(
         battery=min(1.0, charge + used),
         attributes=attributes,
     )
-    world = World([config], visuals=False)
+    return fly_beside(flight, phases, config, tuning)
+
+
+def start_place(flight: RecordedFlight, phases: Phases) -> tuple[float, float]:
+    """Return where a drone stood before it took off (m)."""
+    x, y, _ = np.median(flight.position[: max(round(phases.airborne / PERIOD) - 10, 1)], axis=0)
+    return float(x), float(y)
+
+
+def start_yaw(flight: RecordedFlight, phases: Phases) -> float:
+    """Return the heading in which it stood (deg)."""
+    before = flight.quat_xyzw[: max(round(phases.airborne / PERIOD) - 10, 1)]
+    return float(np.median(roll_pitch_yaw(before)[:, 2]))
+
+
+def fly_beside(
+    flight: RecordedFlight, phases: Phases, config: DroneConfig, tuning: Tuning | None = None, seed: int = 0
+) -> ChainComparison:
+    """Fly the recorded setpoints with a drone as it is configured, and compare.
+
+    Args:
+        flight: The flight.
+        phases: Its parts.
+        config: The simulated drone, at the start of the real one.
+        tuning: What the hover says of clocks and of the frame of the markers; None takes both as they should be.
+        seed: Of all noise.
+
+    Raises:
+        RangeError: If setpoints were not recorded, or the simulated drone was lost.
+    """
+    sentence = flight.missing("setpoint")
+    if sentence:
+        raise RangeError(sentence)
+    start, setpoints, yaws = _commands(flight, phases, 0.0 if tuning is None else tuning.log_lag)
+    world = World([config], visuals=False, seed=seed)
     body = world.drones[0]
     world.wait_until_ready()
-    lift = floor - body.true_position[2]
+    lift = _floor(flight, phases) - body.true_position[2]
     rows = []
     for target, yaw in zip(setpoints, yaws, strict=True):
         x, y, z = target
         body.commander.send_position_setpoint(float(x), float(y), float(z - lift), float(yaw))
         world.step(_TICKS)
-        rows.append([*body.true_position, *body.true_quat_wxyz, body.log["stabilizer.thrust"], body.battery_voltage])
+        motion = _estimate_of(body) if flight.is_estimate else (*body.true_position, *body.true_quat_wxyz)
+        rows.append([*motion, body.log["stabilizer.thrust"], body.battery_voltage])
     simulated = np.array(rows)
     simulated[:, 2] += lift
-    return _compare(flight, phases, tuning, start, setpoints, simulated, f"{flight.name}: {body.supervisor_state}")
+    times = start + PERIOD * np.arange(len(simulated))  # a log shows a setpoint when it is in force
+    return compare_paths(flight, phases, tuning, times, setpoints, simulated, f"{flight.name}: {body.supervisor_state}")
+
+
+def _estimate_of(body: Drone) -> tuple[float, ...]:
+    """Return position (m) and attitude (w, x, y, z) as the onboard software believes them."""
+    x, y, z, *quat_wxyz = (body.log[f"stateEstimate.{name}"] for name in ("x", "y", "z", "qw", "qx", "qy", "qz"))
+    return (x, y, z, *(quat_wxyz if any(quat_wxyz) else (1.0, 0.0, 0.0, 0.0)))
 
 
 def _floor(flight: RecordedFlight, phases: Phases) -> float:
@@ -184,7 +224,9 @@ def _commands(flight: RecordedFlight, phases: Phases, lag: float) -> tuple[float
     last = round((phases.end - start) / PERIOD)
     setpoints[last:] = setpoints[max(last - 2, 0)]  # what follows the trajectory is not ours to fly
     heading = roll_pitch_yaw(flight.quat_xyzw)[:, 2]
-    if flight.desired is not None:
+    if flight.setpoint_yaw is not None:
+        yaws = at(times + lag, flight.time, flight.setpoint_yaw)
+    elif flight.desired is not None:
         yaws = at(times + lag, flight.time, flight.desired[:, 2])
     else:
         yaws = np.full(len(times), float(np.median(heading[:50])))
@@ -219,17 +261,30 @@ def _take_off_before(setpoints: Array) -> Array:
     return earlier
 
 
-def _compare(
+def compare_paths(
     flight: RecordedFlight,
     phases: Phases,
-    tuning: Tuning,
-    start: float,
+    tuning: Tuning | None,
+    times: Array,
     setpoints: Array,
     simulated: Array,
     what: str,
 ) -> ChainComparison:
-    times = start + PERIOD * np.arange(len(simulated))  # a log shows a setpoint when it is in force
-    use = (flight.time >= max(start, 0.0)) & (flight.time < phases.end)
+    """Compare a simulated flight with the real one.
+
+    Args:
+        flight: The real one.
+        phases: Its parts.
+        tuning: See `fly_beside`.
+        times: Of the simulated rows on the clock of the real flight (s), shape (T,).
+        setpoints: Where the drones were told to be (m), shape (T, 3).
+        simulated: Position (m), attitude (w, x, y, z), thrust (counts), voltage (V), shape (T, 9).
+        what: Begin of the message about a drone that was lost.
+
+    Raises:
+        RangeError: If the simulated drone was lost.
+    """
+    use = (flight.time >= max(times[0], 0.0)) & (flight.time < phases.end)
     time = flight.time[use]
     begin, end = phases.compared
     rows = (time >= begin) & (time < end)
@@ -245,13 +300,16 @@ def _compare(
         raise RangeError(f"{what}: the simulated drone was lost")
     target = at(time, times, setpoints)
     simulated_now = at(time, times, simulated[:, :3])
-    truth = _body_attitude(flight, tuning)[use]
+    truth = flight.quat_xyzw if tuning is None else _body_attitude(flight, tuning)
     level = np.tile([0.0, 0.0, 0.0, 1.0], (len(time), 1))
-    thrust = _real_thrust(flight, tuning.log_lag)[use]
-    voltage = shifted(flight.time, flight.voltage, tuning.log_lag)[use]
+    log_lag = 0.0 if tuning is None else tuning.log_lag
+    thrust = _real_thrust(flight, log_lag)[use]
+    voltage = (
+        np.full(len(time), np.nan) if flight.voltage is None else shifted(flight.time, flight.voltage, log_lag)[use]
+    )
     # a normalization after interpolation does no harm: neighbors are a hundredth of a second apart
     attitude = ours[:, [4, 5, 6, 3]] / np.linalg.norm(ours[:, 3:7], axis=1, keepdims=True)
-    real = {"position": position, "tilt": tilt_between(truth, level), "thrust": thrust, "voltage": voltage}
+    real = {"position": position, "tilt": tilt_between(truth[use], level), "thrust": thrust, "voltage": voltage}
     model = {
         "position": ours[:, :3],
         "tilt": tilt_between(attitude, level),
@@ -261,7 +319,7 @@ def _compare(
     return ChainComparison(
         path_rms_m=path,
         lag_s=lag,
-        lag_behind_setpoint_s=tuple(_lag(path_, target, time, rows) for path_ in (position, simulated_now)),
+        lag_behind_setpoint_s=(_lag(position, target, time, rows), _lag(simulated_now, target, time, rows)),
         tracking_rms_m=(rms((position - target)[rows]), rms((simulated_now - target)[rows])),
         tilt_rms_deg=(rms(real["tilt"][rows]), rms(model["tilt"][rows])),
         thrust_counts=(float(thrust[rows].mean()), float(model["thrust"][rows].mean())),
@@ -285,4 +343,6 @@ def _body_attitude(flight: RecordedFlight, tuning: Tuning) -> Array:
 def _real_thrust(flight: RecordedFlight, lag: float) -> Array:
     if flight.desired is not None:
         return shifted(flight.time, flight.desired[:, 3], lag)
+    if flight.motors is None or flight.voltage is None:
+        return np.full(len(flight.time), np.nan)
     return shifted(flight.time, commanded_thrust(flight.motors, supply_of(flight)).mean(axis=1), lag)

@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.checkpoint import Stateful
-from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
+from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError, UnknownNameError
 from crazychoir_fw.common.finite import are_finite
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.common.user_code import USER_ERRORS, describe
 from crazychoir_fw.flight.agent import Agent, DronePhase, SwarmPhases
 from crazychoir_fw.flight.backend import Backend, one_of
 from crazychoir_fw.flight.control_group import ControlGroup
+from crazychoir_fw.flight.detour import Detour
 from crazychoir_fw.flight.services import Service
 from crazychoir_fw.guidance import GuidanceGroup
 from crazychoir_fw.mission.communicators import statistics_of
@@ -131,6 +132,7 @@ class Experiment(Stateful):
         self._is_let_down = ~self._everybody  # the backend lands it, because a layer of it has raised
         self._known = ~self._everybody
         self._is_everybody_known = False
+        self._detours: dict[int, Detour] = {}
         self._phases = SwarmPhases(agents)
         self.accelerations = np.zeros((len(agents), 3))
         """What guidance asks for (m/s^2, world), of drones that follow no trajectory, shape (N, 3)."""
@@ -176,6 +178,7 @@ class Experiment(Stateful):
             self._guarded(agent, _button(agent.guidance, "stop"), self.time)
             agent.phase = DronePhase.STOPPED if agent.is_up else agent.phase
             self._is_let_down[agent.index] = False
+            self._detours.pop(agent.index, None)
             self._note("stop", agent)
 
     def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
@@ -188,10 +191,39 @@ class Experiment(Stateful):
         for agent in self._chosen(drones):
             self._guarded(agent, self._plan, agent, list(points), one_of(poses, agent.index), now)
 
+    def send_to(self, point: TrajectoryPoint, drone: str) -> None:
+        """Send a drone that flies to a point; one that follows its guidance alone goes there until the next button.
+
+        Raises:
+            UnknownNameError: If there is no such drone.
+            StateError: If it cannot be sent.
+        """
+        (agent,) = self._chosen(drone)
+        if agent.planner is None and agent.index in self._controlled:
+            self._divert(agent, point)
+        else:
+            self.set_trajectory([point], drone)
+
+    def cannot_divert(self, agent: Agent) -> str | None:
+        """Return why a drone that follows its guidance alone cannot be sent anywhere, a sentence, or None."""
+        del agent
+        return None
+
+    def _divert(self, agent: Agent, point: TrajectoryPoint) -> None:
+        if reason := self.cannot_divert(agent):
+            raise StateError(reason)
+        if agent.is_up and agent.failure is None:
+            start = one_of(self._poses(), agent.index).position
+            assert start is not None
+            goal = np.array(point.position, float)
+            self._detours[agent.index] = Detour(start.copy(), goal, self.time, max(float(point.time_s), self.period))
+
     def _press(self, name: str, drones: Names, motors: bool) -> list[Agent]:
         """Press a button of some drones; returns those that it is for."""
         now = self.time
         wanted = [agent for agent in _not_failed(self._chosen(drones)) if motors or agent.is_up]
+        for agent in wanted:
+            self._detours.pop(agent.index, None)
         resting = [agent for agent in wanted if not agent.is_up]
         if resting and motors:
             self._turn_on(resting)
@@ -271,6 +303,10 @@ class Experiment(Stateful):
         up = self._seen_ones(self._phases.up)
         decided = clock()
         self._follow(now)
+        for i, detour in self._detours.items():
+            if self.agents[i].is_up and self.agents[i].failure is None:
+                self.agents[i].reference = detour.reference(now)
+                self.accelerations[i] = detour.acceleration(one_of(poses, i), now)
         planned = clock()
         orders = self._control(list(self.groups), turning & ~self._is_let_down, poses, now) if up else []
         controlled = clock()

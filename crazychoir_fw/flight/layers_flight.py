@@ -162,7 +162,9 @@ def press_phase(
         points = [TrajectoryPoint(time, np.array(at)) for time, *at in maneuver.rows]
         experiment.set_trajectory(points, drones)
     elif name == "go_to":
-        experiment.set_trajectory([TrajectoryPoint(maneuver.duration, np.array(maneuver.position))], drones)
+        point = TrajectoryPoint(maneuver.duration, np.array(maneuver.position))
+        for drone in [agent.name for agent in experiment.agents] if drones is None else drones:
+            experiment.send_to(point, drone)
     elif name != "hover":
         getattr(experiment, name)(drones)
     return None

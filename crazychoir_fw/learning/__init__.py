@@ -9,7 +9,7 @@ from importlib.util import find_spec
 from crazychoir_fw.learning.action import Attitude, Motors, Residual, ThrustRates, Velocity
 from crazychoir_fw.learning.flights import Flights
 from crazychoir_fw.learning.observation import BLOCKS, Observation
-from crazychoir_fw.learning.tasks import Gates, Hover, Recover, Task, Track
+from crazychoir_fw.learning.tasks import Gates, Hover, Recover, Swap, Swarm, SwarmTask, Task, Track
 
 __all__ = [
     "BLOCKS",
@@ -21,6 +21,9 @@ __all__ = [
     "Observation",
     "Recover",
     "Residual",
+    "Swap",
+    "Swarm",
+    "SwarmTask",
     "Task",
     "ThrustRates",
     "Track",

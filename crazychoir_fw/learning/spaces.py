@@ -26,9 +26,8 @@ def task_of(given: Task | type[Task] | str, changes: dict[str, Any]) -> Task:
         UnknownNameError: If there is no such task, or it has no such field.
     """
     if isinstance(given, str):
-        if given not in tasks.__all__ or given in ("Starts", "Task"):
-            known = sorted(set(tasks.__all__) - {"Starts", "Task"})
-            raise UnknownNameError(f"there is no task '{given}', allowed: {', '.join(known)}")
+        if given not in tasks.names():
+            raise UnknownNameError(f"there is no task '{given}', allowed: {', '.join(tasks.names())}")
         given = getattr(tasks, given)
     kind = given if isinstance(given, type) else type(given)
     if not (isinstance(kind, type) and issubclass(kind, Task)):

@@ -41,6 +41,7 @@ class StartBank:
         for number in range(task.variants):
             fields = varied(base, vary, number, seed)
             drones.append(DroneConfig(**{**fields, "id": f"pattern{number}", "position": (0.0, 0.0, None)}))
+            drones[-1].attributes = {**drones[-1].attributes, "isolated": "on"}  # they hover at one place
         self.world = World([replace(drone, motor_ctrl=None) for drone in drones], seed=seed, visuals=False)
         self.world.stop_journal("patterns of episodes keep none")
         self._take_off()

@@ -86,8 +86,7 @@ class SwarmPort:
         """What `send` sends, with the members of ``setpoint_t``."""
         self._numbers = np.arange(self._count, dtype=np.int32)
         self._status = ffi.new("cf_status_t *")
-        self._bytes = ffi.from_buffer("uint8_t[]", self.setpoints)
-        self._cells = ffi.from_buffer("int32_t[]", self._numbers)
+        self._chosen: NDArray[np.int32] | None = None
 
         held = _place("onboard.held_control")
         control = held + ffi.offsetof("cf_held_control_t", "control")
@@ -167,9 +166,18 @@ class SwarmPort:
         mode = self.setpoints["mode"]
         for axis in ("x", "y", "z", "roll", "pitch", "yaw", "quat"):
             mode[axis] = modes.get(axis, 0)
-        taken = lib.cf_send_setpoints(self.structs, self._cells, self._count, self._bytes, self._status)
-        if taken < self._count:
-            check(self._status[0], f"{self._world.drones[taken].id}: setpoint")
+        rows = self.setpoints if self._chosen is None else self.setpoints[self._chosen]
+        numbers, count = ffi.from_buffer("int32_t[]", self._numbers), len(self._numbers)
+        taken = lib.cf_send_setpoints(
+            self.structs, numbers, count, ffi.from_buffer("uint8_t[]", rows), self._status
+        )
+        if taken < count:
+            check(self._status[0], f"{self._world.drones[int(self._numbers[taken])].id}: setpoint")
+
+    def command(self, numbers: NDArray[np.integer]) -> None:
+        """Let `send` speak to these drones only, by their numbers: one that is out takes no setpoints."""
+        self._numbers = np.ascontiguousarray(numbers, np.int32)
+        self._chosen = None if len(numbers) == self._count else self._numbers
 
     def hold_motors(self, shares: Floats) -> None:
         """Hold shares of full thrust of M1 to M4, in [0, 1], shape (N, 4), in place of what controllers compute."""

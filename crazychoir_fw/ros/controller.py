@@ -93,9 +93,10 @@ class CrazyflieController(PoseTriggered, LayerNode):
         self._longest_step = CLOSE * min(made.periods)
         self._commands = self.announce(self.command_topic)
         handler = made.traj_handler
+        self.reference_subscription: Any = None
         if hasattr(handler, "kind") and hasattr(handler, "topic"):
             topic = REFERENCES[handler.kind]
-            self.listen(topic, self._take_reference, handler.topic, fast=True)
+            self.reference_subscription = self.listen(topic, self._take_reference, handler.topic, fast=True)
             self.create_subscription(Bool, "idle", self._take_idle, LATEST)
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self.take_pose, pose_callback)
         self.when_time_jumps_back(self._begin_anew)
@@ -136,6 +137,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
             self.controller.set_pose(pose)
         self._watch.saw(pose, self.now())
         if self._is_new_pose(pose.time) and self.is_simulated_time and self._is_led_by_poses(pose.time):
+            self.skip_ticks()
             self._work(pose.time)
 
     def _tick(self, now: float) -> None:

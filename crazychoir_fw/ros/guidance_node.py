@@ -95,6 +95,9 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
         self._answers_early: bool = self.declare(
             "answers_early", False, "whether a step is answered while its round waits for neighbors"
         )
+        self._reference_answers: bool = self.declare(
+            "reference_answers", False, "whether a reference answers its step, so that answered is for steps without"
+        )
         self._longest_step, self._is_led = CLOSE / update_frequency, False
         self._time = WallTimeoutClock(self._latest_time, self.patience)
         self._lost: frozenset[int] = frozenset()
@@ -119,7 +122,7 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
 
     def _announce(self, input_topic: str | None) -> None:
         self._kind = getattr(self.guidance, "kind", "acceleration")
-        self._reference = self.announce(REFERENCES[self._kind], input_topic)
+        self.reference_publisher: Any = self.announce(REFERENCES[self._kind], input_topic)
         self._trajectory = self.announce(TRAJ_PARAMS)
         self._idle_publisher = self.create_publisher(Bool, "idle", LATEST)
 
@@ -158,6 +161,7 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
             return
         self._is_led = self.is_simulated_time and self._is_led_by_poses(pose.time)
         if self._is_led:
+            self.skip_ticks()
             self._work()
 
     def _latest_time(self) -> float:
@@ -267,17 +271,18 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
     # ---------------------------------------------------------------- out
 
     def _send(self, outputs: Outputs) -> None:
-        reference = outputs.reference
+        reference, has_referred = outputs.reference, False
         if outputs.trajectory is not None:
             self._trajectory.publish(points_to_joint_trajectory(outputs.trajectory, self.agent_id))
         if reference is not None:
             try:
-                self._reference.publish(reference_to_bytes(reference, self._kind))
+                self.reference_publisher.publish(reference_to_bytes(reference, self._kind))
+                has_referred = True
             except RangeError as error:
                 self.get_logger().error(f"reference not sent: {error}", throttle_duration_sec=1.0)
         idle = bool(getattr(outputs, "idle", False))
         if idle != self._idle:
             self._idle = idle
             self._idle_publisher.publish(Bool(data=idle))
-        if not self._has_answered:
+        if not self._has_answered and not (has_referred and self._reference_answers):
             self._answer()

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from rclpy.context import Context
 from std_msgs.msg import String
 
+from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint
 from crazychoir_fw.flight.agent import Agent, DronePhase
 from crazychoir_fw.flight.agents import graph_of, is_only_watched, names_of, what_it_follows
@@ -25,7 +26,7 @@ from crazychoir_fw.flight.experiment import Names
 from crazychoir_fw.ros.guidance_node import ANSWERED
 from crazychoir_fw.ros.layer_failure import heard_failure
 from crazychoir_fw.ros.names import CMD_VEL, FAILURE, LATEST, REFERENCES, TRAJ_PARAMS
-from crazychoir_fw.ros.parts import Part, has_table, layers_of_drone, one_command
+from crazychoir_fw.ros.parts import Part, has_table, layers_of_drone, one_command, reference_answers
 from crazychoir_fw.ros.remote import (
     RemoteGroup,
     RemoteGuidance,
@@ -127,7 +128,17 @@ class HostedExperiment(TopicExperiment):
                 continue
             follows = what_it_follows(mission, i)
             topic = REFERENCES[follows]
-            node.listen(topic, reference_taker(guidance, follows), node.topic_of(i, topic.name), fast=True)
+            take = reference_taker(guidance, follows)
+            if node.pace.lockstep and reference_answers(mission, i):
+                take = self._answered_by(take, i)
+            node.listen(topic, take, node.topic_of(i, topic.name), fast=True)
+
+    def _answered_by(self, take: Callable[[Any], None], i: int) -> Callable[[Any], None]:
+        def take_and_answer(message: Any) -> None:
+            take(message)
+            self.node.answer((i, ANSWERED))
+
+        return take_and_answer
 
     def _collector(self, mission: Any, remote: Sequence[RemoteGuidance]) -> StatisticsCollector:
         graph = graph_of(mission)
@@ -161,8 +172,25 @@ class HostedExperiment(TopicExperiment):
         super()._carry_out(button, drones)
         if button == "land" and not self.backend.is_real_time:
             for agent in self._chosen(drones):
-                if agent.index in self._held or agent.index in self._guidance_ended:
+                unheard = () if self._remote is None else self._remote.unheard
+                if agent.index in self._held or agent.index in self._guidance_ended or agent.index in unheard:
                     self._bring_down(agent)
+
+    def cannot_divert(self, agent: Agent) -> str | None:
+        """See `Experiment`: its controller is elsewhere, and listens to its guidance."""
+        if self.backend.is_real_time or self._remote is None:
+            return (
+                f"{agent.name}: follows its guidance, which is another process; over the radio it can be sent "
+                "with --processes one only"
+            )
+        return None
+
+    def _divert(self, agent: Agent, point: TrajectoryPoint) -> None:
+        if reason := self.cannot_divert(agent):
+            raise StateError(reason)
+        if agent.is_up and agent.failure is None and self._remote is not None:
+            self._remote.unheard.add(agent.index)
+            self._guarded(agent, self.backend.go_to, agent.index, point)
 
     def _hear_again(self, drones: Names) -> None:
         if self._remote is not None:
@@ -262,7 +290,8 @@ class HostedExperiment(TopicExperiment):
         now = self.time
         for agent in self.agents:
             i = agent.index
-            if now - commanded[i] <= self._command_timeout or not agent.is_up or agent.failure is not None:
+            is_ours = agent.failure is not None or self._remote is None or i in self._remote.unheard
+            if now - commanded[i] <= self._command_timeout or not agent.is_up or is_ours:
                 self._held.discard(i)
             elif i not in self._held:
                 self._held.add(i)

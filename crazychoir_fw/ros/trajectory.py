@@ -86,7 +86,7 @@ class TrajectoryHandler(LayerNode):
         )
         if given is not None:
             self._pending = _points_of(given)
-        self._references = self.announce(REFERENCES[handler.kind], handler.input_topic)
+        self.reference_publisher: Any = self.announce(REFERENCES[handler.kind], handler.input_topic)
         # a handler wants the newest trajectory only
         self.listen(TRAJ_PARAMS, self._take_message, profile=qos(1))
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self.take_pose, pose_callback)
@@ -127,7 +127,7 @@ class TrajectoryHandler(LayerNode):
         """Publish the reference of a time (s); may be overridden."""
         reference = self.handler.evaluate(now)
         if reference is not None:
-            self._references.publish(reference_to_bytes(reference, self.handler.kind))
+            self.reference_publisher.publish(reference_to_bytes(reference, self.handler.kind))
 
     def _begin_anew(self, now: float) -> None:
         self.handler.reset()

@@ -166,8 +166,10 @@ def test_gates_are_passed_in_order_and_bars_end_a_flight():
     first = flights.plan[:, 0].copy()
     passed = np.zeros(5, bool)
     for _ in range(250):
-        error = flights.reading.reference.position - flights.reading.estimate.position
-        flights.step(np.concatenate([np.clip(error, -1, 1) / 1.0, np.zeros((5, 1))], axis=1))
+        heading = np.radians([task.gates[int(number)][3] for number in flights.plan[:, 0]])
+        behind = 0.4 * np.stack([np.cos(heading), np.sin(heading), 0 * heading], axis=1)
+        error = flights.reading.reference.position + behind - flights.reading.estimate.position
+        flights.step(np.concatenate([np.clip(error, -1, 1), np.zeros((5, 1))], axis=1))
         passed |= flights.plan[:, 0] == (first + 1) % 5
     assert passed.any()
 

@@ -55,10 +55,10 @@ def test_rate_zero_is_off(make_config: Make) -> None:
     assert watch(make_mocap(make_config, rate=0), 3000) == []
 
 
-def test_filter_is_told_the_deviations_of_the_location_service(make_config: Make) -> None:
+def test_filter_is_told_the_deviations_of_the_client(make_config: Make) -> None:
     _, pose = watch(make_mocap(make_config), 10)[0]
-    assert pose.stdDevPos == pytest.approx(0.01)
-    assert pose.stdDevQuat == pytest.approx(4.5e-3)
+    assert pose.stdDevPos == pytest.approx(0.003)
+    assert pose.stdDevQuat == pytest.approx(0.04)
 
 
 def test_ideal_pose_is_the_true_pose(make_config: Make) -> None:
