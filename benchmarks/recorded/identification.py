@@ -17,16 +17,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.comparison.nanobench import PERIOD, RecordedFlight
+from crazychoir_fw.comparison.phases import Phases, find_phases
+from crazychoir_fw.comparison.prediction import predict
+from crazychoir_fw.comparison.signals import Array, shifted, smooth
+from crazychoir_fw.comparison.tuning import GRAVITY, TICKS_PER_ROW, Balance, balance, rotor_history, true_motion, tune
+from crazychoir_fw.comparison.vehicle_model import VehicleModel
 from crazychoir_fw.onboard import vehicles
 from recorded.instrument import Torques, instrumented, torques
 from recorded.motor_heat import common_heat, own_heat
-from recorded.nanobench import PERIOD, RecordedFlight
-from recorded.phases import Phases, find_phases
-from recorded.prediction import predict
 from recorded.refinement import check_refinable, refine
-from recorded.signals import Array, shifted, smooth
-from recorded.tuning import GRAVITY, TICKS_PER_ROW, Balance, balance, rotor_history, true_motion, tune
-from recorded.vehicle_model import VehicleModel
 
 MASS = 0.04085
 """Mass (kg) of NanoBench's vehicle with markers and charging deck."""

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from recorded.signals import Array, at, smooth
+from crazychoir_fw.comparison.signals import Array, at, smooth
 
 _LAGS = np.arange(0.0, 0.41, 0.04)  # [s], of the instrument
 _NARROW, _WIDE = 4, 60  # rows of smoothing: 3 dB at 3.3 and 0.2 Hz

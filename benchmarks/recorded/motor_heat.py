@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from recorded.signals import Array, smooth
+from crazychoir_fw.comparison.signals import Array, smooth
 
 SIDES_X, SIDES_Y = np.array([1.0, -1.0, -1.0, 1.0]), np.array([-1.0, -1.0, 1.0, 1.0])
 """Signs of the places of the motors M1 to M4."""

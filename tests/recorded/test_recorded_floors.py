@@ -7,14 +7,14 @@ import os
 
 import numpy as np
 import pytest
-from recorded import flight_files, read_flight
-from recorded.motor_replay import replay_motors
-from recorded.phases import find_phases
-from recorded.prediction import predict
-from recorded.tuning import tune
-from recorded.whole_chain import fly_again
 
 from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.comparison.motor_replay import replay_motors
+from crazychoir_fw.comparison.nanobench import flight_files, read_flight
+from crazychoir_fw.comparison.phases import find_phases
+from crazychoir_fw.comparison.prediction import predict
+from crazychoir_fw.comparison.tuning import tune
+from crazychoir_fw.comparison.whole_chain import fly_again
 from crazychoir_fw.onboard import vehicles
 
 FOLDER = os.environ.get("CRAZYCHOIR_FLIGHTS", "")
