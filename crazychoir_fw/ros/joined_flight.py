@@ -125,6 +125,10 @@ class JoinedFlight:
         """Press ``/stop``; see `takeoff`."""
         self._press("stop", drones, DronePhase.STOPPED)
 
+    def send_to(self, point: TrajectoryPoint, drone: str) -> None:
+        """See `Experiment`; drones that follow their guidance alone cannot be sent from here."""
+        self.set_trajectory([point], drone)
+
     def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
         """Publish points on ``traj_params``; see `takeoff`."""
         chosen = self._chosen(drones)
