@@ -12,11 +12,11 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from recorded import flight_files, read_flight
 from recorded.identification import MASS, Identified, identify
 
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.common.replacing import replacing
+from crazychoir_fw.comparison.nanobench import flight_files, read_flight
 
 UNITS = {
     "mass": "kg",

@@ -18,19 +18,19 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from recorded import flight_files, read_flight
-from recorded.controller_replay import replay_controller
-from recorded.motor_replay import replay_motors
-from recorded.phases import find_phases
-from recorded.plots import draw_chain
-from recorded.prediction import HORIZONS, predict
-from recorded.tuning import tune
-from recorded.whole_chain import fly_again
 from rich.console import Console
 from rich.table import Table
 
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.common.replacing import replacing
+from crazychoir_fw.comparison.controller_replay import replay_controller
+from crazychoir_fw.comparison.motor_replay import replay_motors
+from crazychoir_fw.comparison.nanobench import flight_files, read_flight
+from crazychoir_fw.comparison.phases import find_phases
+from crazychoir_fw.comparison.plots import draw_chain
+from crazychoir_fw.comparison.prediction import HORIZONS, predict
+from crazychoir_fw.comparison.tuning import tune
+from crazychoir_fw.comparison.whole_chain import fly_again
 from crazychoir_fw.onboard import vehicles
 
 VEHICLE = Path(vehicles.__file__).with_name("nanobench.yaml")

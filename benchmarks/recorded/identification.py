@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 
 from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.comparison.nanobench import PERIOD, RecordedFlight
+from crazychoir_fw.comparison.phases import Phases, find_phases
+from crazychoir_fw.comparison.prediction import predict
+from crazychoir_fw.comparison.signals import Array, least, smooth
+from crazychoir_fw.comparison.tuning import GRAVITY, Balance, balance, rotor_history, true_motion, tune
+from crazychoir_fw.comparison.vehicle_model import VehicleModel
 from crazychoir_fw.onboard import vehicles
-from recorded.nanobench import PERIOD, RecordedFlight
-from recorded.phases import Phases, find_phases
-from recorded.prediction import predict
 from recorded.refinement import check_refinable, refine
-from recorded.signals import Array, least, smooth
-from recorded.tuning import GRAVITY, Balance, balance, rotor_history, true_motion, tune
-from recorded.vehicle_model import VehicleModel
 
 MASS = 0.04085
 """Mass (kg) of NanoBench's vehicle with markers and charging deck."""

@@ -13,7 +13,7 @@ import yaml
 from pydantic import Field, ValidationError
 
 from crazychoir_fw.campaign.design import DESIGNS, MAX_FLIGHTS, check_correlation, correlate, shares
-from crazychoir_fw.campaign.distributions import read_distribution
+from crazychoir_fw.mission.distributions import read_distribution
 from crazychoir_fw.campaign.spread import Varied, default_spread
 from crazychoir_fw.common.constraints import choice, number, switch, whole
 from crazychoir_fw.common.errors import MissionError

@@ -66,6 +66,7 @@ _RULES: tuple[tuple[str, Range | None], ...] = (
     ("onboard.sensors.*", _ANY),
     ("onboard.estimate.*", _ANY),
     ("onboard.control.*", _ANY),
+    ("onboard.held_control.*", _ANY),
     ("onboard.control_yaw", _ANY),
     ("onboard.uncapped.*", _ANY),
     ("onboard.compensated.*", _ANY),

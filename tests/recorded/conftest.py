@@ -9,10 +9,9 @@ import numpy as np
 import pytest
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
-from recorded import read_flight
-from recorded.phases import find_phases
-from recorded.signals import roll_pitch_yaw
-
+from crazychoir_fw.comparison.nanobench import read_flight
+from crazychoir_fw.comparison.phases import find_phases
+from crazychoir_fw.comparison.signals import roll_pitch_yaw
 from crazychoir_fw.simulation import DroneConfig, World
 
 TRUTH = {

@@ -2,15 +2,15 @@
 
 import pytest
 from recorded import refinement
-from recorded.controller_replay import replay_controller
 from recorded.identification import identify
-from recorded.motor_replay import replay_motors
-from recorded.prediction import predict
 from recorded.refinement import refine
-from recorded.tuning import tune
-from recorded.whole_chain import fly_again
 
 from crazychoir_fw.common.errors import RangeError, StateError
+from crazychoir_fw.comparison.controller_replay import replay_controller
+from crazychoir_fw.comparison.motor_replay import replay_motors
+from crazychoir_fw.comparison.prediction import predict
+from crazychoir_fw.comparison.tuning import tune
+from crazychoir_fw.comparison.whole_chain import fly_again
 
 
 def test_phases(synthetic):
