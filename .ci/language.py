@@ -24,7 +24,8 @@ ROOT = Path(__file__).resolve().parents[1]
 PHRASES = {
     r"\b(?:nobody|somebody|someone|whoever|whomever|no one)\b": "name the component",
     r"(?<![\w'])(?:Who|who) (?:is|are|was|were|does|do|did|has|have|wants?|asks?|needs?|sends?|may|can|flies|"
-    r"dies|died|makes?|gets?|shall|must|answers?|reads?|writes?|waits?|knows?|comes?|came|left|speaks?|talks?)\b": "name the component",
+    r"dies|died|makes?|"
+    r"gets?|shall|must|answers?|reads?|writes?|waits?|knows?|comes?|came|left|speaks?|talks?)\b": "name the component",
     r"\b(?:those|the ones?|they) (?:who|that) (?:know|want|ask|need|wait|listen)\b": "name the component",
     r"\banew\b": "again, restart, reset",
     r"\blies? still\b|\blying still\b|\blay still\b": "at rest, asleep",
