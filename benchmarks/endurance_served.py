@@ -6,8 +6,10 @@
 The drones hang on supplies of constant voltage instead of their batteries, and each flies a square at a height of its
 own through the high-level commander. Prints once per `--every` seconds of wall time: wall time (s), simulated time (s),
 memory of the server (resident, MB), size of the stream (MB), simulated over wall time, median and worst gap between
-two log packets of one drone (ms of wall time), log packets that are missing, drones that fly, the largest distance
-between a drone and its corner (m), and median and worst round trip of a parameter request (ms).
+two log packets of one drone (ms of wall time), log packets that are missing, logs that were begun again (a drone that
+hears nothing for a second deletes its log blocks; a client on a busy machine may stand still as long), drones that
+fly, the largest distance between a drone and its corner (m), and median and worst round trip of a parameter request
+(ms).
 """
 
 import argparse
@@ -30,22 +32,10 @@ COUNT = 10
 PARAMETER = "stabilizer.controller"
 CORNERS = ((0.0, 0.0), (0.3, 0.0), (0.3, 0.3), (0.0, 0.3))  # m, from the drone's start
 STAMP_S = 2**24 / 1e3  # the time stamps of log packets have 24 bits, and wrap every 4.7 hours
+SILENCE_S = 5.0  # wall time without log packets after which their block is begun again
 FLIGHT_S, REST_S = 2.0, 2.0  # simulated time to a corner, and there
 _COMMAND = "from crazychoir_fw.cli import app; app()"
-_HEADINGS = (
-    "wall",
-    "simulated",
-    "memory",
-    "stream",
-    "speed",
-    "gap",
-    "worst",
-    "missing",
-    "flying",
-    "error",
-    "trip",
-    "max",
-)
+_HEADINGS = "wall simulated memory stream speed gap worst missing again flying error trip max"
 _MISSION = """
 seed: 1
 drones:
@@ -75,15 +65,20 @@ class Flight:
         self.asked: float | None = None
         self.wraps = 0
         self.missing, self.due, self.error, self.pose = 0, 0.0, 0.0, (0.0, 0.0, 0.0)
-        block = LogConfig("pose", period_in_ms=period_ms)
-        for axis in "xyz":
-            block.add_variable(f"stateEstimate.{axis}", "float")
-        block.data_received_cb.add_callback(self.received)
         link.param.add_update_callback(*PARAMETER.split("."), cb=self.answered)
         link.supervisor.send_arming_request(True)
         time.sleep(0.2)
         link.high_level_commander.takeoff(self.height, 2.0)
-        link.log.add_config(block)
+        self.begin_log()
+
+    def begin_log(self) -> None:
+        """Ask the drone for its place, again if it has deleted the block."""
+        self.begun = time.monotonic()
+        block = LogConfig("pose", period_in_ms=round(1e3 * self.period_s))
+        for axis in "xyz":
+            block.add_variable(f"stateEstimate.{axis}", "float")
+        block.data_received_cb.add_callback(self.received)
+        self.link.log.add_config(block)
         block.start()
 
     def received(self, stamp: int, data: dict[str, float], _: LogConfig) -> None:
@@ -119,11 +114,21 @@ class Flight:
 
     def look(self) -> dict[str, float]:
         """Return what was noted since the last look."""
+        again = time.monotonic() - max(self.begun, self.packets[-1][0] if self.packets else 0.0) > SILENCE_S
+        if again:
+            self.begin_log()
         packets, self.packets = self.packets[:-1], self.packets[-1:]
         gaps = 1e3 * np.diff([wall for wall, _ in packets]) if len(packets) > 1 else np.zeros(1)
-        seen = {"gap": float(np.median(gaps)), "worst": float(gaps.max()), "missing": self.missing, "error": self.error}
+        seen = {
+            "gap": float(np.median(gaps)),
+            "worst": float(gaps.max()),
+            "missing": self.missing,
+            "again": again,
+            "error": self.error,
+        }
+        seen |= {"error": self.error, "flying": self.pose[2] > 0.3}
         self.missing, self.error = 0, 0.0
-        return seen | {"now": self.packets[-1][1] if self.packets else 0.0, "flying": self.pose[2] > 0.3}
+        return seen | {"now": self.packets[-1][1] if self.packets else 0.0}
 
 
 def watch(server: subprocess.Popen, folder: Path, arguments: argparse.Namespace) -> None:
@@ -137,7 +142,7 @@ def watch(server: subprocess.Popen, folder: Path, arguments: argparse.Namespace)
     uris = [f"udp://127.0.0.1:{arguments.port + index}" for index in range(COUNT)]
     with tempfile.TemporaryDirectory() as cache, Swarm(uris, factory=CachedCfFactory(rw_cache=cache)) as swarm:
         swarm.sequential(begin_flight)
-        print("".join(f"{heading:>10}" for heading in _HEADINGS), flush=True)
+        print("".join(f"{heading:>10}" for heading in _HEADINGS.split()), flush=True)
         begin = last = time.monotonic()
         simulated = 0.0
         while simulated < 3600 * arguments.hours and server.poll() is None:
@@ -157,6 +162,7 @@ def watch(server: subprocess.Popen, folder: Path, arguments: argparse.Namespace)
                 np.median([seen["gap"] for seen in looks]),
                 max(seen["worst"] for seen in looks),
                 sum(seen["missing"] for seen in looks),
+                sum(seen["again"] for seen in looks),
                 sum(seen["flying"] for seen in looks),
                 max(seen["error"] for seen in looks),
                 np.median(trips),
@@ -192,11 +198,13 @@ def main() -> None:
         ]
         if not arguments.no_log:
             serve += ["--out", str(folder)]
-        with subprocess.Popen([sys.executable, "-c", _COMMAND, *serve], stdout=subprocess.DEVNULL) as server:
+        told = Path(scratch) / "told.txt"
+        with told.open("w") as file, subprocess.Popen([sys.executable, "-c", _COMMAND, *serve], stdout=file) as server:
             try:
-                time.sleep(10.0)  # imports, on a busy machine
-                if server.poll() is not None:
-                    sys.exit("the server ended before the first client")
+                while "udp://" not in told.read_text():
+                    if server.poll() is not None:
+                        sys.exit("the server ended before the first client")
+                    time.sleep(0.2)
                 watch(server, folder, arguments)
             finally:
                 server.kill()

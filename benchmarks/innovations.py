@@ -1,9 +1,10 @@
 """Normalized innovations squared of the built-in filter, from the queue of measurements that its last loop has fused.
 
-A copy of the drone from before that loop is led through prediction and process noise, without measurements. Then each measurement is compared with what that copy expects. For a scalar measurement with innovation e of
-variance s the state moves by P H' e / s and its variances shrink by (P H')² / s, so that e² / s is the square of the one
-over the other, whatever the model of the measurement. Poses, positions and flow, which hold several numbers, are compared
-number by number with the covariance before the first.
+A copy of the drone from before that loop is led through prediction and process noise, without measurements. Then each
+measurement is compared with what that copy expects. For a scalar measurement with innovation e of variance s the state
+moves by P H' e / s and its variances shrink by (P H')² / s, so that e² / s is the square of the one over the other,
+whatever the model of the measurement. Poses, positions and flow, which hold several numbers, are compared number by
+number with the covariance before the first.
 """
 
 from __future__ import annotations
@@ -70,9 +71,7 @@ class Innovations:
         kind, data = measurement.type, measurement.data
         gyro = ffi.addressof(estimator, "gyroLatest")
         resolved = ffi.new("cf_resolved_sweep_t *")
-        whole = lib.cf_lighthouse_resolve(
-            resolved, ffi.addressof(measurement), ffi.addressof(estimator, "stations")
-        )
+        whole = lib.cf_lighthouse_resolve(resolved, ffi.addressof(measurement), ffi.addressof(estimator, "stations"))
         lib.cf_kalman_update(kalman, whole, gyro, now)
         if kind == lib.MeasurementTypePose:
             return [*before.of_position(data.pose.pos, data.pose.stdDevPos), *before.of_attitude(data.pose)]

@@ -235,7 +235,7 @@ def _number(row: list[str], place: int) -> float:
     return number if abs(number) < 1e15 else np.nan
 
 
-def _ascending(columns: dict[str, NDArray], path: Path, notes: list[str]) -> dict[str, NDArray]:
+def _ascending(columns: dict[str, NDArray[Any]], path: Path, notes: list[str]) -> dict[str, NDArray[Any]]:
     time = columns["t"]
     latest = np.fmax.accumulate(np.where(np.isfinite(time), time, -np.inf))
     keep = np.isfinite(time) & (time > np.concatenate([[-np.inf], latest[:-1]]))
@@ -246,7 +246,7 @@ def _ascending(columns: dict[str, NDArray], path: Path, notes: list[str]) -> dic
     return {name: values[keep] for name, values in columns.items()}
 
 
-def _plausible(columns: dict[str, NDArray], path: Path, notes: list[str]) -> dict[str, NDArray]:
+def _plausible(columns: dict[str, NDArray[Any]], path: Path, notes: list[str]) -> dict[str, NDArray[Any]]:
     """Cut the flight before its first impossible row, and fill short holes."""
     time = columns["t"]
     good = np.ones(len(time), bool)
@@ -294,14 +294,14 @@ def _plausible(columns: dict[str, NDArray], path: Path, notes: list[str]) -> dic
     return {name: values[keep] for name, values in columns.items()}
 
 
-def _far_from(time: NDArray, known: NDArray, distance: float) -> NDArray[np.bool_]:
+def _far_from(time: NDArray[Any], known: NDArray[Any], distance: float) -> NDArray[np.bool_]:
     after = np.searchsorted(known, time)
     left = time - known[np.clip(after - 1, 0, len(known) - 1)]
     right = known[np.clip(after, 0, len(known) - 1)] - time
     return np.abs(left) + np.abs(right) > distance
 
 
-def _resample(columns: dict[str, NDArray], path: Path, notes: list[str]) -> RecordedFlight:
+def _resample(columns: dict[str, NDArray[Any]], path: Path, notes: list[str]) -> RecordedFlight:
     start = columns["t"][0]
     recorded = columns["t"] - start
     if recorded[-1] < _SHORTEST:
@@ -322,7 +322,7 @@ def _resample(columns: dict[str, NDArray], path: Path, notes: list[str]) -> Reco
         notes.append("desired attitudes are zero: not flown by the PID controller")
         desired = None
     voltage, yaw = group(_VOLTAGE), group(_YAW)
-    parts = {
+    parts: dict[str, Any] = {
         "motors": group(_MOTORS),
         "setpoint": group(_SETPOINT),
         "estimate": group(_ESTIMATE),
@@ -344,7 +344,7 @@ def _resample(columns: dict[str, NDArray], path: Path, notes: list[str]) -> Reco
     )
 
 
-def _continuous(quaternion: NDArray) -> NDArray:
+def _continuous(quaternion: NDArray[Any]) -> NDArray[Any]:
     """Return unit quaternions whose sign does not flip from row to row."""
     unit = quaternion / np.linalg.norm(quaternion, axis=1, keepdims=True)
     signs = np.where(np.sum(unit[1:] * unit[:-1], axis=1) < 0.0, -1.0, 1.0)

@@ -8,7 +8,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.comparison.nanobench import PERIOD, RecordedFlight
@@ -115,16 +114,16 @@ def _hover(setpoint: Array, airborne: int, off: int) -> tuple[int, int]:
 def _end(setpoint: Array, left: int, off: int) -> tuple[int, int | None]:
     """Return the row where a trajectory ends, and that of a null setpoint."""
     height = setpoint[:, 2]
-    span: NDArray = height[left : off + 1]
+    span: Array = height[left : off + 1]
     if len(span) < 3:
         return off, None
     # a null setpoint asks for (0, 0, 0) for a moment: a spike towards the floor, there and back
     drop = np.concatenate([[False], np.diff(span) < -0.1])
     null = None
-    for row in np.flatnonzero(drop):
+    for row in np.flatnonzero(drop).tolist():
         back = span[row : row + 30]
         if len(back) and back.max() > span[row - 1] - 0.1 and span[row - 1] > 0.3:
-            null = left + int(row)
+            null = left + row
             break
     last = off if null is None else null
     # landing: the setpoint comes down to the floor without a rest; its beginning ends the trajectory

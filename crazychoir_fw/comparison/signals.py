@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(squares)))
 
 
-def at(times: Array, time: Array, values: Array) -> Array:
+def at(times: NDArray[Any], time: NDArray[Any], values: NDArray[Any]) -> Array:
     """Return columns of a signal at other times, the ends held; shape (len(times), ...)."""
     if values.ndim == 1:
         return np.interp(times, time, values)

@@ -100,9 +100,9 @@ class Tuning:
     """By which the logs come after the truth (s)."""
     thrust_scale: float
     """Delivered over commanded thrust."""
-    trim_torque: tuple[float, float, float]
+    trim_torque: tuple[float, ...]
     """Constant torque (N m, body) at a thrust that carries the weight; it goes with thrust."""
-    misalignment: tuple[float, float, float, float]
+    misalignment: tuple[float, ...]
     """Quaternion from the body's frame to that of the markers (x, y, z, w)."""
     hover_voltage: float
     """Mean voltage of the pack in hover (V)."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
@@ -29,7 +30,7 @@ class VehicleModel:
         """
         self.overrides = vehicles.overrides(dict(overrides))
         known = vehicles.parameters("cf2")
-        everything = {**{name: known[name].value for name in known}, **self.overrides}
+        everything: dict[str, Any] = {**{name: known[name].value for name in known}, **self.overrides}
         self.mass = float(everything["mass"])
         xx, yy, zz = everything["inertia"]
         xy, xz, yz = everything["products_of_inertia"]
@@ -79,7 +80,7 @@ class RotorHistory:
         begin = ffi.offsetof("cf_rotors_t", "thrust")
         return np.ascontiguousarray(rows[:, begin : begin + 16]).view(np.float32).astype(float)
 
-    def wrench(self, ticks: Array, rotation: Array, velocity: Array, rates: Array) -> tuple[Array, Array]:
+    def wrench(self, ticks: NDArray[Any], rotation: Array, velocity: Array, rates: Array) -> tuple[Array, Array]:
         """Return forces (N, world) and torques (N m, body) at ticks and motions; one row each.
 
         Args:

@@ -265,7 +265,7 @@ def compare_paths(
     flight: RecordedFlight,
     phases: Phases,
     tuning: Tuning | None,
-    times: Array,
+    times: NDArray[Any],
     setpoints: Array,
     simulated: Array,
     what: str,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time as wall
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -19,47 +18,20 @@ from crazychoir_fw.flight.agent import Agent, DronePhase, SwarmPhases
 from crazychoir_fw.flight.backend import Backend, one_of
 from crazychoir_fw.flight.control_group import ControlGroup
 from crazychoir_fw.flight.detour import Detour
+from crazychoir_fw.flight.event import Event
 from crazychoir_fw.flight.services import Service
+from crazychoir_fw.flight.touchdown import TOUCHDOWN_M, fallen_of, landed_of
 from crazychoir_fw.guidance import GuidanceGroup
 from crazychoir_fw.mission.communicators import statistics_of
 
 Array = NDArray[np.float64]
 Names = str | Iterable[str] | None
 
-TOUCHDOWN_M = 0.05
-"""Height above its start at which the motors of a landing drone stop (m)."""
-
-_FLOWN_M = 0.2  # above its start, a drone has flown
 _DESCENT_SPEED = 0.4  # [m/s], of a drone whose layers cannot land it
 _SHORTEST_DESCENT_S = 1.0
-_FALLEN_S = 1.0  # on the floor, after which it is not about to go on
-_LANDING_SPEED = 0.5  # [m/s], at which a drone that passes the floor has not come to land
 _DESCENDS = 0.02  # [m/s], above what velocities of a drone at rest are taken for
 _ROUNDS_PER_LOOK = 4  # rounds between two looks at who failed
 PARTS = ("simulation", "guidance", "planning", "control", "sending", "record")
-
-
-@dataclass(frozen=True)
-class Event:
-    """Something that happened in an experiment."""
-
-    time: float
-    kind: str
-    """``takeoff``, ``start``, ``land``, ``landed``, ``stop``, ``failure``, ``lost``, ``rejoined``."""
-    drone: str | None
-    """Whose; None: nobody's."""
-    details: str | Mapping[str, Any] = ""
-    """A sentence, or what belongs to it, by name."""
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as an event of a flight log."""
-        details = {"reason": self.details} if isinstance(self.details, str) and self.details else self.details
-        return {
-            "time": round(self.time, 4),
-            "kind": self.kind,
-            "drone": self.drone,
-            "details": dict(details) if details else {},
-        }
 
 
 class Experiment(Stateful):
@@ -496,35 +468,15 @@ class Experiment(Stateful):
     def _look(self, up: Sequence[Agent], poses: Pose) -> None:
         """See who has landed, and who cannot go on."""
         if self._phases.is_anybody_landing:
-            landed = [
-                agent
-                for agent in up
-                if agent.phase is DronePhase.LANDING
-                and poses.position[agent.index, 2] < agent.floor + TOUCHDOWN_M
-                and abs(poses.velocity[agent.index, 2]) < _LANDING_SPEED
-            ]
+            landed = landed_of(up, poses)
             if landed:
                 self._touch_down(landed)
         if self._rounds % _ROUNDS_PER_LOOK == 0:
-            self._look_for_fallen(up, poses)
+            for agent in fallen_of(up, poses, self.time):
+                self._fail(agent, f"{agent.name}: came down at {agent.low_since:.2f} s")
             for i, sentence in self.backend.failures().items():
                 if self.agents[i].is_up:
                     self._fail(self.agents[i], sentence)
-
-    def _look_for_fallen(self, up: Sequence[Agent], poses: Pose) -> None:
-        """Stop who came down though nobody told it to: it may lie on its feet, and no supervisor minds."""
-        now = self.time
-        heights = poses.position[:, 2].tolist()
-        for agent in up:
-            height = heights[agent.index] - agent.floor
-            if height > _FLOWN_M:
-                agent.has_flown = True
-            if height > TOUCHDOWN_M or not agent.has_flown or agent.phase is not DronePhase.FLYING:
-                agent.low_since = None
-            elif agent.low_since is None:
-                agent.low_since = now
-            elif now - agent.low_since > _FALLEN_S:
-                self._fail(agent, f"{agent.name}: came down at {agent.low_since:.2f} s")
 
     def _touch_down(self, agents: Sequence[Agent]) -> None:
         """Turn motors off after a landing."""
@@ -568,7 +520,7 @@ class Experiment(Stateful):
         if not agent.is_up:
             self._fail(agent, sentence)
             return
-        height = float(self.backend.pose_of(agent.index).position[2]) - agent.floor
+        height = float(np.asarray(self.backend.pose_of(agent.index).position)[2]) - agent.floor
         if not height > TOUCHDOWN_M:  # on the floor, or nowhere known
             self._fail(agent, sentence)
             return

@@ -70,7 +70,7 @@ def _finite(*values: float) -> list[float] | None:
 def _cards(session: Session) -> list[dict[str, Any]]:
     session.listen_to_consoles()
     poses = session.experiment.backend.poses()
-    speeds = np.linalg.norm(poses.velocity, axis=1)
+    places, speeds = np.asarray(poses.position), np.linalg.norm(np.asarray(poses.velocity), axis=1)
     cards = []
     for agent in session.experiment.agents:
         state = session.access.state(agent.index)
@@ -80,7 +80,7 @@ def _cards(session: Session) -> list[dict[str, Any]]:
                 "phase": agent.phase.value,
                 "guidance": f"{type(agent.guidance).__name__} {guidance}".strip(),
                 "supervisor": state.supervisor,
-                "place": _finite(*poses.position[agent.index]),
+                "place": _finite(*places[agent.index]),
                 "speed": _finite(speeds[agent.index]),
                 "battery": round(state.battery_v, 3) if math.isfinite(state.battery_v) else None,
                 "estimate_error": round(state.estimate_error_m, 4) if math.isfinite(state.estimate_error_m) else None,

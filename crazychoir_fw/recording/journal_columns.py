@@ -42,20 +42,20 @@ class JournalColumns:
         """
         about, numbers, blob = json.loads(str(arrays["about"])), arrays["numbers"], arrays["blob"]
         own = np.zeros(len(about["kinds"]), np.int32)
-        for k, (key, n_numbers, n_bytes) in enumerate(
-            zip(about["kinds"], about["numbers"], about["bytes"], strict=True)
-        ):
-            if tuple(key) not in self._kinds:
-                self._kinds[tuple(key)] = len(self._kinds), self._scratch(), self._scratch()
-            own[k], values, raw = self._kinds[tuple(key)]
+        kinds = zip(about["kinds"], about["numbers"], about["bytes"], strict=True)
+        for k, ((verb, signature), n_numbers, n_bytes) in enumerate(kinds):
+            key = str(verb), str(signature)
+            if key not in self._kinds:
+                self._kinds[key] = len(self._kinds), self._scratch(), self._scratch()
+            own[k], values, raw = self._kinds[key]
             values.write(numbers[:n_numbers].tobytes())
             raw.write(blob[:n_bytes].tobytes())
             numbers, blob = numbers[n_numbers:], blob[n_bytes:]
-        kinds = arrays["kinds"]
+        numbers_of_kinds = arrays["kinds"]
         self._columns["ticks"].write(arrays["ticks"].tobytes())
         self._columns["drones"].write(arrays["drones"].tobytes())
-        self._columns["kinds"].write((own[kinds] if len(kinds) else kinds).tobytes())
-        self.count += len(kinds)
+        self._columns["kinds"].write(own[numbers_of_kinds].tobytes())
+        self.count += len(numbers_of_kinds)
         self._gap = self._gap or about["gap"]
 
     def members(self) -> Iterator[Member]:
