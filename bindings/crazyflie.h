@@ -127,6 +127,12 @@ bool cf_is_out(const cf_t *cf);
 // refresh_logs of the provider), in `count` drones whose states start `stride` bytes apart.
 void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride);
 
+// Refreshes the logs of drones as cf_refresh_logs does, then copies stretches of their memory to
+// `to`, one drone behind the other. `bounds` has the first byte and the one behind the last of each
+// of the `stretches`.
+void cf_copy_logs(uint8_t *to, cf_t *first, int count, ptrdiff_t stride, const uint32_t *bounds,
+                  int stretches);
+
 // To be called after a client wrote a parameter of the drone into its memory.
 void cf_parameter_written(cf_t *cf, const char *group, const char *name);
 

@@ -121,6 +121,8 @@
 #include "vehicle/positioning/loco.h"
 #include "vehicle/positioning/mishap.h"
 #include "vehicle/positioning/mocap.h"
+#include "vehicle/positioning/mocap_quality.h"
+#include "vehicle/positioning/spell.h"
 #include "vehicle/random.h"
 #include "vehicle/ranger.h"
 #include "vehicle/rotor_vibration.h"

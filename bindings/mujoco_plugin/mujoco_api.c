@@ -28,6 +28,9 @@ int cf_mujoco_api_find(cf_mujoco_api_t *api, const char *libmujoco_path) {
   missing |= find(library, "mju_rayGeom", &api->ray_geom);
   missing |= find(library, "mj_rayMesh", &api->ray_mesh);
   missing |= find(library, "mj_rayHfield", &api->ray_hfield);
+  missing |= find(library, "mj_kinematics", &api->kinematics);
+  missing |= find(library, "mj_comPos", &api->com_pos);
+  missing |= find(library, "mj_camlight", &api->camlight);
   missing |= find(library, "mjcb_contactfilter", &api->contact_filter);
   missing |= find(library, "mjcb_time", &api->clock);
   missing |= find(library, "mjcb_passive", &api->passive);

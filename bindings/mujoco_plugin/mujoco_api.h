@@ -21,6 +21,9 @@ typedef struct {
                      const mjtNum vec[3], mjtNum normal[3]);
   mjtNum (*ray_hfield)(const mjModel *model, const mjData *data, int geom, const mjtNum pnt[3],
                        const mjtNum vec[3], mjtNum normal[3]);
+  void (*kinematics)(const mjModel *model, mjData *data);
+  void (*com_pos)(const mjModel *model, mjData *data);
+  void (*camlight)(const mjModel *model, mjData *data);
   mjfConFilt *contact_filter;  // where the process keeps its filter
   mjfTime    *clock;           // and its clock
   mjfGeneric *passive;         // and what users add to steps

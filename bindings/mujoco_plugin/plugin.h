@@ -32,9 +32,10 @@ const char *cf_plugin_attribute(uintptr_t model, int instance, const char *name)
 void cf_plugin_overlap(uintptr_t model, uintptr_t data, int is_overlapping);
 
 // Advances by at most so many ticks without MuJoCo, as steps would, to the last bit. Returns by how
-// many, or minus the number of steps that MuJoCo has to make. Between
-// on and off of overlapping only. Of mjData it leaves qpos, qvel, qacc, qacc_warmstart, time and
-// plugin_state up to date, and the rest as it was: a step is to follow.
+// many, or minus the number of steps that MuJoCo has to make. Of mjData it leaves qpos, qvel, qacc,
+// qacc_warmstart, time and plugin_state up to date, and there is no contact. After all ticks, so is
+// where bodies, geoms, sites, cameras and lights are, in the way of mj_step: at the start of the
+// last one. Velocities of bodies and forces stay as they were. After less, a step is to follow.
 int cf_plugin_window(uintptr_t model, uintptr_t data, int ticks);
 
 // Takes out the contacts of drones that have begun, in the order of their beginning: at most

@@ -23,12 +23,14 @@
 
 struct cf_windows_s {
   cf_rooms_t rooms;
-  mjtNum    *before;  // qpos, qvel, qacc, qacc_warmstart, plugin_state; null while none is held
-  int        pause;
+  mjtNum    *before;   // qpos, qvel, qacc, qacc_warmstart, plugin_state; null while none is held
+  double (*poses)[7];  // at the start of the last step, by drone
+  int pause;
 
   const mjModel *model;
   mjData        *data;
   int            ticks;
+  int            posed_tick;  // whose poses are kept; -1: of none
   double         times[CF_MOST_WINDOW_TICKS];
   bool          *has_held;  // by flock: one of it is held, so that it may break the window
   bool           is_saved;  // a flock has
@@ -73,7 +75,9 @@ void cf_windows_new(swarm_t *swarm, const mjModel *model) {
   swarm->windows    = windows;
   windows->pause    = FIRST_PAUSE;
   windows->has_held = calloc((size_t)swarm->count, sizeof *windows->has_held);
-  if (windows->has_held == NULL || !cf_rooms_new(&windows->rooms, swarm)) {
+  windows->poses    = calloc((size_t)swarm->count, sizeof *windows->poses);
+  if (windows->has_held == NULL || windows->poses == NULL ||
+      !cf_rooms_new(&windows->rooms, swarm)) {
     cf_windows_free(swarm);
   }
 }
@@ -83,6 +87,7 @@ void cf_windows_free(swarm_t *swarm) {
     cf_rooms_free(&swarm->windows->rooms);
     free(swarm->windows->has_held);
     free(swarm->windows->before);
+    free(swarm->windows->poses);
     free(swarm->windows);
     swarm->windows = NULL;
   }
@@ -170,7 +175,8 @@ static void force_on(const swarm_t *swarm, int i, int tick, const double start[1
   const mjModel *model  = swarm->windows->model;
   mjData        *data   = swarm->windows->data;
   cf_motion_t   *motion = &swarm->work[i].motion;
-  if (cf_sleep_holds(drone, data)) {
+  // who was not held when the window was planned is not held in it
+  if (swarm->windows->rooms.of[i].is_held && cf_sleep_holds(drone, data)) {
     cf_sleep_force(drone, model, data, force);
     return;
   }
@@ -191,6 +197,9 @@ static bool step_drone(const swarm_t *swarm, int i, int tick) {
   double                     force[6];
   memcpy(start, data->qpos + drone->qpos_address, 7 * sizeof *start);
   memcpy(start + 7, data->qvel + drone->dof_address, 6 * sizeof *start);
+  if (tick == windows->posed_tick) {
+    memcpy(windows->poses[i], start, sizeof windows->poses[i]);
+  }
   force_on(swarm, i, tick, start, force);
   cf_free_flight_move(drone, windows->model, data, start, force);
   if (is_held && cf_sleep_has_left(drone, data, STEP)) {
@@ -326,6 +335,24 @@ static int plan(swarm_t *swarm, const mjModel *model, const mjData *data, int ti
   return count;
 }
 
+// Bodies, geoms, sites, cameras and lights are where the last step began, as after one of MuJoCo's.
+static void pose_bodies(const swarm_t *swarm, const mjModel *model, mjData *data) {
+  for (int turn = 0; turn < 2; turn++) {
+    for (int i = 0; i < swarm->count; i++) {
+      double  now[7];
+      double *pose = data->qpos + swarm->drones[i].qpos_address;
+      memcpy(now, pose, sizeof now);
+      memcpy(pose, swarm->windows->poses[i], sizeof now);
+      memcpy(swarm->windows->poses[i], now, sizeof now);
+    }
+    if (turn == 0) {
+      swarm->mj->kinematics(model, data);
+      swarm->mj->com_pos(model, data);
+      swarm->mj->camlight(model, data);
+    }
+  }
+}
+
 static int pause_longer(struct cf_windows_s *windows) {
   const int pause = windows->pause;
   windows->pause  = pause < LONGEST_PAUSE ? 2 * pause : pause;
@@ -340,7 +367,8 @@ int cf_windows_run(swarm_t *swarm, const mjModel *model, mjData *data, int ticks
   cf_ticks_finish(swarm);
   int done = 0;
   while (done < ticks) {
-    const int planned = plan(swarm, model, data, ticks - done);
+    const int planned   = plan(swarm, model, data, ticks - done);
+    windows->posed_tick = done + planned == ticks ? planned - 1 : -1;
     if (planned < 1 || !cf_rooms_suffice(&windows->rooms, swarm, model, data, planned) ||
         !prepare(swarm, model, data, planned)) {
       break;
@@ -360,5 +388,8 @@ int cf_windows_run(swarm_t *swarm, const mjModel *model, mjData *data, int ticks
     give_back_room(windows);
   }
   windows->pause = FIRST_PAUSE;
+  if (done == ticks) {
+    pose_bodies(swarm, model, data);
+  }
   return done;
 }

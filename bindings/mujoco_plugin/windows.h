@@ -18,7 +18,8 @@ void cf_windows_new(swarm_t *swarm, const mjModel *model);
 void cf_windows_free(swarm_t *swarm);
 
 // Advances by at most so many ticks. Returns by how many; or, where a window is not possible, minus
-// the number of steps after which it is worth to ask again.
+// the number of steps after which it is worth to ask again. After all of them, what mj_kinematics,
+// mj_comPos and mj_camlight make is that of the last step; after less, a step is to follow.
 int cf_windows_run(swarm_t *swarm, const mjModel *model, mjData *data, int ticks);
 
 #endif  // CF_MUJOCO_PLUGIN_WINDOWS_H

@@ -26,6 +26,7 @@ OUT_OF_TREE = "out_of_tree"
 
 CONTROLLERS = ("pid", "mellinger", "indi", "brescianini", "lee", OUT_OF_TREE)
 ESTIMATORS = ("kalman", "complementary", OUT_OF_TREE)
+MOCAP_QUALITIES = ("good", "typical", "poor")
 POSITIONINGS = ("mocap", "mocap_position", "lighthouse", "loco_twr", "loco_tdoa2", "loco_tdoa3", "flow", "none")
 DECKS = ("multiranger", "zranger")
 BUILTIN = "builtin"
@@ -67,6 +68,9 @@ class Settings(Section):
     positioning: Annotated[str, choice(*POSITIONINGS)] | None = None
     """Where position measurements come from."""
 
+    mocap_quality: Annotated[str, choice(*MOCAP_QUALITIES)] | None = None
+    """How good simulated motion capture is: `good`, `typical` or `poor`."""
+
     decks: Annotated[tuple[str, ...], choices(*DECKS)] | None = None
     """Decks beside the one that positions the drone: `multiranger`, `zranger`."""
 
@@ -102,7 +106,7 @@ class Settings(Section):
     mission file. Such a drone flies itself: only phases that name it command it."""
 
     motor_ctrl_properties: Annotated[Mapping[str, str | float], plain_properties()] | None = None
-    """What that class is told."""
+    """Properties of that class."""
 
 
 class DroneEntry(Settings):
@@ -143,7 +147,7 @@ def places_in(layout: str, count: int, spacing: float, center: Sequence[float]) 
 
 
 class Layout(Settings):
-    """`drones` as a formation: for swarms that nobody wants to list."""
+    """`drones` as a formation: for swarms that are too large to list."""
 
     count: Annotated[int, whole(1, 10000)]
     """Number of drones; their ids are cf1, cf2, …"""
@@ -191,6 +195,7 @@ class Drone:
     controller: str | None = None  # None: what the app brings, else that of the provider
     estimator: str | None = None  # None: what the app brings, else what the positioning asks for
     positioning: str = "mocap"
+    mocap_quality: str = "good"
     decks: tuple[str, ...] = ()
     provider: str = BUILTIN
     app: tuple[str, ...] = ()
@@ -224,7 +229,7 @@ def decide(
         wind: Parameters of the vehicles that describe the wind, before both.
 
     Raises:
-        MissionError: If a drone has to fly somebody's own C and carries none.
+        MissionError: If a drone has to fly a user's own C and carries none.
     """
     entries = drones.entries() if isinstance(drones, Layout) else drones
     common = defaults.model_dump(exclude_none=True)
@@ -252,7 +257,7 @@ def _check_unused_properties(entry: DroneEntry, entries: Sequence[DroneEntry]) -
 def _check_out_of_tree(drone: Drone) -> None:
     """Refuse a drone that has to fly C of an app and carries none."""
     for key in ("controller", "estimator"):
-        # a provider with an app in its name was loaded by whoever asks for it
+        # a provider with an app in its name was loaded by the code that asks for it
         if getattr(drone, key) == OUT_OF_TREE and not drone.app and "+" not in drone.provider:
             raise MissionError(
                 f"{drone.id} has {key} '{OUT_OF_TREE}', but no app: name the C file that brings it, for instance "

@@ -30,7 +30,8 @@ class Collisions:
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self._model = model
-        self._data = data
+        self._addresses = model._address, data._address
+        self._data = data  # kept, as its address is used
         self._found = ffi.new("cf_collision_t[]", _BATCH)
         self._lost = ffi.new("uint32_t *")
 
@@ -58,8 +59,7 @@ class Collisions:
             pass
 
     def _take(self) -> int:
-        model, data = self._model._address, self._data._address
-        return int(lib.cf_plugin_take_collisions(model, data, self._found, _BATCH, self._lost))
+        return int(lib.cf_plugin_take_collisions(*self._addresses, self._found, _BATCH, self._lost))
 
     def _name(self, found: Any) -> str:
         if found.other >= 0:

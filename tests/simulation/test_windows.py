@@ -146,17 +146,39 @@ def test_what_is_not_known_is_left_to_mujoco():
     assert window(world, 20) < 0
 
 
-def test_everything_in_mujoco_is_of_the_last_step():
-    """Positions of bodies are those at the start of the last step, as after any step."""
+POSED = ("xpos", "xquat", "xipos", "geom_xpos", "geom_xmat", "site_xpos", "cam_xpos", "light_xpos", "subtree_com")
+
+
+def poses_of(world):
+    return {name: getattr(world.data, name).tobytes() for name in POSED}
+
+
+def test_bodies_are_where_the_last_step_began():
+    """As after any step of MuJoCo, however many ticks the plugin made, and as little as one."""
     world = hovering([(0.0, 0.0), (1.0, 0.0)])
     world.drones[0].high_level_commander.go_to(1.0, 1.0, 1.0, 0.0, 1.0)
     world.step(499)
     before = world.data.qpos[:3].copy()
     world.step(1)
     np.testing.assert_array_equal(world.data.xpos[world.model.body("cf1").id], before)
+    for ticks in (1, 3, 100):
+        snapshot = world.snapshot()
+        mujoco.mj_step(world.model, world.data, nstep=ticks)
+        raw = poses_of(world)
+        world.restore(snapshot)
+        assert window(world, ticks) == ticks
+        assert poses_of(world) == raw
+        assert world.data.ncon == 0
+
+
+def test_single_ticks_are_made_without_mujoco_as_well():
+    world = hovering([(0.0, 0.0), (1.0, 0.0)])
     snapshot = world.snapshot()
-    mujoco.mj_step(world.model, world.data, nstep=100)
-    raw = world.data.xpos.tobytes() + world.data.xquat.tobytes() + world.data.geom_xpos.tobytes()
+    mujoco.mj_step(world.model, world.data, nstep=20)
+    raw = state_of(world)
     world.restore(snapshot)
-    world.step(100)
-    assert world.data.xpos.tobytes() + world.data.xquat.tobytes() + world.data.geom_xpos.tobytes() == raw
+    world.data.cvel[:] = np.nan  # which MuJoCo computes in each step
+    for _ in range(20):
+        world.step(1)
+    assert state_of(world) == raw
+    assert np.isnan(world.data.cvel).all()
