@@ -35,4 +35,5 @@ def episode_keys(seeds: NDArray[np.uint64], episodes: NDArray[np.uint64]) -> NDA
 def uniforms(keys: NDArray[np.uint64], columns: int, stream: int = 0) -> NDArray[np.float64]:
     """Return numbers in [0, 1), shape (n, columns), of keys of shape (n,); each stream has numbers of its own."""
     counters = np.arange(1 + stream * 256, 1 + stream * 256 + columns, dtype=np.uint64)
-    return (mixed(keys[:, None] ^ mixed(counters)[None, :]) >> np.uint64(11)) * 2.0**-53
+    bits = mixed(keys[:, None] ^ mixed(counters)[None, :]) >> np.uint64(11)
+    return bits.astype(np.float64) * 2.0**-53

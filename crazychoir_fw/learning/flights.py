@@ -7,6 +7,8 @@ number of others beside it and at any number of threads.
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -140,7 +142,7 @@ class Flights:
         self._plan[chosen] = self.task.plan(keys)
         return True
 
-    def _move_bodies(self, chosen: NDArray[np.int32], rows: NDArray, patterns: NDArray[np.int32]) -> None:
+    def _move_bodies(self, chosen: NDArray[np.int32], rows: NDArray[Any], patterns: NDArray[np.int32]) -> None:
         """Put bodies where their drones are, with the mass of their patterns."""
         self.port.qpos[chosen, :3], self.port.qpos[chosen, 3:] = rows["position"], rows["quat_wxyz"]
         self.port.qvel[chosen, :3], self.port.qvel[chosen, 3:] = rows["velocity"], rows["rates"]
@@ -175,9 +177,12 @@ class Flights:
         is_over = task.is_over(reading)
         reward = task.reward(reading) + bonus - np.float32(task.end_cost) * is_over
         if self._changes_plans:
-            reading.reference = task.reference(self._plan, self._steps * (1.0 / task.rate_hz))
+            reading.reference = task.reference(self._plan, self._seconds())
         is_late = (self._steps >= task.steps) & ~is_over
         return np.asarray(reward, np.float32), is_over, is_late
+
+    def _seconds(self) -> NDArray[np.float64]:
+        return np.asarray(self._steps * (1.0 / self.task.rate_hz), np.float64)
 
     def _checked(self, actions: ArrayLike) -> Floats:
         try:
@@ -193,7 +198,7 @@ class Flights:
 
     def _read(self) -> Reading:
         port, task = self.port, self.task
-        seconds = self._steps * (1.0 / task.rate_hz)
+        seconds = self._seconds()
         found = port.read(task.ticks)
         return Reading(
             estimate=Motion(*(found[name].copy() for name in ("position", "velocity", "rotation", "rates"))),

@@ -22,7 +22,7 @@ except ImportError:
     raise MissingLibraryError("PettingZoo is not installed; pip install 'crazychoir-fw[rl]' installs it") from None
 
 
-class SwarmEnv(ParallelEnv):
+class SwarmEnv(ParallelEnv):  # type: ignore[misc]
     """All drones act at once; a drone that crashes, leaves or touches another one is out, and its motors stop."""
 
     def __init__(
@@ -64,11 +64,11 @@ class SwarmEnv(ParallelEnv):
         self.action_spaces = {agent: action_space(chosen) for agent in self.possible_agents}
         self._picture = Picture(self.flights.world, self.possible_agents[0]) if render_mode else None
 
-    def observation_space(self, agent: str) -> spaces.Space:
+    def observation_space(self, agent: str) -> spaces.Space[Any]:
         """Return the space of an agent's observations: its own blocks, then its nearest neighbors."""
         return self.observation_spaces[agent]
 
-    def action_space(self, agent: str) -> spaces.Space:
+    def action_space(self, agent: str) -> spaces.Space[Any]:
         """Return the space of an agent's actions."""
         return self.action_spaces[agent]
 
@@ -106,12 +106,13 @@ class SwarmEnv(ParallelEnv):
             return {}, {}, {}, {}, {}
         rewards, is_over, is_late = self.flights.step(self._together(actions))
         out = [agent for agent in agents if is_over[self._numbers[agent]]]
+        nothing: dict[str, dict[str, Any]] = {agent: {} for agent in agents}
         found = (
             self._observations(agents),
             {agent: float(rewards[self._numbers[agent]]) for agent in agents},
             {agent: agent in out for agent in agents},
             {agent: bool(is_late[self._numbers[agent]]) for agent in agents},
-            {agent: {} for agent in agents},
+            nothing,
         )
         self.agents = [] if is_late.any() else [agent for agent in agents if agent not in out]
         for agent in out:

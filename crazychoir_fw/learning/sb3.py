@@ -20,7 +20,7 @@ except ImportError:
     ) from None
 
 
-class Sb3Flights(VecEnv):
+class Sb3Flights(VecEnv):  # type: ignore[misc]
     """A `FlightVectorEnv` with the interface of Stable-Baselines3."""
 
     def __init__(self, task: Task | type[Task] | str = "Hover", num_envs: int = 256, **options: Any) -> None:
@@ -28,7 +28,7 @@ class Sb3Flights(VecEnv):
         self.vector = FlightVectorEnv(task, num_envs, **options)
         """The environment within."""
         super().__init__(num_envs, self.vector.single_observation_space, self.vector.single_action_space)
-        self._actions: NDArray[np.float32] | None = None
+        self._actions = np.zeros((num_envs, self.vector.task.action.size), np.float32)
         self._returns = np.zeros(num_envs)
         self._lengths = np.zeros(num_envs, int)
 

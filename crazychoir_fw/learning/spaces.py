@@ -38,14 +38,16 @@ def task_of(given: Task | type[Task] | str, changes: dict[str, Any]) -> Task:
             near = get_close_matches(name, known, 1)
             hint = f", did you mean '{near[0]}'?" if near else ""
             raise UnknownNameError(f"{kind.__name__} has no field '{name}'{hint} Allowed: {', '.join(known)}")
-    return kind(**changes) if isinstance(given, type) else dataclasses.replace(given, **changes)
+    if isinstance(given, Task):
+        return dataclasses.replace(given, **changes)
+    return kind(**changes)
 
 
 def _box(size: int) -> spaces.Box:
     return spaces.Box(-np.inf, np.inf, (size,), np.float32)
 
 
-def observation_space(task: Task) -> spaces.Space:
+def observation_space(task: Task) -> spaces.Space[Any]:
     """Return the space of one flight's observations."""
     if task.critic is None:
         return _box(task.observation.size)

@@ -74,8 +74,8 @@ class SwarmPort:
         self._for_c = ffi.cast("cf_flight_reading_t *", ffi.from_buffer(self._readings))
         self._const_structs = ffi.cast("const cf_t *const *", self.structs)
         has_deck = bool(world.drones[0].struct.config.vehicle.rangers.has_multiranger)
-        self._ranges = self._rows(_place("onboard.decks.ranger.ranges"), np.uint16, lib.CF_RANGE_COUNT)
-        self._ranges = self._ranges if has_deck else None
+        ranges = self._rows(_place("onboard.decks.ranger.ranges"), np.uint16, lib.CF_RANGE_COUNT)
+        self._ranges = ranges if has_deck else None
 
         self.qpos = self._motion(world.data.qpos, [drone.qpos_address for drone in world.drones], 7)
         """Poses: position (m, world) and quaternion (w, x, y, z), shape (N, 7)."""

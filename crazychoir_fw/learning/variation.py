@@ -91,7 +91,7 @@ def _apply(drone: DroneConfig, key: str, value: Any) -> None:
     if found["axis"] is None:
         vehicle[found["name"]] = value
     else:
-        whole = list(vehicle.get(found["name"], table[found["name"]].value))  # type: ignore[arg-type]
+        whole = list(vehicle.get(found["name"], table[found["name"]].value))
         if int(found["axis"]) >= len(whole):
             raise RangeError(f"vary names '{key}', allowed: [0] to [{len(whole) - 1}]")
         whole[int(found["axis"])] = float(value)

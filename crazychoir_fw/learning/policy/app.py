@@ -82,6 +82,6 @@ def _float(number: float) -> str:
 
 def _floats(numbers: NDArray[np.float32]) -> str:
     """Return numbers as the inside of an initializer."""
-    words = [_float(number) for number in np.ravel(numbers)]
+    words = [_float(float(number)) for number in np.ravel(numbers)]
     lines = [", ".join(words[k : k + _PER_LINE]) for k in range(0, len(words), _PER_LINE)]
     return ",\n    ".join(lines)

@@ -117,7 +117,7 @@ class Policy:
             "platform": self.platform,
             "activations": [layer.activation for layer in self.layers],
         }
-        arrays = {"mean": self.mean, "factor": self.factor}
+        arrays: dict[str, Any] = {"mean": self.mean, "factor": self.factor}
         for number, layer in enumerate(self.layers):
             arrays |= {f"weight{number}": layer.weight, f"bias{number}": layer.bias}
         with replacing(Path(path)) as temporary, temporary.open("wb") as file:
