@@ -63,6 +63,7 @@
 #include "library/library.h"
 #include "loader/library_host.h"
 #include "loader/library_loader.h"
+#include "log_copying.h"
 #include "log_packing.h"
 #include "memories.h"
 #include "mujoco_plugin/attributes.h"
