@@ -1,6 +1,7 @@
 """The one Python build: metadata in pyproject.toml, C sources in bindings/sources.txt."""
 
 import os
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from itertools import chain
 
@@ -27,4 +28,11 @@ class ParallelBuild(build_ext):
         super().build_extensions()
 
 
-setup(cffi_modules=["bindings/cffi/build.py:ffi"], cmdclass={"build_ext": ParallelBuild})
+# the core keeps to Python's stable ABI; but Python 3.10 has another MuJoCo, whose layout it is compiled for
+PYTHON = "cp311" if sys.version_info >= (3, 11) else "cp310"
+
+setup(
+    cffi_modules=["bindings/cffi/build.py:ffi"],
+    cmdclass={"build_ext": ParallelBuild},
+    options={"bdist_wheel": {"py_limited_api": PYTHON}},
+)

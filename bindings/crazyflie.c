@@ -272,6 +272,19 @@ void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride) {
   }
 }
 
+void cf_copy_logs(uint8_t *to, cf_t *first, int count, ptrdiff_t stride, const uint32_t *bounds,
+                  int stretches) {
+  cf_refresh_logs(first, count, stride);
+  for (int i = 0; i < count; i++) {
+    const char *memory = (const char *)first + i * stride;
+    for (int k = 0; k < stretches; k++) {
+      const size_t size = bounds[2 * k + 1] - bounds[2 * k];
+      memcpy(to, memory + bounds[2 * k], size);
+      to += size;
+    }
+  }
+}
+
 void cf_parameter_written(cf_t *cf, const char *group, const char *name) {
   const cf_provider_t *provider = cf_provider_of(cf);
   if (provider != NULL && provider->parameter_written != NULL) {

@@ -40,6 +40,8 @@ typedef struct {
   int   loco_is_planar;  // not 0: the loco deck's driver was built for two dimensions
   float loco_height;     // [m], then: where the drone is kept
 
+  bool is_isolated;  // neither meets, feels nor sees other drones, nor they it
+
   cf_vehicle_config_t vehicle;
 } cf_config_t;
 
@@ -124,6 +126,12 @@ bool cf_is_out(const cf_t *cf);
 // Brings the log variables up to date that nobody pays for in the tick (cf_onboard_refresh_logs,
 // refresh_logs of the provider), in `count` drones whose states start `stride` bytes apart.
 void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride);
+
+// Refreshes the logs of drones as cf_refresh_logs does, then copies stretches of their memory to
+// `to`, one drone behind the other. `bounds` has the first byte and the one behind the last of each
+// of the `stretches`.
+void cf_copy_logs(uint8_t *to, cf_t *first, int count, ptrdiff_t stride, const uint32_t *bounds,
+                  int stretches);
 
 // To be called after a client wrote a parameter of the drone into its memory.
 void cf_parameter_written(cf_t *cf, const char *group, const char *name);

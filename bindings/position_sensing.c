@@ -19,9 +19,19 @@ static void describe_stations(const cf_lighthouse_config_t *config, cf_base_stat
   }
 }
 
+// The client that forwards poses sets both on connecting, as radio handlers do on the vehicle.
+static void tell_deviations(const cf_mocap_config_t *config, cf_onboard_t *onboard) {
+  onboard->ext_pos_std_dev  = config->position_std;
+  onboard->ext_quat_std_dev = config->attitude_std;
+}
+
 void cf_position_boot(cf_t *cf) {
   const cf_vehicle_config_t *config = &cf->config.vehicle;
   cf_decks_t                *decks  = &cf->onboard.decks;
+  if (config->positioning == CF_POSITIONING_MOCAP ||
+      config->positioning == CF_POSITIONING_MOCAP_POSITION) {
+    tell_deviations(&config->mocap, &cf->onboard);
+  }
   cf_decks_init(decks, config->positioning, config->rangers.has_zranger,
                 config->rangers.has_multiranger);
   if (decks->flags.lighthouse4) {

@@ -6,12 +6,12 @@ that names it flies.
 
 from pathlib import Path
 
-from crazychoir_fw.common.opengl_libraries import importable
+from crazychoir_fw.common.early_signals import end_at_once
 from crazychoir_fw.common.version import __version__
 
+end_at_once()  # before all that takes its time
 try:
-    with importable():
-        from crazychoir_fw.onboard.core import register_plugin
+    from crazychoir_fw.onboard.core import register_plugin
 except ModuleNotFoundError as error:
     if error.name != "crazychoir_fw._core":
         raise

@@ -3,6 +3,8 @@
 Press the buttons with ``crazychoir ros takeoff``, ``start``, ``land``, ``stop``, or with ``ros2 topic pub``.
 """
 
+from pathlib import Path
+
 from launch.actions import DeclareLaunchArgument, ExecuteProcess, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 
@@ -31,6 +33,7 @@ def processes(context):
     return started
 
 
+_EXAMPLES = Path(__file__).resolve().parents[1] / "examples"  # in the repository, and where it is installed
 _ROS = ("python3", "-m", "crazychoir_fw.ros")
 
 
@@ -40,7 +43,7 @@ def generate_launch_description():
         [
             DeclareLaunchArgument(
                 "mission",
-                default_value="examples/bearing_formation.yaml",
+                default_value=str(_EXAMPLES / "bearing_formation.yaml"),
                 description="mission file (YAML)",
             ),
             DeclareLaunchArgument("processes", default_value="per-node", description="per-node, per-drone or one"),

@@ -22,6 +22,7 @@ SMALLEST = {
     "page_cost.py": ["--drones", "2", "--seconds", "0.3", "--repeats", "1", "--chromium", "none"],
     "plant_cost.py": ["--drones", "2", "--repeats", "1", "--ticks", "5"],
     "provider_cost.py": ["--drones", "1", "--repeats", "1"],
+    "responses.py": ["--controllers", "pid", "--frequencies", "3"],
     "communicators.py": ["--agents", "4", "--ros-agents", "2", "--rounds", "5"],
     "ros_swarm.py": ["--drones", "2", "--processes", "one", "--backend", "integrator", "--seconds", "0.2"],
     "serve_swarm.py": ["--drones", "2", "--seconds", "0.5", "--repeats", "1"],

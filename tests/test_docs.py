@@ -14,6 +14,7 @@ from crazychoir_fw.onboard import core
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "ARCHITECTURE.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
+TUTORIALS = [*sorted((ROOT / "docs/tutorials").glob("*.md")), *sorted((ROOT / "docs/api").glob("*.md"))]  # done by test_tutorials.py
 
 
 def blocks(page, language):
@@ -80,7 +81,7 @@ def test_table_of_attributes_is_complete():
         assert f"| `{name}` | {cell} | {meaning} |" in page
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", [*PAGES, *TUTORIALS], ids=lambda page: page.stem)
 def test_links_within_the_repository_lead_somewhere(page):
     for target in re.findall(r"\]\((?!https?:)([^)#]+)", page.read_text()):
         assert (page.parent / target).exists(), f"{page.name}: {target}"

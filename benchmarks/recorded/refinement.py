@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from crazychoir_fw.common.errors import MissingLibraryError
-from recorded.nanobench import RecordedFlight
-from recorded.phases import Phases
-from recorded.prediction import predict
-from recorded.signals import Array
-from recorded.tuning import tune
+from crazychoir_fw.comparison.nanobench import RecordedFlight
+from crazychoir_fw.comparison.phases import Phases
+from crazychoir_fw.comparison.prediction import predict
+from crazychoir_fw.comparison.signals import Array
+from crazychoir_fw.comparison.tuning import tune
 
 try:
     from scipy.optimize import minimize

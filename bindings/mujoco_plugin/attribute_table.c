@@ -36,6 +36,17 @@
       NUMBER(name_ "_outlier_size", member_.outlier_size, 0, highest_,                   \
              "how far off: a quarter of this to all of it [" unit_ "]")
 
+// Times in which something is wrong.
+#define SPELL(name_, member_, what_)                                        \
+  NUMBER(name_ "_rate", member_.rate, 0, 100, "how often " what_ " [1/s]"), \
+      NUMBER(name_ "_time", member_.time, 0, 100, "for how long, on average [s]")
+
+// The same, and what it does to a pose.
+#define SHIFT(name_, member_, what_)                                                         \
+  SPELL(name_, member_.spell, what_),                                                        \
+      NUMBER(name_ "_size", member_.size, 0, 10, "by how far the position is then off [m]"), \
+      NUMBER(name_ "_angle", member_.angle, 0, 3.2, "by how much the attitude is off [rad]")
+
 #define ANCHOR(i_) VECTOR("anchor" #i_, vehicle.loco.anchors[i_], 3, 1000, "loco: x y z [m]")
 
 static const attribute_t ATTRIBUTES[] = {
@@ -89,13 +100,29 @@ static const attribute_t ATTRIBUTES[] = {
            "factor on the noise of the inertial sensors; 0 = ideal"),
     NUMBER("bias", vehicle.airframe.imu.bias_scale, 0, 10,
            "factor on the turn-on errors of the inertial sensors; 0 = ideal"),
+    {.name    = "mocap_quality",
+     .doc     = "how good the motion capture is; chooses the defaults of the mocap_ attributes",
+     .kind    = KIND_QUALITY,
+     .offset  = CONFIG(vehicle.mocap_quality),
+     .words   = {"good", "typical", "poor"},
+     .numbers = {CF_MOCAP_GOOD, CF_MOCAP_TYPICAL, CF_MOCAP_POOR}},
     COUNT("mocap_rate", vehicle.mocap.rate, 1000, "poses per second [Hz]; 0 = off"),
     COUNT("mocap_latency_ms", vehicle.mocap.latency_ms, 1000, "age of a pose on arrival [ms]"),
     NUMBER("mocap_noise", vehicle.mocap.position_noise, 0, 1,
            "standard deviation of a position [m]"),
     NUMBER("mocap_attitude_noise", vehicle.mocap.attitude_noise, 0, 1,
            "standard deviation of an attitude [rad]"),
+    NUMBER("mocap_std", vehicle.mocap.position_std, 1e-6, 100,
+           "deviation that the client tells the filter, locSrv.extPosStdDev [m]"),
+    NUMBER("mocap_attitude_std", vehicle.mocap.attitude_std, 1e-6, 100,
+           "the same of an attitude, locSrv.extQuatStdDev [rad]"),
     MISHAP("mocap", vehicle.mocap.mishap, 100, "m"),
+    SPELL("mocap_gap", vehicle.mocap.gap, "the drone is out of sight"),
+    SHIFT("mocap_jump", vehicle.mocap.jump, "a marker is hidden"),
+    SHIFT("mocap_swap", vehicle.mocap.swap, "markers are confused"),
+    SPELL("mocap_busy", vehicle.mocap.busy, "the radio is busy"),
+    COUNT("mocap_busy_ms", vehicle.mocap.busy_ms, 1000,
+          "poses are then later, by up to so much [ms]"),
     NUMBER("baro_noise", vehicle.barometer.noise_scale, 0, 100,
            "factor on noise and drift of the barometer; 0 = ideal"),
     NUMBER("altitude", vehicle.barometer.altitude, 0, 9000,
@@ -153,6 +180,12 @@ static const attribute_t ATTRIBUTES[] = {
      .words   = {"off", "on"},
      .numbers = {0, 1}},
     NUMBER("loco_height", loco_height, 0, 100, "then: the height [m]"),
+    {.name    = "isolated",
+     .doc     = "the drone and others pass through, feel and see nothing of each other",
+     .kind    = KIND_SWITCH,
+     .offset  = CONFIG(is_isolated),
+     .words   = {"off", "on"},
+     .numbers = {0, 1}},
     {.name    = "drag",
      .doc     = "form of the rotor drag",
      .kind    = KIND_CHOICE,

@@ -11,6 +11,7 @@
 typedef enum {
   KIND_CHOICE,      // one of a list of words; the number of the word is stored in an int
   KIND_PROVIDER,    // the name of a provider for the platform; its number is stored in an int
+  KIND_QUALITY,     // the same; brings the numbers of a motion-capture system of this quality
   KIND_SWITCH,      // the same for off and on, stored in a bool
   KIND_COUNT,       // a whole number in [low, high], stored in a uint32_t
   KIND_NUMBER,      // a number in [low, high], stored in a float

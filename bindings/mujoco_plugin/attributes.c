@@ -168,6 +168,7 @@ static cf_status_t set_vector(cf_config_t *config, const attribute_t *a, const c
 static cf_status_t set(cf_config_t *config, const attribute_t *a, const char *text) {
   switch (a->kind) {
     case KIND_CHOICE:
+    case KIND_QUALITY:
     case KIND_SWITCH:
       return set_choice(config, a, text);
     case KIND_VECTOR:
@@ -221,6 +222,9 @@ cf_status_t cf_attribute_set(cf_config_t *config, int i, const char *text,
   if (status != CF_OK) {
     explain(config, i, text, message);
     return status;
+  }
+  if (a->kind == KIND_QUALITY) {
+    cf_mocap_of_quality(&config->vehicle.mocap, config->vehicle.mocap_quality);
   }
   if (i == 0) {
     // the platform brings its own vehicle; identity stays

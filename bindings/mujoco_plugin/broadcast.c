@@ -14,7 +14,7 @@ bool cf_broadcast_is_due(double before, double now) {
 
 bool cf_broadcast_has_listeners(const swarm_t *swarm) {
   for (int i = 0; i < swarm->count; i++) {
-    if (cf_state_of(&swarm->drones[i], swarm->data)->wants_peers) {
+    if (!swarm->drones[i].is_isolated && cf_state_of(&swarm->drones[i], swarm->data)->wants_peers) {
       return true;
     }
   }
@@ -25,7 +25,7 @@ void cf_broadcast_look(swarm_t *swarm) {
   cf_peer_grid_clear(&swarm->peers);
   for (int i = 0; i < swarm->count; i++) {
     const cf_t *cf = cf_state_of(&swarm->drones[i], swarm->data);
-    if (!cf_vehicle_is_out_of_sight(&cf->vehicle)) {
+    if (!swarm->drones[i].is_isolated && !cf_vehicle_is_out_of_sight(&cf->vehicle)) {
       cf_peer_grid_add(&swarm->peers, i, swarm->work[i].motion.position);
     }
   }
@@ -39,7 +39,7 @@ static uint8_t id_of(int index) {
 
 void cf_broadcast_tell(const swarm_t *swarm, int i) {
   cf_t *cf = cf_state_of(&swarm->drones[i], swarm->data);
-  if (!cf->wants_peers) {
+  if (!cf->wants_peers || swarm->drones[i].is_isolated) {
     return;
   }
   cf_seen_drone_t nearest[PEER_LOCALIZATION_MAX_NEIGHBORS];

@@ -29,6 +29,10 @@ static int leaves_out(const mjModel *model, mjData *data, int geom1, int geom2) 
   for (int i = 0; i < 2; i++) {
     drones[i] = cf_swarm_drone_of_body(model, data, bodies[i]);
   }
+  if (drones[0] != NULL && drones[1] != NULL && drones[0] != drones[1] &&
+      (drones[0]->is_isolated || drones[1]->is_isolated)) {
+    return 1;
+  }
   return (drones[0] != NULL || drones[1] != NULL) && !moves(drones[0], model, data, bodies[0]) &&
          !moves(drones[1], model, data, bodies[1]);
 }

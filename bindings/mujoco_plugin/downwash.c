@@ -12,7 +12,9 @@ static const float GROUND_REACH = 2.0f;   // [m], below this no rotor feels a su
 
 bool cf_downwash_new(swarm_t *swarm) {
   for (int i = 0; i < swarm->count; i++) {
-    swarm->has_downwash |= swarm->drones[i].config->vehicle.airframe.downwash.is_enabled;
+    const drone_t *drone = &swarm->drones[i];
+    swarm->has_downwash |=
+        !drone->is_isolated && drone->config->vehicle.airframe.downwash.is_enabled;
   }
   swarm->has_downwash = swarm->has_downwash && swarm->count > 1;
   if (!swarm->has_downwash) {
@@ -38,7 +40,7 @@ void cf_downwash_look(swarm_t *swarm) {
     const float         thrust   = cf_rotors_total_thrust(&vehicle->rotors);
     const float         strength = cf_downwash_strength(vehicle->mass, thrust);
     // false for NaN
-    if (strength > WEAKEST) {
+    if (strength > WEAKEST && !swarm->drones[i].is_isolated) {
       swarm->strengths[i] = strength;
       cf_peer_grid_add(&swarm->blowing, i, swarm->work[i].motion.position);
     }
@@ -95,7 +97,7 @@ static float surface_below(const swarm_t *swarm, const float position[3]) {
 void cf_downwash_tell(const swarm_t *swarm, int i) {
   cf_vehicle_t               *vehicle = &cf_state_of(&swarm->drones[i], swarm->data)->vehicle;
   const cf_downwash_config_t *config  = &swarm->drones[i].config->vehicle.airframe.downwash;
-  if (swarm->has_downwash && config->is_enabled) {
+  if (swarm->has_downwash && config->is_enabled && !swarm->drones[i].is_isolated) {
     vehicle->downwash = force_on(swarm, config, i);
   }
   if (vehicle->ground_effect.config.is_enabled ||

@@ -116,13 +116,13 @@ bool cf_looking_new(swarm_t *swarm, const mjModel *model) {
       !cf_peer_grid_new(&looking->grid, swarm->count)) {
     return false;
   }
-  const bool is_plain =
-      cf_scenery_is_flat_floor(swarm->scenery) && looking->mover_count == 0 && swarm->count == 1;
+  const bool is_plain = cf_scenery_is_flat_floor(swarm->scenery) && looking->mover_count == 0;
   for (int i = 0; i < swarm->count; i++) {
-    looking->hulls[i] = hull_of(model, swarm->drones[i].body);
-    looking->widest   = fmax(looking->widest, looking->hulls[i].radius);
-    looking->views[i] = (cf_view_t){.base = {.distance = distance}, .swarm = swarm, .self = i};
-    if (!is_plain && has_ranger(swarm->drones[i].config)) {
+    looking->hulls[i]   = hull_of(model, swarm->drones[i].body);
+    looking->widest     = fmax(looking->widest, looking->hulls[i].radius);
+    looking->views[i]   = (cf_view_t){.base = {.distance = distance}, .swarm = swarm, .self = i};
+    const bool is_alone = swarm->count == 1 || swarm->drones[i].is_isolated;
+    if (!(is_plain && is_alone) && has_ranger(swarm->drones[i].config)) {
       looking->is_needed                 = true;
       swarm->work[i].motion.surroundings = &looking->views[i].base;
     }
@@ -166,7 +166,9 @@ static const cf_peer_grid_t *grid_of(swarm_t *swarm) {
   if (atomic_compare_exchange_strong(&looking->grid_state, &state, GRID_BUSY)) {
     cf_peer_grid_clear(&looking->grid);
     for (int i = 0; i < swarm->count; i++) {
-      cf_peer_grid_add(&looking->grid, i, swarm->work[i].motion.position);
+      if (!swarm->drones[i].is_isolated) {
+        cf_peer_grid_add(&looking->grid, i, swarm->work[i].motion.position);
+      }
     }
     cf_peer_grid_sort(&looking->grid);
     atomic_store_explicit(&looking->grid_state, GRID_READY, memory_order_release);
@@ -322,7 +324,8 @@ float cf_looking_distance(swarm_t *swarm, int self, const float point[3], const 
     search.direction[k] = (double)direction[k];
   }
   look_at_movers(&search);
-  if (swarm->count > 1) {
+  const bool has_company = self < 0 || !swarm->drones[self].is_isolated;
+  if (swarm->count > 1 && has_company) {
     const cf_peer_grid_t *grid = grid_of(swarm);
     if (grid->count > 0) {
       look_at_drones(&search, grid);

@@ -10,6 +10,7 @@
 #define STEP 0.001               // [s]
 #define SLACK 0.02               // [m], so that no drone leans on one that flies (touch.h)
 #define COLUMN 1.0               // [m], of a peer grid
+#define ENDLESS 1e9              // [m], no other drone can be touched
 #define MOST_ACCELERATION 300.0  // [m/s^2], that a window allows for
 #define MOST_PUSH 200.0          // [m/s^2], by rotors; the rest is for air and weight
 #define MOST_SPEED 20.0          // [m/s], of a drone and of the wind
@@ -19,7 +20,8 @@
 // More than all rotors together could push [N], whatever happens to them.
 static double most_thrust_of(const drone_t *drone) {
   const cf_rotors_config_t *rotors = &drone->config->vehicle.airframe.rotors;
-  return (double)(CF_ROTOR_COUNT * MOST_GAIN * rotors->thrust_scale * (1.0f + rotors->heat_loss) *
+  const float               cold   = 1.0f + rotors->heat_loss + rotors->heat_own_loss;
+  return (double)(CF_ROTOR_COUNT * MOST_GAIN * rotors->thrust_scale * cold *
                   cf_rotor_steady_thrust(rotors, MOST_VOLTAGE));
 }
 
@@ -52,6 +54,9 @@ static double gap_around(const cf_rooms_t *rooms, const swarm_t *swarm, const mj
   const int32_t  x     = (int32_t)floor(place[0]);
   const int32_t  y     = (int32_t)floor(place[1]);
   double         gap   = COLUMN - drone->reach - CF_ROOMS_REACH;
+  if (drone->is_isolated) {
+    return ENDLESS;
+  }
   for (int k = 0; k < 9; k++) {
     const cf_seen_drone_t *others;
     const int count = cf_peer_grid_bucket(&rooms->grid, x + k % 3 - 1, y + k / 3 - 1, &others);
@@ -68,14 +73,18 @@ static double gap_around(const cf_rooms_t *rooms, const swarm_t *swarm, const mj
 }
 
 static bool measure_gaps(cf_rooms_t *rooms, const swarm_t *swarm, mjData *data) {
+  int in_company = 0;
   cf_peer_grid_clear(&rooms->grid);
   for (int i = 0; i < swarm->count; i++) {
     const double *place   = data->qpos + swarm->drones[i].qpos_address;
     const float   rough[] = {(float)place[0], (float)place[1], (float)place[2]};
-    cf_peer_grid_add(&rooms->grid, i, rough);
+    if (!swarm->drones[i].is_isolated) {
+      cf_peer_grid_add(&rooms->grid, i, rough);
+      in_company++;
+    }
     rooms->of[i].is_held = cf_state_of(&swarm->drones[i], data)->rest.is_held;
   }
-  if (rooms->grid.count < swarm->count) {
+  if (rooms->grid.count < in_company) {
     return false;  // one has run wild
   }
   cf_peer_grid_sort(&rooms->grid);

@@ -212,6 +212,7 @@ static void bind(const cf_mujoco_api_t *mj, drone_t *drone, const mjModel *model
   cf_drone_read_inertia(drone, model);
   read_weight(drone, model);
   read_attributes(mj, drone, model, index);
+  drone->is_isolated = drone->config->is_isolated;
   take_from_model(mj, drone, model);
   read_start_pose(drone, model);
   check_size(mj, drone, model);

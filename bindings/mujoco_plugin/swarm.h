@@ -23,10 +23,11 @@ typedef struct {
   int dof_address;    // 6 numbers: world velocity, body rates
   int state_address;  // in mjData.plugin_state
 
-  bool   can_sleep;  // alone in its tree, so that it can be held (sleep.h)
-  bool   is_free;    // flies by itself where it touches nothing (free_flight.h)
-  double weight;     // [N] at the start
-  double reach;      // [m] of what collides, from the origin of the body
+  bool   can_sleep;    // alone in its tree, so that it can be held (sleep.h)
+  bool   is_isolated;  // other drones are not there for it, nor it for them
+  bool   is_free;      // flies by itself where it touches nothing (free_flight.h)
+  double weight;       // [N] at the start
+  double reach;        // [m] of what collides, from the origin of the body
 
   double principal[7];        // diagonal and frame in the model that these come from
   double inertia[9];          // [kg m^2], body frame

@@ -279,8 +279,12 @@ static void iterate(cf_onboard_t *onboard, const cf_provider_t *provider, void *
                                 &onboard->sensors.data, &onboard->estimate, onboard->tick);
   cf_supervisor_override_setpoint(&onboard->supervisor, &onboard->setpoint);
 
-  provider->controller(provider_state, &onboard->control, &onboard->setpoint,
-                       &onboard->sensors.data, &onboard->estimate, onboard->step);
+  if (onboard->held_control.is_on) {
+    onboard->control = onboard->held_control.control;
+  } else {
+    provider->controller(provider_state, &onboard->control, &onboard->setpoint,
+                         &onboard->sensors.data, &onboard->estimate, onboard->step);
+  }
   onboard->control_yaw = onboard->control.yaw;
   if (!is_finite_control(&onboard->control)) {
     cf_onboard_fail(onboard, CF_FAULT_CONTROL);

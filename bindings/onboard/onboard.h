@@ -69,6 +69,14 @@ typedef struct {
   uint8_t radio_id;  // low byte of the radio address, by which packed positions name a vehicle
 } cf_boot_t;
 
+// A program beside the onboard software that is the controller, such as a policy that is being
+// trained: what it holds flies in place of what a controller computes. Not with a provider that
+// flies its own modules.
+typedef struct {
+  bool      is_on;
+  control_t control;
+} cf_held_control_t;
+
 // The order of members keeps together what a tick touches, so that it lies in few pages of memory:
 // a thousand drones are more than a cache holds, and the sensors begin with a large buffer that is
 // only used while they calibrate.
@@ -91,6 +99,7 @@ typedef struct {
   state_t                  estimate;
   setpoint_t               setpoint;
   control_t                control;
+  cf_held_control_t        held_control;
   motors_thrust_uncapped_t uncapped;
   motors_thrust_uncapped_t compensated;
   motors_thrust_pwm_t      motors;       // what the motor drivers hold; 0 while stopped

@@ -4,6 +4,7 @@
 
 #include "variable_row.h"
 #include "vehicle/parameters.h"
+#include "vehicle/positioning/mocap_quality.h"
 
 #define WORLD_ID UINT64_MAX  // drones have ids of 32 bits
 #define POSITIONING_DICE 4   // mocap, flow deck, lighthouse, loco
@@ -14,11 +15,12 @@ static const float GRAVITY = 9.81f;   // [m/s^2]
 // ------------------------------------------------------------------------------------ positioning
 
 // A room of 5 m by 5 m by 2.5 m around the origin: base stations in two opposite corners under the
-// ceiling, anchors in all eight. Neighbors in the order of the anchors are never straight above
-// each other, so that TDoA2 sees all directions.
+// ceiling, anchors in all eight. It has been surveyed: anchors to 2 cm, their antenna delays to
+// another 2 cm, base stations so that a deck knows its place to 1 cm. Neighbors in the order of the
+// anchors are never straight above each other, so that TDoA2 sees all directions.
 static void default_positioning(cf_vehicle_config_t *config) {
-  config->positioning            = CF_POSITIONING_MOCAP;
-  config->mocap.mishap           = (cf_mishap_config_t){.outlier_size = 0.5f};
+  config->positioning = CF_POSITIONING_MOCAP;
+  cf_mocap_of_quality(&config->mocap, CF_MOCAP_GOOD);
   config->flow_deck.range_mishap = (cf_mishap_config_t){.outlier_size = 0.5f};
   config->flow_deck.flow_mishap  = (cf_mishap_config_t){.outlier_size = 60.0f};
 
@@ -27,8 +29,8 @@ static void default_positioning(cf_vehicle_config_t *config) {
                          {.position = {2.5f, 2.5f, 2.5f}, .target = {0.0f, 0.0f, 0.7f}}},
       .rate           = 50,
       .noise          = 0.0002f,
-      .position_error = 0.005f,
-      .attitude_error = 0.002f,
+      .position_error = 0.003f,
+      .attitude_error = 0.001f,
       .mishap         = {.dropout = 0.02f, .outlier = 0.0001f, .outlier_size = 0.2f},
   };
   config->loco = (cf_loco_config_t){
@@ -43,7 +45,7 @@ static void default_positioning(cf_vehicle_config_t *config) {
       .twr_rate  = 125,
       .tdoa_rate = 500,
       .noise     = 0.07f,
-      .bias      = 0.05f,
+      .bias      = 0.03f,
       .mishap    = {.dropout = 0.05f, .outlier = 0.01f, .outlier_size = 2.0f},
   };
 }
@@ -113,12 +115,6 @@ cf_status_t cf_vehicle_default_config(cf_vehicle_config_t *config, cf_platform_t
 
   *config = (cf_vehicle_config_t){
       .airframe  = {.rotors = {.curve = facts->thrust}},
-      .mocap     = {.rate           = 100,
-                    .latency_ms     = 8,
-                    .position_noise = 0.001f,
-                    .attitude_noise = 0.002f,
-                    .position_std   = 0.01f,
-                    .attitude_std   = 4.5e-3f},
       .flow_deck = {.range_noise_scale = 1.0f, .flow_noise = 1.0f},
   };
   cf_parameters_of_platform(config, platform);

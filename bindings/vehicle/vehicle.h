@@ -26,6 +26,7 @@
 #include "vehicle/positioning/lighthouse.h"
 #include "vehicle/positioning/loco.h"
 #include "vehicle/positioning/mocap.h"
+#include "vehicle/positioning/mocap_quality.h"
 #include "vehicle/random.h"
 #include "vehicle/ranger.h"
 #include "vehicle/rotors.h"
@@ -36,6 +37,7 @@ typedef struct {
   cf_airframe_t          airframe;
   cf_positioning_t       positioning;  // the one system that is fitted
   cf_mocap_config_t      mocap;
+  cf_mocap_quality_t     mocap_quality;  // whose numbers `mocap` began with
   cf_flow_deck_config_t  flow_deck;
   cf_lighthouse_config_t lighthouse;
   cf_loco_config_t       loco;

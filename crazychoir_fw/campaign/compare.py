@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 
 from crazychoir_fw.campaign.campaign import Campaign, Variant, backend_of
-from crazychoir_fw.campaign.flight import Record
+from crazychoir_fw.campaign.flight import FAILED, PASSED, Record
 from crazychoir_fw.campaign.revision import checkout_at
 from crazychoir_fw.campaign.run import Outcome
+from crazychoir_fw.campaign.sensitivity import Influence, blame
 from crazychoir_fw.campaign.verdict import NO_GO
 from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.firmware.checkout import VARIABLE
@@ -98,6 +99,27 @@ def _as(campaign: Campaign, variant: Variant) -> Campaign:
     backend = backend_of(file, changes)
     mission = load_mission(file, changes=changes, provider=variant.provider, app=app, backend=backend)
     return replace(campaign, variant=variant, mission=mission, checkout=checkout_of(campaign, variant), backend=backend)
+
+
+def culprits(both: Comparison) -> list[Influence]:
+    """Return what brings the change out, see `blame`: influences on broken verdicts and on differences of figures.
+
+    Influences that a value has on either side cancel, such as that of the charge on the voltage.
+    """
+    first, second = ({record.number: record for record in one.records} for one in (both.before, both.after))
+    changes = [
+        replace(
+            second[number],
+            outcome=FAILED if number in both.broken else PASSED,
+            figures={
+                name: value - first[number].figures[name]
+                for name, value in second[number].figures.items()
+                if name in first[number].figures
+            },
+        )
+        for number in sorted(first.keys() & second.keys())
+    ]
+    return blame(both.after.campaign, changes)
 
 
 def compare(before: Outcome, after: Outcome) -> Comparison:

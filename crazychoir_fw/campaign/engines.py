@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import multiprocessing as mp
+import os
 import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -11,6 +12,8 @@ from typing import Any, TypeAlias
 
 from crazychoir_fw.campaign.campaign import Job
 from crazychoir_fw.campaign.flight import CRASHED, Record, fly_job
+from crazychoir_fw.common.kept_memory import keep_freed_memory
+from crazychoir_fw.common.parent_death import end_with_parent
 
 Task: TypeAlias = "tuple[Job, Mapping[str, Any]]"
 Engine: TypeAlias = "Callable[[Iterable[Task]], Iterator[Record]]"
@@ -96,7 +99,7 @@ class Processes:
 
     def _hire(self) -> _Worker:
         line, end = self._context.Pipe()
-        process = self._context.Process(target=_work, args=(end,), daemon=True)
+        process = self._context.Process(target=_work, args=(end, os.getpid()), daemon=True)
         process.start()
         end.close()
         return _Worker(process, line)
@@ -115,9 +118,11 @@ def _bury(worker: _Worker) -> int | None:
     return worker.process.exitcode
 
 
-def _work(line: Connection) -> None:
-    """Fly what comes down the line, in a process of its own."""
+def _work(line: Connection, parent: int) -> None:
+    """Fly what comes down the line, in a process of its own, which ends with its parent."""
+    end_with_parent(parent)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all processes of a terminal; the parent decides
+    keep_freed_memory()
     while True:
         try:
             job, values = line.recv()

@@ -17,6 +17,7 @@ from crazychoir_fw.campaign.campaign import Job
 from crazychoir_fw.campaign.engines import MAX_ATTEMPTS, Task
 from crazychoir_fw.campaign.flight import CRASHED, Record, fly_job
 from crazychoir_fw.common.errors import MissingLibraryError, StateError
+from crazychoir_fw.common.kept_memory import keep_freed_memory
 
 if TYPE_CHECKING:
     from crazychoir_fw.campaign.campaign import Campaign
@@ -109,6 +110,7 @@ def _records(ray: Any, reference: Any, batch: list[Task]) -> Iterator[Record]:
 
 def fly_batch(bundle: dict[str, Any], texts: list[str]) -> list[str]:
     """Fly flights on a worker of the cluster; plain data in and out."""
+    keep_freed_memory()
     files = Bundle(**bundle)
     folder, found = files.unpack(), []
     for text in texts:

@@ -15,7 +15,7 @@ import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
-from crazychoir_fw.campaign.compare import Comparison
+from crazychoir_fw.campaign.compare import Comparison, culprits
 from crazychoir_fw.campaign.flight import CRASHED, MARGIN, Record
 from crazychoir_fw.campaign.run import Outcome
 from crazychoir_fw.campaign.sensitivity import FAILED, Influence, influences
@@ -27,6 +27,7 @@ from crazychoir_fw.onboard.core import identity
 
 _TONES = {GO: "good", NO_GO: "bad"}
 _ROWS, _HISTOGRAMS, _PAIRS, _JUNIT = 20, 6, 4, 1000
+_SHOWN_CULPRITS = 10
 
 
 def write_results(outcome: Outcome) -> Path:
@@ -74,7 +75,12 @@ def summary_of(outcome: Outcome, found: Sequence[Influence]) -> dict[str, Any]:
 
 def write_comparison(both: Comparison, folder: Path) -> Path:
     """Write compare.html and compare.json; returns the page."""
-    page = _environment().get_template("compare.html.jinja").render(both=both, tone=_TONES.get(both.answer, "open"))
+    named = culprits(both)
+    page = (
+        _environment()
+        .get_template("compare.html.jinja")
+        .render(both=both, tone=_TONES.get(both.answer, "open"), culprits=named[:_SHOWN_CULPRITS])
+    )
     content = {
         "answer": both.answer,
         "sentence": both.sentence,
@@ -82,6 +88,7 @@ def write_comparison(both: Comparison, folder: Path) -> Path:
         "mended": both.mended,
         "p": both.p,
         "differences": [vars(one) for one in both.differences],
+        "culprits": [vars(one) for one in named],
     }
     for name, text in (("compare.html", page), ("compare.json", json.dumps(content, indent=2) + "\n")):
         with replacing(folder / name) as temporary:

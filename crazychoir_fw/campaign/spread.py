@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from crazychoir_fw.campaign.distributions import Distribution
+from crazychoir_fw.mission.distributions import Distribution
 from crazychoir_fw.mission.schema import Mission
 from crazychoir_fw.onboard.vehicles import parameters
 

@@ -111,7 +111,7 @@ def _kalman(firm: dict[str, Any]) -> dict[str, Any]:
         firm["kalmanCoreParams_t"],
     )
 
-    def kalmanCoreInit(core, params, nowMs):
+    def kalmanCoreInit(core: Any, params: Any, nowMs: int) -> None:
         start(core, params, nowMs)
         core.__dict__["_params"] = params.__copy__()
 

@@ -52,6 +52,51 @@ def build(
     console.print(f"{named}crazychoir fly MISSION.yaml{words} {options}", soft_wrap=True, markup=False, highlight=False)
 
 
+@app.command("from-policy")
+def from_policy(
+    policy: Annotated[Path, typer.Argument(help="Policy: .npz, .onnx, .zip (Stable-Baselines3) or .pt (torch).")],
+    out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("policy_app"),
+    name: Annotated[str, typer.Option(help="Name of the C file and of its parameters.")] = "policy",
+    task: Annotated[
+        str | None, typer.Option(help="What it was trained for, if the file does not say: Hover, ...")
+    ] = None,
+    rate_hz: Annotated[int | None, typer.Option(help="How often it acts, if not as that task says.")] = None,
+    normalization: Annotated[
+        Path | None, typer.Option(help="Archive (.npz) with mean and var, if the network has none within.")
+    ] = None,
+    activation: Annotated[str, typer.Option(help="Between layers of a .zip or .pt: tanh or relu.")] = "tanh",
+) -> None:
+    """Write a trained policy as a C controller for the firmware's app layer, and show what it costs there."""
+    import dataclasses
+    import shlex
+
+    from crazychoir_fw.common.errors import CrazychoirError, UnknownNameError
+    from crazychoir_fw.learning import tasks
+    from crazychoir_fw.learning.policy import cost_of, read_policy, write_app
+
+    try:
+        trained = None
+        if task is not None:
+            if task not in tasks.names():
+                raise UnknownNameError(f"there is no task '{task}', allowed: {', '.join(tasks.names())}")
+            trained = getattr(tasks, task)()
+            trained = trained if rate_hz is None else dataclasses.replace(trained, rate_hz=rate_hz)
+        network = read_policy(policy, trained, normalization, activation)
+        path = write_app(network, out, name, origin=policy.name)
+    except CrazychoirError as error:
+        complain_of(error)
+        raise typer.Exit(BAD_INPUT) from None
+    cost = cost_of(network)
+    layers = " -> ".join(str(size) for size in [network.observation.size, *(len(one.bias) for one in network.layers)])
+    seen = ", ".join(network.observation.blocks)
+    console.print(facts_table({"network": layers, "sees": seen, "does": network.action.kind, **cost.rows}))
+    for doubt in cost.doubts:
+        typer.echo(f"doubtful: {doubt}", err=True)
+    console.print(f"{path} is written, fly it with", style="dim")
+    command = f"crazychoir fly MISSION.yaml --app {shlex.quote(str(path))}"
+    console.print(command, soft_wrap=True, markup=False, highlight=False)
+
+
 def _rows(built: "App", platform: str) -> dict[str, str]:
     """Return what there is to say about an app."""
     from crazychoir_fw.onboard.core import load_library

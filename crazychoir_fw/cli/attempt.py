@@ -102,11 +102,13 @@ def _film(result: "FlightResult", folder: Path, request: FlightRequest) -> bool:
         return True
     from crazychoir_fw.cli.film import make_film
     from crazychoir_fw.common.errors import CrazychoirError
+    from crazychoir_fw.recording.video import usual_name
 
+    path = folder / usual_name()
     try:
-        make_film(result.log, folder / "flight.mp4", request.film)
+        make_film(result.log, path, request.film)
     except OSError as error:
-        complain(about_file(error, folder / "flight.mp4"))
+        complain(about_file(error, path))
     except CrazychoirError as error:
         complain_of(error)
         return False

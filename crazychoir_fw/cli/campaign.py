@@ -11,6 +11,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from crazychoir_fw.cli.console import BAD_INPUT, about_file, complain, complain_of, complaints, console
+from crazychoir_fw.common.signals import unwind_at_signals
 
 if TYPE_CHECKING:
     from crazychoir_fw.campaign.campaign import Campaign
@@ -79,7 +80,7 @@ def fly(
         folder = out or Path("out") / whole.name
         if not resume:
             _forget(folder)
-        with _engine(whole, workers or _PROCESSORS, ray) as engine:
+        with unwind_at_signals(), _engine(whole, workers or _PROCESSORS, ray) as engine:
             if whole.settings.search is not None:
                 raise typer.Exit(_search(whole, folder, engine))
             if whole.settings.compare is not None:
@@ -112,7 +113,7 @@ def _fly_regressions(folder: Path, workers: int) -> int:
     from crazychoir_fw.campaign.engines import Processes
     from crazychoir_fw.campaign.regressions import fly_again, read_flights
 
-    with Processes(workers) as engine:
+    with unwind_at_signals(), Processes(workers) as engine:
         flown = fly_again(read_flights(folder), engine)
     table = Table("flight", "end", "why")
     for path, record in flown.items():

@@ -54,7 +54,10 @@ def film(
         bool, typer.Option("--gif", help="Write flight.gif for a README: 480 x 270, 12.5 pictures per second.")
     ] = False,
     out: Annotated[
-        Path | None, typer.Option(help="File, .mp4, .gif or .webp; otherwise flight.mp4 beside the log.")
+        Path | None,
+        typer.Option(
+            help="File, .mp4, .gif or .webp; otherwise flight.mp4 beside the log, or flight.gif without ffmpeg."
+        ),
     ] = None,
     size: Annotated[
         str | None, typer.Option(help="Width and height in pixels; otherwise 768x432.", metavar="WxH")
@@ -69,10 +72,11 @@ def film(
 ) -> None:
     """Make a film of a recorded flight, by any camera and at any speed."""
     from crazychoir_fw.common.errors import CrazychoirError
+    from crazychoir_fw.recording.video import usual_name
     from crazychoir_fw.simulation.replay import load_flight
 
     folder = log if log.is_dir() else log.parent
-    path = out if out is not None else folder / ("flight.gif" if gif else "flight.mp4")
+    path = out if out is not None else folder / ("flight.gif" if gif else usual_name())
     is_small = path.suffix.lower() != ".mp4"
     width, height, rate = _SMALL if is_small else (768, 432, 25.0)
     try:

@@ -11,54 +11,57 @@ from crazychoir_fw.cli.shared_options import PROCESSES, Processes, Provider, Res
 from crazychoir_fw.cli.view import View, require_way
 from crazychoir_fw.common.signals import held_signals, unwind_at_signals
 
+MissionFile = Annotated[Path, typer.Argument(help="Mission file (YAML).", metavar="MISSION.yaml")]
+Video = Annotated[
+    bool | None,
+    typer.Option("--video/--no-video", help="Make flight.mp4 at once; otherwise `crazychoir film` makes it."),
+]
+Camera = Annotated[str | None, typer.Option(help=f"{CAMERA_HELP} Means --video.", metavar="NAME")]
+Out = Annotated[Path | None, typer.Option(metavar="DIR", help="Output folder; otherwise out/ and the mission's name.")]
+Changes = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="A value of the mission, such as layers.rate=50; repeatable.", metavar="KEY=VALUE"),
+]
+Apps = Annotated[
+    list[Path] | None,
+    typer.Option(help="C file with a controller or an estimator of yours; repeatable.", metavar="FILE.c"),
+]
+Mcap = Annotated[bool, typer.Option("--mcap", help="Write log.mcap too, for Foxglove, PlotJuggler and rosbag.")]
+Watch = Annotated[bool, typer.Option("--watch", help="Fly again whenever the app or the mission is saved.")]
+BackendName = Annotated[
+    str | None,
+    typer.Option(help="Where a mission with layers is flown, instead of its own.", metavar="sim|integrator|hardware"),
+]
+Ros = Annotated[bool, typer.Option("--ros", help="Fly the layers as ROS 2 nodes in processes of their own.")]
+Domain = Annotated[int | None, typer.Option(help="With --ros, the ROS domain; otherwise a free one.", min=0, max=232)]
+PaceFactor = Annotated[
+    float | None,
+    typer.Option(
+        help="With --ros, simulated seconds per second; otherwise in lockstep, as fast as all can answer.",
+        metavar="FACTOR",
+    ),
+]
+
 
 def fly(
-    mission: Annotated[Path, typer.Argument(help="Mission file (YAML).", metavar="MISSION.yaml")],
-    video: Annotated[
-        bool | None,
-        typer.Option("--video/--no-video", help="Make flight.mp4 at once; otherwise `crazychoir film` makes it."),
-    ] = None,
-    camera: Annotated[str | None, typer.Option(help=f"{CAMERA_HELP} Means --video.", metavar="NAME")] = None,
+    mission: MissionFile,
+    video: Video = None,
+    camera: Camera = None,
     view: View = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Output folder; otherwise out/ and the mission's name.")
-    ] = None,
+    out: Out = None,
     seed: Seed = None,
-    changes: Annotated[
-        list[str] | None,
-        typer.Option("--set", help="A value of the mission, such as layers.rate=50; repeatable.", metavar="KEY=VALUE"),
-    ] = None,
+    changes: Changes = None,
     provider: Provider = None,
     threads: Threads = None,
-    app: Annotated[
-        list[Path] | None,
-        typer.Option(help="C file with a controller or an estimator of yours; repeatable.", metavar="FILE.c"),
-    ] = None,
-    mcap: Annotated[
-        bool, typer.Option("--mcap", help="Write log.mcap too, for Foxglove, PlotJuggler and rosbag.")
-    ] = False,
-    watch: Annotated[bool, typer.Option("--watch", help="Fly again whenever the app or the mission is saved.")] = False,
-    backend: Annotated[
-        str | None,
-        typer.Option(
-            help="Where a mission with layers is flown, instead of its own.", metavar="sim|integrator|hardware"
-        ),
-    ] = None,
+    app: Apps = None,
+    mcap: Mcap = False,
+    watch: Watch = False,
+    backend: BackendName = None,
     uri_base: UriBase = None,
-    ros: Annotated[
-        bool, typer.Option("--ros", help="Fly the layers as ROS 2 nodes in processes of their own.")
-    ] = False,
+    ros: Ros = False,
     processes: Processes = PROCESSES,
-    domain: Annotated[
-        int | None, typer.Option(help="With --ros, the ROS domain; otherwise a free one.", min=0, max=232)
-    ] = None,
-    pace: Annotated[
-        float | None,
-        typer.Option(
-            help="With --ros, simulated seconds per second; otherwise in lockstep, as fast as all can answer.",
-            metavar="FACTOR",
-        ),
-    ] = None,
+    domain: Domain = None,
+    pace: PaceFactor = None,
     restart: Restart = False,
 ) -> None:
     """Fly a mission and report on every drone."""

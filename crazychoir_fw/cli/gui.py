@@ -105,7 +105,12 @@ def gui(
             return
         from crazychoir_fw.gui.session import Session
 
-        page.show(Session(loaded, speed))
+        tested = None
+        if loaded.backend in ("hardware", "mixed"):
+            from crazychoir_fw.campaign.standing import standing
+
+            tested = standing(mission, (), Path("out") / loaded.name)
+        page.show(Session(loaded, speed, tested=tested))
     except CrazychoirError as error:
         complain_of(error)
         raise typer.Exit(BAD_INPUT) from None

@@ -153,7 +153,8 @@ def _provider(word: str, platform: str, checkout: Path | None, show: Callable[[s
     """Return the number of a provider, built and loaded if need be."""
     from crazychoir_fw.firmware.build import build_provider
     from crazychoir_fw.firmware.checkout import locate
-    from crazychoir_fw.firmware.providers import BITCRAZE, load
+    from crazychoir_fw.firmware.levels import BITCRAZE
+    from crazychoir_fw.firmware.providers import load
     from crazychoir_fw.onboard.core import load_library
 
     def building(what: str, done: int, total: int) -> None:

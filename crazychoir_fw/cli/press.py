@@ -1,11 +1,6 @@
 """`crazychoir press`: what the buttons of the page do, from a terminal or a script."""
 
-import http.client
-import json
 import os
-import urllib.error
-import urllib.request
-import uuid
 from typing import Annotated, Any
 
 import typer
@@ -29,7 +24,6 @@ _BUTTONS = (
     "set",
     "rewind",
 )
-_PATIENCE_S = 35.0
 
 
 def press(
@@ -64,9 +58,9 @@ def press(
     headers = {"content-type": "application/json"}
     if token := token or os.environ.get("CRAZYCHOIR_TOKEN"):
         headers["authorization"] = f"Bearer {token}"
-    body = json.dumps({"id": uuid.uuid4().hex, "command": command}).encode()
-    request = urllib.request.Request(f"{address.rstrip('/')}/api/command", body, headers)
-    console.print(_answer_to(request, address), markup=False, soft_wrap=True)
+    from crazychoir_fw.cli.page_client import answer_to
+
+    console.print(answer_to(command, address, headers), markup=False, soft_wrap=True)
 
 
 def _address_of(address: str | None, port: int) -> str:
@@ -79,46 +73,6 @@ def _address_of(address: str | None, port: int) -> str:
         complain(f"--address {address}: allowed: http://HOST:PORT")
         raise typer.Exit(BAD_INPUT)
     return address
-
-
-def _answer_to(request: urllib.request.Request, address: str) -> str:
-    """Return the sentence that the page answers a command with; exits if the page refuses, or there is none."""
-    try:
-        with urllib.request.urlopen(request, timeout=_PATIENCE_S) as response:
-            answer = _text_of(response.read())
-    except urllib.error.HTTPError as error:
-        body = error.read()
-        refusal = _text_of(body)
-        if error.headers.get_content_type() == "text/plain":  # who may not ask at all is told so
-            refusal = body.decode(errors="replace").strip()[:300]
-        complain(refusal or f"what answers at {address} is no page of crazychoir gui: status {error.code}")
-        raise typer.Exit(1 if refusal else BAD_INPUT) from None
-    except (OSError, ValueError, http.client.HTTPException) as error:
-        complain(f"there is no page at {address}: {_reason(error)}; start one with crazychoir gui MISSION.yaml")
-        raise typer.Exit(BAD_INPUT) from None
-    if answer is None:
-        complain(f"what answers at {address} is no page of crazychoir gui")
-        raise typer.Exit(BAD_INPUT)
-    return answer
-
-
-def _text_of(body: bytes) -> str | None:
-    """Return the sentence of an answer; None if it is none of ours."""
-    try:
-        text = json.loads(body)["text"]
-    except (ValueError, KeyError, TypeError):
-        return None
-    return text if isinstance(text, str) else None
-
-
-def _reason(error: Exception) -> str:
-    """Return in words why there was no answer."""
-    inner = error.reason if isinstance(error, urllib.error.URLError) else error
-    if isinstance(inner, ConnectionRefusedError):
-        return "nobody listens there"
-    if isinstance(inner, TimeoutError):
-        return f"no answer within {_PATIENCE_S:g} s"
-    return getattr(inner, "strerror", None) or str(inner)
 
 
 def command_of(button: str, values: list[str]) -> dict[str, Any]:

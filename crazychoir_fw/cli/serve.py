@@ -292,12 +292,15 @@ def _write(
     folder: Path, mission: "Mission", recorder: "FlightRecorder", statistics: "Statistics", stream: "LogStream"
 ) -> None:
     """Write the log, the picture and the figures."""
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+
     from crazychoir_fw.recording.plot import plot_flight
 
-    log = recorder.finish({**_about(mission), "server": statistics.as_dict()})
-
     def write(new: Path) -> None:
-        log.save(new / "log.npz")
+        about = {**_about(mission), "server": statistics.as_dict()}
+        with Progress(TextColumn("writing log.npz"), BarColumn(), TaskProgressColumn(), console=console) as bar:
+            task = bar.add_task("log", total=1.0)
+            log = recorder.save(new / "log.npz", about, lambda share: bar.update(task, completed=share))
         plot_flight(log, new / "flight.png", mission.description or mission.name)
         text = json.dumps(statistics.as_dict(), indent=2) + "\n"
         (new / "statistics.json").write_text(text, encoding="utf-8")
@@ -306,5 +309,5 @@ def _write(
     if unwritten is not None:
         complain(unwritten)
         return
-    note = "" if log.journal is None or log.journal.is_kept else " (without a journal: it cannot be replayed)"
+    note = "" if recorder.keeps_journal else " (without a journal: it cannot be replayed)"
     console.print(f"Written to {folder}/{note}", markup=False, highlight=False)

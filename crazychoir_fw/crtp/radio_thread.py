@@ -27,6 +27,10 @@ _MAX_DATAGRAMS = 64
 """Read of one socket in a row, so that one drone's flood does not keep others waiting."""
 _MAX_LOOKS = 4096
 """At all sockets in one turn, so that a flood does not stop a simulation in lockstep."""
+_MAX_WAITING = 4096
+"""Read of a socket when its client gets one of its own: more datagrams than its buffer holds."""
+_SETTLES_S = 0.2
+"""So long after that (s) the shared socket is read first: a datagram may have been on its way to it."""
 _MAX_UNSENT = 2000
 _ASKED_IN_TURN = (2, 5)  # ports of parameters and logs
 _MAX_REPORTS = 50
@@ -95,7 +99,7 @@ class Radio:
         self._is_awake = False  # the thread was woken, and has not looked yet
         self._is_closing = False
         self._with_output: deque[DroneRadio] = deque()  # some of them perhaps twice
-        self._next_look = self._latest_turn = 0.0
+        self._next_look = self._latest_turn = self._settled_at = 0.0
         self._was_deaf = False
         self._rest_s = _IDLE_S  # between two looks, so that no packet has to wait for a look at every drone
         values = max((len(parameter_toc(radio.station.context.drone.provider_number)) for radio in radios), default=0)
@@ -182,6 +186,9 @@ class Radio:
         if was_deaf or self._was_deaf:
             # owners first, before another client is given what seems to be free
             events.sort(key=lambda event: event[0].data is None or event[0].fileobj is event[0].data.socket)
+        elif now < self._settled_at:
+            # what came to the shared socket was sent before
+            events.sort(key=lambda event: event[0].data is not None and event[0].fileobj is event[0].data.private)
         self._latest_turn, self._was_deaf = now, was_deaf
         for key, _ in events:
             if key.data is None:
@@ -519,7 +526,9 @@ class Radio:
                 radio.private = open_private(radio.socket, owner)
                 if radio.private is not None:
                     self._selector.register(radio.private, selectors.EVENT_READ, radio)
-        # what the new owner sent before it had a socket of its own comes before what it sent since
+        # what the new owner sent before it had a socket of its own comes before what it sent since: all of it is read
+        # before the other socket is
+        self._settled_at = now + _SETTLES_S
         late += _waiting_at(radio.socket)
         for datagram, address in late:
             self._rule(radio, datagram, address, now)
@@ -558,9 +567,9 @@ def _is_stale(radio: DroneRadio, direction: Direction, letter: _Letter) -> bool:
 
 
 def _waiting_at(opened: socket.socket) -> list[tuple[bytes, Address]]:
-    """Read what has come; refusals among it are heard of later."""
+    """Read all that has come; refusals among it are heard of later."""
     waiting: list[tuple[bytes, Address]] = []
     with suppress(OSError):
-        while len(waiting) < _MAX_DATAGRAMS and (got := receive(opened)) is not None:
+        while len(waiting) < _MAX_WAITING and (got := receive(opened)) is not None:
             waiting.append(got)
     return waiting

@@ -255,7 +255,7 @@ def builtin_recipe(platform: str, apps: Sequence[Path]) -> Recipe:
 
 def header_names(folders: Iterable[Path]) -> list[str]:
     """Return the names of all headers in and below folders: a new one may take the place of another."""
-    names = []
+    names: list[str] = []
     for folder in sorted(set(folders)):
         for place, _, files in os.walk(folder):
             names.extend(f"{place}/{name}" for name in files if name.endswith(".h"))

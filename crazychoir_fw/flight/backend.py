@@ -55,6 +55,9 @@ class Backend(Protocol):
     def go_to(self, index: int, point: TrajectoryPoint) -> None:
         """Let the planner on board fly to a point within its time."""
 
+    def land(self, index: int, floor: float, seconds: float) -> None:
+        """Have a drone land where it is without any layer: down to the height of a floor (m) within a time (s)."""
+
     def advance(self, seconds: float) -> None:
         """Let time go on."""
 

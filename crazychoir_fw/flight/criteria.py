@@ -113,7 +113,7 @@ class Judge:
         return self._wanted[self._final][-1] if places is None else places
 
     def _places_of_laws(self) -> Array | None:
-        found = (one.places(self.final_positions, self._wanted[self._final][-1]) for one in self.metrics)  # type: ignore[arg-type, index]
+        found = (one.places(self.final_positions, self._wanted[self._final][-1]) for one in self.metrics)  # type: ignore[arg-type]
         return next((places for places in found if places is not None), None)
 
     def position_errors(self) -> Array:

@@ -4,66 +4,41 @@ from __future__ import annotations
 
 import time as wall
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.checkpoint import Stateful
-from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
+from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError, UnknownNameError
 from crazychoir_fw.common.finite import are_finite
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.common.user_code import USER_ERRORS, describe
 from crazychoir_fw.flight.agent import Agent, DronePhase, SwarmPhases
 from crazychoir_fw.flight.backend import Backend, one_of
 from crazychoir_fw.flight.control_group import ControlGroup
+from crazychoir_fw.flight.detour import Detour
+from crazychoir_fw.flight.event import Event
 from crazychoir_fw.flight.services import Service
+from crazychoir_fw.flight.touchdown import TOUCHDOWN_M, fallen_of, landed_of
 from crazychoir_fw.guidance import GuidanceGroup
 from crazychoir_fw.mission.communicators import statistics_of
 
 Array = NDArray[np.float64]
 Names = str | Iterable[str] | None
 
-TOUCHDOWN_M = 0.05
-"""Height above its start at which the motors of a landing drone stop (m)."""
-
-_FLOWN_M = 0.2  # above its start, a drone has flown
-_FALLEN_S = 1.0  # on the floor, after which it is not about to go on
-_LANDING_SPEED = 0.5  # [m/s], at which a drone that passes the floor has not come to land
+_DESCENT_SPEED = 0.4  # [m/s], of a drone whose layers cannot land it
+_SHORTEST_DESCENT_S = 1.0
 _DESCENDS = 0.02  # [m/s], above what velocities of a drone at rest are taken for
 _ROUNDS_PER_LOOK = 4  # rounds between two looks at who failed
 PARTS = ("simulation", "guidance", "planning", "control", "sending", "record")
-
-
-@dataclass(frozen=True)
-class Event:
-    """Something that happened in an experiment."""
-
-    time: float
-    kind: str
-    """``takeoff``, ``start``, ``land``, ``landed``, ``stop``, ``failure``, ``lost``, ``rejoined``."""
-    drone: str | None
-    """Whose; None: nobody's."""
-    details: str | Mapping[str, Any] = ""
-    """A sentence, or what belongs to it, by name."""
-
-    def as_dict(self) -> dict[str, Any]:
-        """Return it as an event of a flight log."""
-        details = {"reason": self.details} if isinstance(self.details, str) and self.details else self.details
-        return {
-            "time": round(self.time, 4),
-            "kind": self.kind,
-            "drone": self.drone,
-            "details": dict(details) if details else {},
-        }
 
 
 class Experiment(Stateful):
     """Flies the layers of a swarm.
 
     A round is: poses, guidance, trajectory handlers, controllers, commands; then the backend goes on for a period. With
-    a simulated backend the result depends on nothing else. A layer of the user's that raises stops its own drone only.
+    a simulated backend the result depends on nothing else. A layer of the user's that raises lands its own drone only.
 
     Buttons (`takeoff`, `start`, `land`, `stop`) may be pressed between rounds, for all drones or some::
 
@@ -126,8 +101,10 @@ class Experiment(Stateful):
         self._commands = np.zeros((len(agents), 4))
         self._seen: Pose | None = None  # of each drone, without gaps
         self._everybody = np.ones(len(agents), bool)
+        self._is_let_down = ~self._everybody  # the backend lands it, because a layer of it has raised
         self._known = ~self._everybody
         self._is_everybody_known = False
+        self._detours: dict[int, Detour] = {}
         self._phases = SwarmPhases(agents)
         self.accelerations = np.zeros((len(agents), 3))
         """What guidance asks for (m/s^2, world), of drones that follow no trajectory, shape (N, 3)."""
@@ -172,6 +149,8 @@ class Experiment(Stateful):
         for agent in chosen:
             self._guarded(agent, _button(agent.guidance, "stop"), self.time)
             agent.phase = DronePhase.STOPPED if agent.is_up else agent.phase
+            self._is_let_down[agent.index] = False
+            self._detours.pop(agent.index, None)
             self._note("stop", agent)
 
     def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
@@ -184,19 +163,48 @@ class Experiment(Stateful):
         for agent in self._chosen(drones):
             self._guarded(agent, self._plan, agent, list(points), one_of(poses, agent.index), now)
 
+    def send_to(self, point: TrajectoryPoint, drone: str) -> None:
+        """Send a drone that flies to a point; one that follows its guidance alone goes there until the next button.
+
+        Raises:
+            UnknownNameError: If there is no such drone.
+            StateError: If it cannot be sent.
+        """
+        (agent,) = self._chosen(drone)
+        if agent.planner is None and agent.index in self._controlled:
+            self._divert(agent, point)
+        else:
+            self.set_trajectory([point], drone)
+
+    def cannot_divert(self, agent: Agent) -> str | None:
+        """Return why a drone that follows its guidance alone cannot be sent anywhere, a sentence, or None."""
+        del agent
+        return None
+
+    def _divert(self, agent: Agent, point: TrajectoryPoint) -> None:
+        if reason := self.cannot_divert(agent):
+            raise StateError(reason)
+        if agent.is_up and agent.failure is None:
+            start = one_of(self._poses(), agent.index).position
+            assert start is not None
+            goal = np.array(point.position, float)
+            self._detours[agent.index] = Detour(start.copy(), goal, self.time, max(float(point.time_s), self.period))
+
     def _press(self, name: str, drones: Names, motors: bool) -> list[Agent]:
         """Press a button of some drones; returns those that it is for."""
         now = self.time
         wanted = [agent for agent in _not_failed(self._chosen(drones)) if motors or agent.is_up]
+        for agent in wanted:
+            self._detours.pop(agent.index, None)
         resting = [agent for agent in wanted if not agent.is_up]
         if resting and motors:
             self._turn_on(resting)
             now = self.time  # real drones take their time
         poses = self._poses()
         for agent in wanted:
-            if agent.phase is not DronePhase.FAILED and self._known[agent.index]:
+            if agent.failure is None and self._known[agent.index]:
                 self._guarded(agent, agent.guidance.set_pose, one_of(poses, agent.index))
-            if agent.phase is not DronePhase.FAILED:
+            if agent.failure is None:
                 self._guarded(agent, _button(agent.guidance, name), now)
                 self._note(name, agent)
         return _not_failed(wanted)
@@ -240,10 +248,15 @@ class Experiment(Stateful):
         for _ in range(round(seconds / self.period)):
             self.step()
 
-    def run_until_landed(self, timeout_s: float) -> bool:
-        """Fly until no motor turns; returns whether that came about in time."""
+    def run_until_landed(self, timeout_s: float, all_drones: bool = True) -> bool:
+        """Fly until no motor turns, or none of a drone whose layers have failed; returns whether it came about in time.
+
+        Args:
+            timeout_s: How long (s).
+            all_drones: Whether drones that fly as they should are waited for as well.
+        """
         end = self.time + timeout_s
-        while any(agent.is_up for agent in self.agents):
+        while any(agent.is_up and (all_drones or agent.failure is not None) for agent in self.agents):
             if self.time >= end:
                 return False
             self.step()
@@ -262,8 +275,12 @@ class Experiment(Stateful):
         up = self._seen_ones(self._phases.up)
         decided = clock()
         self._follow(now)
+        for i, detour in self._detours.items():
+            if self.agents[i].is_up and self.agents[i].failure is None:
+                self.agents[i].reference = detour.reference(now)
+                self.accelerations[i] = detour.acceleration(one_of(poses, i), now)
         planned = clock()
-        orders = self._control(list(self.groups), turning, poses, now) if up else []
+        orders = self._control(list(self.groups), turning & ~self._is_let_down, poses, now) if up else []
         controlled = clock()
         for group, indices, twist in orders:
             self._send(group, indices, twist)
@@ -332,21 +349,21 @@ class Experiment(Stateful):
         """Tell each guidance where its drone is, and let it speak to its neighbors."""
         for agent in agents:
             guidance = agent.guidance
-            if agent.phase is DronePhase.FAILED:
+            if agent.failure is not None:
                 continue
             try:
                 guidance.set_pose(one_of(poses, agent.index))
                 if hasattr(guidance, "begin_round"):
                     guidance.begin_round(now)
                     agent.in_round = guidance.round_open
-            except USER_ERRORS as error:  # a user's code may raise anything, and stops its own drone only
+            except USER_ERRORS as error:  # a user's code may raise anything, and lands its own drone only
                 self._fail_by(agent, guidance, error)
 
     def _finish_rounds(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
         """Let each guidance hear what was sent, decide, and take what it asks for."""
         for agent in agents:
             guidance = agent.guidance
-            if agent.phase is DronePhase.FAILED:
+            if agent.failure is not None:
                 continue
             try:
                 # all have sent: rounds that are complete end at once, the others wait for their deadline
@@ -394,7 +411,7 @@ class Experiment(Stateful):
     def _follow(self, now: float) -> None:
         """Ask trajectory handlers for references."""
         for agent in self._planned:
-            if not agent.is_up or not self._known[agent.index]:
+            if not agent.is_up or agent.failure is not None or not self._known[agent.index]:
                 continue
             try:
                 reference = agent.planner.evaluate(now)
@@ -409,7 +426,7 @@ class Experiment(Stateful):
     ) -> list[tuple[ControlGroup, Any, Any]]:
         """Ask controllers for commands; returns whom to send which, group by group.
 
-        Drones of a group that raises get a controller each, and one that raises there stops its own drone only.
+        Drones of a group that raises get a controller each, and one that raises there lands its own drone only.
         """
         orders = []
         for group in groups:
@@ -435,7 +452,7 @@ class Experiment(Stateful):
         if not are_finite(linear, angular):
             good = np.isfinite(linear).all(axis=1) & np.isfinite(angular).all(axis=1)
             for i in indices[~good]:
-                self._fail(
+                self._let_down(
                     self.agents[i], f"{self.agents[i].name}: its controller asks for numbers that are not finite"
                 )
             indices, twist = indices[good], type(twist)(linear[good], angular[good])
@@ -451,41 +468,22 @@ class Experiment(Stateful):
     def _look(self, up: Sequence[Agent], poses: Pose) -> None:
         """See who has landed, and who cannot go on."""
         if self._phases.is_anybody_landing:
-            landed = [
-                agent
-                for agent in up
-                if agent.phase is DronePhase.LANDING
-                and poses.position[agent.index, 2] < agent.floor + TOUCHDOWN_M
-                and abs(poses.velocity[agent.index, 2]) < _LANDING_SPEED
-            ]
+            landed = landed_of(up, poses)
             if landed:
                 self._touch_down(landed)
         if self._rounds % _ROUNDS_PER_LOOK == 0:
-            self._look_for_fallen(up, poses)
+            for agent in fallen_of(up, poses, self.time):
+                self._fail(agent, f"{agent.name}: came down at {agent.low_since:.2f} s")
             for i, sentence in self.backend.failures().items():
                 if self.agents[i].is_up:
                     self._fail(self.agents[i], sentence)
-
-    def _look_for_fallen(self, up: Sequence[Agent], poses: Pose) -> None:
-        """Stop who came down though nobody told it to: it may lie on its feet, and no supervisor minds."""
-        now = self.time
-        heights = poses.position[:, 2].tolist()
-        for agent in up:
-            height = heights[agent.index] - agent.floor
-            if height > _FLOWN_M:
-                agent.has_flown = True
-            if height > TOUCHDOWN_M or not agent.has_flown or agent.phase is not DronePhase.FLYING:
-                agent.low_since = None
-            elif agent.low_since is None:
-                agent.low_since = now
-            elif now - agent.low_since > _FALLEN_S:
-                self._fail(agent, f"{agent.name}: came down at {agent.low_since:.2f} s")
 
     def _touch_down(self, agents: Sequence[Agent]) -> None:
         """Turn motors off after a landing."""
         self.backend.stop([agent.index for agent in agents])
         for agent in agents:
-            agent.phase = DronePhase.LANDED
+            agent.phase = DronePhase.LANDED if agent.failure is None else DronePhase.FAILED
+            self._is_let_down[agent.index] = False
             agent.reference = None
             self._commands[agent.index] = 0.0
             self._note("landed", agent)
@@ -513,13 +511,38 @@ class Experiment(Stateful):
         self.events.append(Event(self.time, kind, name, details))
 
     def _fail_by(self, agent: Agent, layer: object, error: BaseException) -> None:
-        self._fail(agent, f"{agent.name}: {type(layer).__name__}: {describe(error)} (at {self.time:.2f} s)")
+        self._let_down(agent, f"{agent.name}: {type(layer).__name__}: {describe(error)} (at {self.time:.2f} s)")
+
+    def _let_down(self, agent: Agent, sentence: str) -> None:
+        """Land a drone whose layers have failed: its body and its onboard software are sound."""
+        if agent.failure is not None:
+            return
+        if not agent.is_up:
+            self._fail(agent, sentence)
+            return
+        height = float(np.asarray(self.backend.pose_of(agent.index).position)[2]) - agent.floor
+        if not height > TOUCHDOWN_M:  # on the floor, or nowhere known
+            self._fail(agent, sentence)
+            return
+        try:
+            self.backend.land(agent.index, agent.floor, max(_SHORTEST_DESCENT_S, height / _DESCENT_SPEED))
+        except CrazychoirError as error:
+            self._fail(agent, f"{sentence}; it could not be landed: {error}")
+            return
+        agent.phase, agent.failure, agent.reference = DronePhase.LANDING, sentence, None
+        agent.low_since = None
+        self._is_let_down[agent.index] = True
+        self._commands[agent.index] = 0.0
+        self._note("failure", agent, f"{sentence}; it lands")
 
     def _fail(self, agent: Agent, sentence: str) -> None:
+        """Stop the motors of a drone that cannot fly any more."""
         if agent.phase is DronePhase.FAILED:
             return
         was_up = agent.is_up
+        sentence = sentence if agent.failure is None else f"{agent.failure}; {sentence}"
         agent.phase, agent.failure, agent.reference = DronePhase.FAILED, sentence, None
+        self._is_let_down[agent.index] = False
         self._commands[agent.index] = 0.0
         if was_up:
             try:
@@ -602,7 +625,7 @@ def _check_rates(rate: int, log_rate: int) -> None:
 
 
 def _not_failed(agents: Iterable[Agent]) -> list[Agent]:
-    return [agent for agent in agents if agent.phase is not DronePhase.FAILED]
+    return [agent for agent in agents if agent.failure is None]
 
 
 def _follows_places(agent: Agent) -> bool:

@@ -94,6 +94,7 @@ class HardwareBackend:
         self._recorder = PlainRecorder(self.names)
         self._refusals: dict[int, str] = {}
         self.before_flight: Callable[..., None] = lambda **_: None
+        self.radio_parts: list[tuple[list[int], Any]] = []  # numbers of drones in the mission, and who commands them
         """Called before the first phase of a mission; what it raises keeps the drones on the floor."""
         self.when_closed: list[Callable[[], object]] = []
         """Called when the drones are let go."""
@@ -219,6 +220,10 @@ class HardwareBackend:
     def go_to(self, index: int, point: TrajectoryPoint) -> None:
         """See `Backend`."""
         self._drones[index].command(*(float(v) for v in point.position), float(point.time_s))  # type: ignore[call-arg]
+
+    def land(self, index: int, floor: float, seconds: float) -> None:
+        """See `Backend`: by the planner on board, whatever the drone was commanded by."""
+        self._drones[index].land(floor, seconds)
 
     def advance(self, seconds: float) -> None:
         """See `Backend`."""

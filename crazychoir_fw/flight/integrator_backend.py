@@ -184,6 +184,11 @@ class IntegratorBackend(Stateful):
             np.zeros(()),
         )
 
+    def land(self, index: int, floor: float, seconds: float) -> None:
+        """See `Backend`."""
+        x, y, _ = self.integrator.state[index, 0:3]
+        self.go_to(index, TrajectoryPoint(seconds, np.array([x, y, floor])))
+
     def advance(self, seconds: float) -> None:
         """See `Backend`."""
         self._due += seconds * _STEPS_PER_SECOND

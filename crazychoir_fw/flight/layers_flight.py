@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 _PICTURES_HZ = 25
 _LATE_S = 6.0  # so much longer than its phase a landing may take
+_LONGEST_DESCENT_S = 30.0  # of drones whose layers have failed
 _SETTLE_S = 1.0  # after the last phase
 
 
@@ -74,6 +75,7 @@ class LayersFlight:
             is_down = all(agent.failure is not None for agent in experiment.agents)
         if "land" in [order.name for order in self._mission.flight[-1].orders]:
             experiment.run_until_landed(_LATE_S)
+        experiment.run_until_landed(_LONGEST_DESCENT_S, all_drones=False)
         experiment.run(_SETTLE_S)
 
     def _fly_phase(self, phase: LayeredPhase, is_down: bool) -> None:
@@ -160,7 +162,9 @@ def press_phase(
         points = [TrajectoryPoint(time, np.array(at)) for time, *at in maneuver.rows]
         experiment.set_trajectory(points, drones)
     elif name == "go_to":
-        experiment.set_trajectory([TrajectoryPoint(maneuver.duration, np.array(maneuver.position))], drones)
+        point = TrajectoryPoint(maneuver.duration, np.array(maneuver.position))
+        for drone in [agent.name for agent in experiment.agents] if drones is None else drones:
+            experiment.send_to(point, drone)
     elif name != "hover":
         getattr(experiment, name)(drones)
     return None

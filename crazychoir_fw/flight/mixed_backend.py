@@ -65,6 +65,7 @@ class MixedBackend:
         self.mirror = Mirror(self.world, [self.world.mirrored[name] for name in mirrored])
         """What moves the mirrored bodies."""
         self.before_flight: Callable[..., None] = lambda **_: None
+        self.radio_parts: list[tuple[list[int], Any]] = []  # numbers of drones in the mission, and who commands them
         """See `HardwareBackend`."""
         self._real_numbers = np.concatenate([np.zeros(0, np.intp), *self._numbers[1:]])
 
@@ -143,6 +144,11 @@ class MixedBackend:
         """See `Backend`."""
         part, k = self._where[int(index)]
         part.go_to(k, point)
+
+    def land(self, index: int, floor: float, seconds: float) -> None:
+        """See `Backend`."""
+        part, k = self._where[int(index)]
+        part.land(k, floor, seconds)
 
     def stop(self, indices: Indices) -> None:
         """See `Backend`."""

@@ -34,7 +34,8 @@ def over_the_radio(mission: LayeredMission) -> Backend:
     source = _mocap(mission, range(len(mission.fleet)))
     numbers = list(range(len(mission.fleet)))
     backend = _radio(mission, numbers, mission.layers.commands[0], source)
-    backend.before_flight = partial(roll_call, mission, [(numbers, backend)])
+    backend.radio_parts = [(numbers, backend)]
+    backend.before_flight = partial(roll_call, mission, backend.radio_parts)
     return backend
 
 
@@ -81,6 +82,7 @@ def mixed_reality(mission: LayeredMission, simulated: MakeSimulated) -> MixedBac
         if watched:
             parts.append(_watched(mission, watched, source))
         backend = MixedBackend(names_of(mission), world, parts)
+        backend.radio_parts = flown
         backend.before_flight = partial(roll_call, mission, flown)
         backend.look()
     except BaseException:

@@ -140,6 +140,12 @@ class SimBackend(Stateful):
         self._goals[index] = self.time, point
         self._try(index)
 
+    def land(self, index: int, floor: float, seconds: float) -> None:
+        """See `Backend`: by the planner on board."""
+        believed = self.world.drones[index].log
+        place = np.array([believed["stateEstimate.x"], believed["stateEstimate.y"], floor], float)
+        self.go_to(index, TrajectoryPoint(seconds, place))
+
     def _try(self, index: int) -> None:
         """Hand a goal to a drone, unless its supervisor would drop it."""
         drone = self.world.drones[index]

@@ -57,6 +57,14 @@ def cannot_go(experiment: Experiment, agent: Agent) -> str | None:
     return agent.failure and f"{agent.failure}; REBOOT helps"
 
 
+def cannot_be_sent(experiment: Experiment, agent: Agent) -> str | None:
+    """Return why a drone cannot be sent to a point, a sentence, or None."""
+    reason = cannot_go(experiment, agent)
+    if reason is None or agent.failure is not None or not hasattr(experiment, "cannot_divert"):
+        return reason
+    return experiment.cannot_divert(agent)
+
+
 def plan_transit(position: Array, starts: Array, movers: Sequence[int], resting: Sequence[int] = ()) -> list[Stage]:
     """Return the stages after which each mover hovers above its start, at the height that it has now.
 
@@ -116,7 +124,7 @@ class StartTransit(Stateful):
         Args:
             experiment: What flies.
             mission: Says where the starts are, and how high drones may fly.
-            drones: Names of those that go, if they fly and take trajectories; None: all of these.
+            drones: Names of those that go, if they fly and can be sent; None: all of these.
 
         Raises:
             StateError: If a drone that stays is in the way, one is not seen, or the sky is too low.
@@ -124,7 +132,7 @@ class StartTransit(Stateful):
         up = [agent for agent in experiment.agents if agent.is_up]
         chosen = [agent for agent in up if drones is None or agent.name in drones]
         self._experiment = experiment
-        self.movers = [agent.index for agent in chosen if cannot_go(experiment, agent) is None]
+        self.movers = [agent.index for agent in chosen if cannot_be_sent(experiment, agent) is None]
         """Numbers of the drones that go."""
         position, starts = np.asarray(experiment.backend.poses().position), starts_of(mission)
         known = [agent.index for agent in up if np.isfinite(position[agent.index]).all()]
@@ -193,7 +201,7 @@ class StartTransit(Stateful):
         for i in self._going:
             if i in stage.goals:
                 point = TrajectoryPoint(stage.seconds, stage.goals[i])
-                self._experiment.set_trajectory([point], self._experiment.agents[i].name)
+                self._experiment.send_to(point, self._experiment.agents[i].name)
 
     def _are_there(self, now: float) -> bool:
         """Return whether the next stage may begin; gives up when a drone does not come."""

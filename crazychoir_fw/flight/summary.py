@@ -15,7 +15,7 @@ from crazychoir_fw.onboard.core import identity
 if TYPE_CHECKING:
     from crazychoir_fw.flight.backend import Backend
     from crazychoir_fw.flight.criteria import Judge
-    from crazychoir_fw.flight.experiment import Event
+    from crazychoir_fw.flight.event import Event
     from crazychoir_fw.guidance.metrics import Verdict
     from crazychoir_fw.mission.schema import Mission
     from crazychoir_fw.recording.flight_log import FlightLog

@@ -98,6 +98,9 @@ class WatchedBackend:
     def go_to(self, index: int, point: TrajectoryPoint) -> None:
         """See `Backend`: nobody hears."""
 
+    def land(self, index: int, floor: float, seconds: float) -> None:
+        """See `Backend`: nobody hears."""
+
     def stop(self, indices: Indices) -> None:
         """See `Backend`: nobody hears."""
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from crazychoir_fw.common.errors import StateError, UnknownNameError
 from crazychoir_fw.flight.access import reboot_all
-from crazychoir_fw.flight.start_transit import StartTransit, cannot_go
+from crazychoir_fw.flight.start_transit import StartTransit, cannot_be_sent
 from crazychoir_fw.gui import requests as asked
 from crazychoir_fw.gui.flying import Flying, Leg, duration_of, go_to
 from crazychoir_fw.gui.mission_run import MissionRun, starts_something
@@ -127,7 +127,7 @@ class Commands:
         if not flying:
             raise StateError(f"GO TO: {self._whom(chosen)} must fly first; press TAKE-OFF")
         for i in flying:
-            if reason := cannot_go(experiment, experiment.agents[i]):
+            if reason := cannot_be_sent(experiment, experiment.agents[i]):
                 raise StateError(reason)
         if session.flying is not None:
             session.flying.without(flying)
@@ -148,7 +148,7 @@ class Commands:
         flying = [experiment.agents[i] for i in chosen if experiment.agents[i].is_up]
         if not flying:
             raise StateError(f"GO TO STARTS: {self._whom(chosen)} must fly first; press TAKE-OFF")
-        reasons = [cannot_go(experiment, agent) for agent in flying]
+        reasons = [cannot_be_sent(experiment, agent) for agent in flying]
         if all(reasons) or (command.drones and any(reasons)):
             raise StateError(next(filter(None, reasons)))
         if session.flying is not None:

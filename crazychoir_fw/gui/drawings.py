@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -75,7 +75,7 @@ class Drawings:
         self.version = 0
         """Counts changes."""
 
-    def __iter__(self):
+    def __iter__(self) -> Iterator[Drawing]:
         return iter(self._all)
 
     def __len__(self) -> int:

@@ -34,7 +34,7 @@ def duration_of(distance: float) -> float:
 
 def go_to(experiment: Experiment, agent: Agent, goal: Any, seconds: float) -> None:
     """Send a drone to a point (m, world), shape (3,)."""
-    experiment.set_trajectory([TrajectoryPoint(seconds, np.asarray(goal, float))], agent.name)
+    experiment.send_to(TrajectoryPoint(seconds, np.asarray(goal, float)), agent.name)
 
 
 @dataclass

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.flight.agents import starts_of
 from crazychoir_fw.flight.roll_call import NOTHING_FLIES
+from crazychoir_fw.gui.radio_preflight import radio_checks
 from crazychoir_fw.preflight.check import Check, check, safety_area
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ def preflight(session: Session) -> list[dict[str, Any]]:
 
 def _checks(session: Session, access: Access, agents: Sequence[Agent]) -> Iterable[Check]:
     names = session.names
+    yield from radio_checks(session)
     if session.experiment is not None and hasattr(session.experiment.backend, "before_flight"):
         yield from _roll_call(session)
     states = [access.state(i) for i in range(len(names))]

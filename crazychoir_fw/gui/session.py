@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.gui.flying import Flying
     from crazychoir_fw.gui.mission_run import MissionRun
     from crazychoir_fw.mission.schema import LayeredMission
+    from crazychoir_fw.preflight.check import Check
 
 Array = NDArray[np.float64]
 
@@ -58,6 +59,7 @@ class Session(Feed):
         mission: LayeredMission,
         speed: float = 1.0,
         make: Callable[[LayeredMission], Experiment] = make_experiment,
+        tested: Check | None = None,
     ) -> None:
         """Prepare; `open` begins.
 
@@ -65,6 +67,7 @@ class Session(Feed):
             mission: What flies.
             speed: Simulated seconds per second at first; 0 is a pause.
             make: Makes the flight, in its thread.
+            tested: What a campaign says of the mission, for drones over the radio.
         """
         super().__init__([drone.id for drone in mission.fleet])
         self.mission = mission
@@ -85,6 +88,9 @@ class Session(Feed):
         """What stands around the drones."""
         self.no_rewind: str | None = None
         """Why time cannot be turned back, a sentence."""
+        self.tested = tested
+        self.radio_checks: list[Check] | None = None
+        """What was found at drones over the radio, once they were looked at."""
         self._make = make
         self._queue: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]]] = queue.SimpleQueue()
         self._answers: OrderedDict[str, Future[Any]] = OrderedDict()

@@ -6,6 +6,8 @@ import asyncio
 import math
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.gui.marks import Marks
 from crazychoir_fw.gui.preflight import preflight
@@ -60,8 +62,15 @@ def _before_flight(session: Session) -> list[dict[str, Any]] | None:
     return None if any(agent.is_up for agent in session.experiment.agents) else preflight(session)
 
 
+def _finite(*values: float) -> list[float] | None:
+    """Return numbers in hundredths for browsers, or None where one is unknown."""
+    return [round(float(value), 2) for value in values] if np.isfinite(values).all() else None
+
+
 def _cards(session: Session) -> list[dict[str, Any]]:
     session.listen_to_consoles()
+    poses = session.experiment.backend.poses()
+    places, speeds = np.asarray(poses.position), np.linalg.norm(np.asarray(poses.velocity), axis=1)
     cards = []
     for agent in session.experiment.agents:
         state = session.access.state(agent.index)
@@ -71,6 +80,8 @@ def _cards(session: Session) -> list[dict[str, Any]]:
                 "phase": agent.phase.value,
                 "guidance": f"{type(agent.guidance).__name__} {guidance}".strip(),
                 "supervisor": state.supervisor,
+                "place": _finite(*places[agent.index]),
+                "speed": _finite(speeds[agent.index]),
                 "battery": round(state.battery_v, 3) if math.isfinite(state.battery_v) else None,
                 "estimate_error": round(state.estimate_error_m, 4) if math.isfinite(state.estimate_error_m) else None,
                 "link": state.link,

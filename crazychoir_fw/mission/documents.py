@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -249,6 +251,13 @@ def read_change(text: str) -> Change:
     Raises:
         MissionError: If the text is no such thing.
     """
+    change = _read_once(text)
+    is_plain = change.value is None or isinstance(change.value, str | float | int)
+    return change if is_plain else replace(change, value=deepcopy(change.value))
+
+
+@lru_cache(maxsize=4096)  # missions of a campaign differ in a few of hundreds of changes
+def _read_once(text: str) -> Change:
     path, equals, value = text.partition("=")
     if not equals or not path.strip():
         raise MissionError(f"{OPTION} is {show(text)}, but must be a key and a value, such as layers.rate=50")

@@ -26,6 +26,7 @@ OUT_OF_TREE = "out_of_tree"
 
 CONTROLLERS = ("pid", "mellinger", "indi", "brescianini", "lee", OUT_OF_TREE)
 ESTIMATORS = ("kalman", "complementary", OUT_OF_TREE)
+MOCAP_QUALITIES = ("good", "typical", "poor")
 POSITIONINGS = ("mocap", "mocap_position", "lighthouse", "loco_twr", "loco_tdoa2", "loco_tdoa3", "flow", "none")
 DECKS = ("multiranger", "zranger")
 BUILTIN = "builtin"
@@ -66,6 +67,9 @@ class Settings(Section):
 
     positioning: Annotated[str, choice(*POSITIONINGS)] | None = None
     """Where position measurements come from."""
+
+    mocap_quality: Annotated[str, choice(*MOCAP_QUALITIES)] | None = None
+    """How good simulated motion capture is: `good`, `typical` or `poor`."""
 
     decks: Annotated[tuple[str, ...], choices(*DECKS)] | None = None
     """Decks beside the one that positions the drone: `multiranger`, `zranger`."""
@@ -191,6 +195,7 @@ class Drone:
     controller: str | None = None  # None: what the app brings, else that of the provider
     estimator: str | None = None  # None: what the app brings, else what the positioning asks for
     positioning: str = "mocap"
+    mocap_quality: str = "good"
     decks: tuple[str, ...] = ()
     provider: str = BUILTIN
     app: tuple[str, ...] = ()

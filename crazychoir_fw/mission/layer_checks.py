@@ -10,7 +10,6 @@ from crazychoir_fw.mission.doubts import check_safety_area
 from crazychoir_fw.mission.fleet import Layout
 from crazychoir_fw.mission.guidance_checks import check_guidance, check_names
 from crazychoir_fw.mission.mixed import is_real
-from crazychoir_fw.mission.roles import follows_trajectory
 from crazychoir_fw.mission.schema import LayeredMission
 
 
@@ -79,10 +78,6 @@ def _check_button(mission: LayeredMission, button: str, path: str, wanted: list[
         raise MissionError(f"{path} sends {len(wanted)} drones to one point; name one with drones: [id]")
     if button == "trajectory" and any(mission.layers.planning_of(name) is None for name in wanted):
         raise MissionError(f"{path} needs layers.planning, which makes references out of its points")
-    if button == "go_to_start":
-        numbers = [i for i, drone in enumerate(mission.fleet) if drone.id in wanted]
-        if not any(follows_trajectory(mission, i) for i in numbers):
-            raise MissionError(f"{path} is for drones that follow trajectories; these follow their guidance alone")
 
 
 def _check_backend(mission: LayeredMission) -> None:

@@ -53,7 +53,8 @@ class Mission(Section):
     """One line for people."""
 
     scene: str = "arena"
-    """`arena`, `flight_lab`, `gates`, `pillars`, `room`, or an MJCF or YAML file seen from the mission's folder."""
+    """`arena`, `flight_lab`, `gates`, `pillars`, `room`, an MJCF or YAML file seen from the mission's folder, or a
+    mapping with the keys of such a YAML file: `light`, `boxes`, `walls`, `pillars`, `gates`."""
 
     seed: Annotated[int, whole(0, 2**32 - 1)] = 0
     """Seed of all noise: the same seed gives the same flight, to the last bit."""
@@ -89,10 +90,23 @@ class Mission(Section):
     tolerance: Tolerance = Tolerance()
     """When the flight counts as a success."""
 
+    @field_validator("scene", mode="before")
+    @classmethod
+    def _take_scene(cls, scene: Any) -> Any:
+        """Have a scene that stands in the mission as the text that worlds take."""
+        if not isinstance(scene, Mapping) and not (isinstance(scene, str) and scene.startswith("{")):
+            return scene
+        from crazychoir_fw.simulation.scene_file import inline_scene
+
+        try:
+            return inline_scene(scene)
+        except RangeError as error:
+            raise MissionError(str(error)) from None
+
     @field_validator("scene")
     @classmethod
     def _find_scene(cls, scene: str, info: ValidationInfo) -> str:
-        if scene in SCENES:
+        if scene in SCENES or scene.startswith("{"):
             return scene
         path = beside(scene, info)
         if path.suffix not in (".xml", ".yaml", ".yml") or not is_file(path):

@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import ctypes
 import functools
+import importlib.util
 import threading
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-import mujoco
-
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.import_hook import at_import
+from crazychoir_fw.common.opengl_libraries import importable
 from crazychoir_fw.common.version import __version__
 
 PLUGIN = "crazychoir.crazyflie"
@@ -222,22 +223,29 @@ def attributes() -> dict[str, tuple[str, str]]:
 def register_plugin() -> None:
     """Tell MuJoCo about the engine plugin, so that any MJCF that names it flies. Repeated calls do nothing.
 
+    MuJoCo's Python module stays unimported, because it takes three times as long as all of this.
+
     Raises:
         CrazychoirError: If the MuJoCo at hand is not the one this package was built with.
     """
-    folder = Path(mujoco.__file__).parent
-    libraries = sorted(folder.glob("libmujoco*"))
-    status = lib.cf_plugin_register(str(libraries[0]).encode()) if libraries else -1
-    if status == 0:
-        _stop_clock()
-        return
+    spec = importlib.util.find_spec("mujoco")
+    folder = Path(spec.submodule_search_locations[0]) if spec and spec.submodule_search_locations else None
+    libraries = sorted(folder.glob("libmujoco*")) if folder else []
     built = _version_text(lib.cf_plugin_mujoco_version())
+    try:
+        status = lib.cf_plugin_register(str(ctypes.CDLL(str(libraries[0]))._name).encode()) if libraries else -1
+    except OSError as error:
+        raise CrazychoirError(f"MuJoCo's library cannot be loaded: {error}") from None
+    if status == 0:
+        at_import("mujoco", importable, _stop_clock)
+        return
     if status == -2:
         raise CrazychoirError(
-            f"built with MuJoCo {built}, found {mujoco.__version__}; run `pip install --force-reinstall --no-deps "
+            f"built with MuJoCo {built}, found {_mujoco_version()}; run `pip install --force-reinstall --no-deps "
             "crazychoir-fw` to build again"
         )
-    raise CrazychoirError(f"MuJoCo {built} is not loaded from {folder}; run `pip install 'mujoco-core>=4.0,<4.1'`")
+    where = f"in {folder}" if folder else "installed"
+    raise CrazychoirError(f"MuJoCo {built} is not {where}; run `pip install 'mujoco-core>=4.0,<4.1'`")
 
 
 def _stop_clock() -> None:
@@ -246,8 +254,21 @@ def _stop_clock() -> None:
     MuJoCo's Python module lets every step measure its own stages for `mjData.timer`, which takes as long as half of a
     small model's step. `mujoco.set_mjcb_time(None)` switches it on again.
     """
+    import mujoco
+
     if mujoco.get_mjcb_time() is None:
         lib.cf_plugin_stop_clock()
+
+
+def _mujoco_version() -> str:
+    import importlib.metadata
+
+    for distribution in ("mujoco-core", "mujoco"):
+        try:
+            return importlib.metadata.version(distribution)
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return "another version"
 
 
 def _version_text(number: int) -> str:
@@ -256,6 +277,8 @@ def _version_text(number: int) -> str:
 
 def identity() -> dict[str, str]:
     """Return what flew, for logs and reports: version, compiler and flags of the core, MuJoCo."""
+    import mujoco
+
     return {
         "version": __version__,
         "compiler": ffi.string(lib.cf_build_compiler()).decode(),

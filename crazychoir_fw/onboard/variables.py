@@ -96,6 +96,8 @@ def factory_values(platform: str, table: Mapping[str, Variable], provider: int =
     config, block = ffi.new("cf_config_t *"), ffi.new("uint64_t[]", lib.cf_state_bytes(provider) // 8)
     check(lib.cf_config_default(config, names.index(platform)), platform)
     config.provider = provider
+    # with motion capture a client would already have told its deviations
+    config.vehicle.positioning, config.estimator = lib.CF_POSITIONING_NONE, lib.StateEstimatorTypeKalman
     check(lib.cf_init(ffi.cast("cf_t *", block), config), platform)
     memory = np.frombuffer(ffi.buffer(block), np.uint8)
     return {

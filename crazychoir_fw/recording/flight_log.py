@@ -20,9 +20,11 @@ from crazychoir_fw.recording.cut_log import read_cut
 from crazychoir_fw.recording.journal import Journal
 from crazychoir_fw.recording.log_stream import STREAM
 
-_SIGNAL = "signal/"  # prefix of the signals among the members of the file
-_JOURNAL = "journal/"
-_SCENERY = "scenery"
+SIGNAL = "signal/"
+"""Prefix of the signals among the members of the file."""
+JOURNAL = "journal/"
+"""Prefix of the columns of the journal."""
+SCENERY = "scenery"
 _MAX_MEMBERS = 20_000  # a log has some hundreds
 
 
@@ -121,11 +123,11 @@ class FlightLog:
         Raises:
             TypeError: If metadata or events cannot be written as JSON.
         """
-        members = {_SIGNAL + name: samples for name, samples in self.signals.items()}
+        members = {SIGNAL + name: samples for name, samples in self.signals.items()}
         if self.journal is not None:
-            members |= {_JOURNAL + name: values for name, values in self.journal.to_arrays().items()}
+            members |= {JOURNAL + name: values for name, values in self.journal.to_arrays().items()}
         if self.scenery is not None:
-            members[_SCENERY] = self.scenery
+            members[SCENERY] = self.scenery
         metadata = np.array(json.dumps(self.metadata))
         events = np.array(json.dumps(self.events))
         drone_ids = np.array(self.drone_ids, dtype=np.str_)
@@ -177,16 +179,16 @@ def _members(path: Path) -> dict[str, Any]:
         raise ValueError("it is no NumPy archive (.npz)")  # where np.load would guess, and speak of pickles
     _check_size(path)
     with np.load(path, allow_pickle=False) as file:
-        journal = {name[len(_JOURNAL) :]: file[name] for name in file.files if name.startswith(_JOURNAL)}
+        journal = {name[len(JOURNAL) :]: file[name] for name in file.files if name.startswith(JOURNAL)}
         return {
             "time": file["time"],
             "drone_ids": file["drone_ids"].tolist(),
-            "signals": {name[len(_SIGNAL) :]: file[name] for name in file.files if name.startswith(_SIGNAL)},
+            "signals": {name[len(SIGNAL) :]: file[name] for name in file.files if name.startswith(SIGNAL)},
             "metadata": json.loads(str(file["metadata"])),
             # files of version 0.1.0 have neither
             "events": json.loads(str(file["events"])) if "events" in file.files else [],
             "journal": Journal.from_arrays(journal) if journal else None,
-            "scenery": file[_SCENERY].astype(np.float32) if _SCENERY in file.files else None,
+            "scenery": file[SCENERY].astype(np.float32) if SCENERY in file.files else None,
         }
 
 

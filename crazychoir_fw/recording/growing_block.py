@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 _PIECE_BYTES = 1 << 22  # NumPy asks for large pages from here on, in which memory that is new costs far less
-_MAX_ROWS = 1024  # short rows need no piece of that size
+_MAX_ROWS = 2048  # short rows need no piece of that size
 
 
 class GrowingBlock:

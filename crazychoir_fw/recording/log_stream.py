@@ -8,6 +8,7 @@ field, requests of the journal, events. A process that is killed leaves whole fr
 from __future__ import annotations
 
 import fcntl
+import io
 import json
 import os
 import struct
@@ -29,6 +30,7 @@ STREAM = "log.stream"
 _MAGIC = b"crazychoir log stream 1\n"
 _FRAME = struct.Struct("<cBxxII")  # kind, section, length and CRC-32 of the payload
 _MAX_FRAME = 1 << 30  # [bytes]
+_PIECE = 1 << 22  # [bytes], of a frame that is looked at only
 FLIGHT = 255
 """Section of what belongs to no recorder: events of the layers, and how the sections are one swarm."""
 
@@ -201,29 +203,55 @@ class StreamFile:
         """
         self.is_torn = False
         """Whether something follows the last whole frame."""
-        if Path(path).stat().st_size < len(_MAGIC):
-            raise ValueError("it is no stream of a log")
-        self._bytes = np.memmap(path, np.uint8, "r")
-        if self._bytes[: len(_MAGIC)].tobytes() != _MAGIC:
+        # not mapped: pages of a map count as memory of the process, and a file that becomes shorter would end it
+        self._file = io.FileIO(path)
+        self._size = Path(path).stat().st_size
+        if self._size < len(_MAGIC) or self._read(0, len(_MAGIC)).tobytes() != _MAGIC:
             raise ValueError("it is no stream of a log")
         self.frames = list(self._scan())
 
     def _scan(self) -> Iterator[Frame]:
-        at, end = len(_MAGIC), len(self._bytes)
+        at, end = len(_MAGIC), self._size
         while at < end:
             if at + _FRAME.size > end:
                 break
-            kind, section, size, check = _FRAME.unpack(self._bytes[at : at + _FRAME.size].data)
+            kind, section, size, check = _FRAME.unpack(self._read(at, _FRAME.size).data)
             frame = Frame(kind, section, at + _FRAME.size, size)
-            if frame.offset + size > end or zlib.crc32(self.payload(frame).data) != check:
+            if frame.offset + size > end or self._check(frame) != check:
                 break
             yield frame
             at = frame.offset + size
         self.is_torn = at < end
 
-    def payload(self, frame: Frame) -> NDArray[np.uint8]:
-        """Return the bytes of a frame, without a copy."""
-        return self._bytes[frame.offset : frame.offset + frame.size]
+    def _check(self, frame: Frame) -> int:
+        """Return the CRC-32 of a payload."""
+        check = 0
+        for begin in range(0, frame.size, _PIECE):
+            check = zlib.crc32(self.payload(frame, begin, min(_PIECE, frame.size - begin)).data, check)
+        return check
+
+    def _read(self, offset: int, size: int) -> NDArray[np.uint8]:
+        data = np.empty(size, np.uint8)
+        view = memoryview(data.data) if size else memoryview(b"")
+        while view:
+            count = os.preadv(self._file.fileno(), [view], offset)
+            if count == 0:
+                raise ValueError("it was cut while it was read")
+            view, offset = view[count:], offset + count
+        return data
+
+    def payload(self, frame: Frame, begin: int = 0, size: int | None = None) -> NDArray[np.uint8]:
+        """Return bytes of a frame.
+
+        Args:
+            frame: Which one.
+            begin: Where in its payload (bytes).
+            size: How many; None is all from there.
+
+        Raises:
+            ValueError: If the file has become shorter.
+        """
+        return self._read(frame.offset + begin, frame.size - begin if size is None else size)
 
     def of(self, kind: bytes, section: int) -> list[Frame]:
         """Return the frames of one kind of a section, in their order."""

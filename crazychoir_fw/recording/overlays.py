@@ -166,7 +166,7 @@ def _add_disk(scene: mujoco.MjvScene, mark: Mark, colors: NDArray[np.float64]) -
     if rod is None:
         return False
     kind = mujoco.mjtGeom.mjGEOM_CAPSULE
-    mujoco.mjv_initGeom(rod, kind, np.zeros(3), np.zeros(3), _NO_ROTATION, np.float32([*rgb, 0.4]))
+    mujoco.mjv_initGeom(rod, kind, np.zeros(3), np.zeros(3), _NO_ROTATION, np.array([*rgb, 0.4], np.float32))
     up = np.array([0.0, 0.0, 0.01])
     mujoco.mjv_connector(rod, kind, _LINK_RADIUS_M, mark.position + up, mark.link + up)
     rod.category = mujoco.mjtCatBit.mjCAT_DECOR
@@ -214,7 +214,7 @@ def drone_colors(model: mujoco.MjModel, bodies: Sequence[int] | NDArray[np.int32
         if name == "accent" or name.endswith("/accent"):
             material = model.geom_matid[geom]
             # the color of a geom wins over that of its material once it has been changed
-            own = material < 0 or not np.array_equal(model.geom_rgba[geom], np.float32([0.5, 0.5, 0.5, 1.0]))
+            own = material < 0 or not np.array_equal(model.geom_rgba[geom], np.array([0.5, 0.5, 0.5, 1.0], np.float32))
             colors[row[int(body)]] = (model.geom_rgba[geom] if own else model.mat_rgba[material])[:3]
     return colors
 

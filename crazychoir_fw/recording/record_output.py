@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import struct
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -38,6 +39,16 @@ class RecordOutput:
         self._journal: Journal | None = None  # whose requests are written
         self._gap: str | None = None
         self._requests: list[Frame] = []
+
+    @property
+    def path(self) -> Path:
+        """The file of the stream."""
+        return self._stream.path
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether everything is in the stream that `write` was given."""
+        return self._stream.failure is None
 
     def begin(
         self,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,6 +11,9 @@ from numpy.typing import DTypeLike, NDArray
 
 from crazychoir_fw.recording.growing_block import GrowingBlock
 from crazychoir_fw.recording.log_stream import Frame, StreamFile, fields_of
+
+Column = Callable[[str], NDArray[Any]]
+"""Returns a field of some samples, shape (rows, ...)."""
 
 Fields = Mapping[str, tuple[Sequence[int], DTypeLike]]
 
@@ -104,12 +107,18 @@ class StreamedSamples:
         if any(not self._row_bytes or frame.size % self._row_bytes for frame in self._frames):
             raise ValueError("a frame is not made of whole rows")
 
+    def __len__(self) -> int:
+        return sum(frame.size // self._row_bytes for frame in self._frames)
+
     def column(self, name: str) -> NDArray[Any]:
         """See `Samples.column`.
 
         Raises:
             KeyError: If there is no such field.
         """
+        return self._column(name, self._frames)
+
+    def _column(self, name: str, frames: Sequence[Frame]) -> NDArray[Any]:
         shape, dtype = self._fields[name]
         skipped = 0
         for other, (sizes, kind) in self._fields.items():
@@ -117,8 +126,23 @@ class StreamedSamples:
                 break
             skipped += math.prod(sizes) * kind.itemsize
         pieces = [np.empty((0, *shape), dtype)]
-        for frame in self._frames:
+        for frame in frames:
             count = frame.size // self._row_bytes
             begin, size = skipped * count, math.prod(shape) * dtype.itemsize * count
-            pieces.append(self._file.payload(frame)[begin : begin + size].view(dtype).reshape(count, *shape))
+            pieces.append(self._file.payload(frame, begin, size).view(dtype).reshape(count, *shape))
         return np.concatenate(pieces)
+
+    def chunks(self, size: int) -> Iterator[tuple[int, Column]]:
+        """Give all rows in turn, in groups of whole frames of about a size (bytes): how many, and their columns."""
+        group: list[Frame] = []
+        for frame in self._frames:
+            if group and sum(one.size for one in group) + frame.size > size:
+                yield self._group(group)
+                group = []
+            group.append(frame)
+        if group:
+            yield self._group(group)
+
+    def _group(self, frames: list[Frame]) -> tuple[int, Column]:
+        count = sum(frame.size for frame in frames) // self._row_bytes
+        return count, lambda name: self._column(name, frames)

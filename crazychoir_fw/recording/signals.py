@@ -19,6 +19,9 @@ Column = Callable[[str], NDArray[Any]]
 
 EXTRA = "extra/"  # prefix of fields that are signals as they are
 
+_WORD = 4  # [bytes]
+_TURNED_AT_ONCE = 256  # rows, which a cache holds: three times as fast as all of them
+
 _TRUE_POSE = ("sim.x", "sim.y", "sim.z")
 _TRUE_VELOCITY = ("sim.vx", "sim.vy", "sim.vz")
 _TRUE_RATES = ("sim.wx", "sim.wy", "sim.wz")
@@ -53,12 +56,38 @@ def _log_variables(layout: Mapping[str, Any], column: Column) -> dict[str, NDArr
     """Return every log variable of a swarm."""
     found: dict[str, list[tuple[NDArray[np.intp], NDArray[Any]]]] = {}
     for k, part in enumerate(layout["parts"]):
-        copies, numbers = column(f"part{k}"), np.array(part["numbers"], np.intp)
+        cells_of, numbers = _cells(column(f"part{k}")), np.array(part["numbers"], np.intp)
         for name, (place, kind) in part["places"].items():
-            dtype = np.dtype(kind)
-            cells = np.ascontiguousarray(copies[:, :, place : place + dtype.itemsize])
-            found.setdefault(name, []).append((numbers, cells.view(dtype)[..., 0]))
+            found.setdefault(name, []).append((numbers, cells_of(place, np.dtype(kind))))
     return {name: _joined(own, layout["drones"]) for name, own in found.items()}
+
+
+def _cells(copies: NDArray[np.uint8]) -> Callable[[int, np.dtype], NDArray[Any]]:
+    """Return what reads a variable out of copies of memory by place and type, shape (T, N).
+
+    The copies, (T, N, bytes), are turned once, word by word: variable by variable, memory would be walked through as
+    often as there are variables, which takes five times as long.
+    """
+    if copies.shape[2] % _WORD:  # of a version that copied no whole words
+        return lambda place, dtype: np.ascontiguousarray(copies[:, :, place : place + dtype.itemsize]).view(dtype)[
+            ..., 0
+        ]
+    source = copies.view(np.uint32)
+    words = np.empty((source.shape[2], *source.shape[:2]), np.uint32)
+    for begin in range(0, len(source), _TURNED_AT_ONCE):
+        rows = slice(begin, begin + _TURNED_AT_ONCE)
+        words[:, rows] = np.moveaxis(source[rows], 2, 0)
+
+    def read(place: int, dtype: np.dtype) -> NDArray[Any]:
+        first, skipped = divmod(place, _WORD)
+        count = -(-(skipped + dtype.itemsize) // _WORD)
+        if count == 1 and dtype.itemsize == _WORD:
+            return words[first].view(dtype)
+        joined = words[first] if count == 1 else np.stack(list(words[first : first + count]), axis=-1)
+        cells = joined.view(np.uint8).reshape(*copies.shape[:2], count * _WORD)[..., skipped : skipped + dtype.itemsize]
+        return np.ascontiguousarray(cells).view(dtype)[..., 0]
+
+    return read
 
 
 def _true_motion(layout: Mapping[str, Any], column: Column) -> dict[str, NDArray[np.float32]]:

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
+from rclpy.utilities import try_shutdown
 from std_msgs.msg import Empty
 from std_srvs.srv import Trigger
 
@@ -46,7 +48,7 @@ class Buttons(LayerNode):
         self._publishers_of = {name: self.announce(topic) for name, topic in BUTTONS.items()}
         if services:
             for name, topic in BUTTONS.items():
-                serve_trigger(self, topic.name, lambda pressed=name: self.press(pressed), f"{topic.name} pressed")
+                serve_trigger(self, topic.name, partial(self.press, name), f"{topic.name} pressed")
 
     def press(self, button: str) -> None:
         """Press a button: ``takeoff``, ``land``, ``stop`` or ``start``.
@@ -113,4 +115,4 @@ def press_once(button: str, domain: int | None = None, timeout: float = 5.0) -> 
     try:
         return Buttons(services=False, context=context).press_when_heard(button, timeout, urgent=button == "stop")
     finally:
-        rclpy.try_shutdown(context=context)
+        try_shutdown(context=context)

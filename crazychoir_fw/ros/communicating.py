@@ -35,7 +35,7 @@ class CommunicatingNode(LayerNode):
         size: int,
         heard: list[int],
         hearers: list[int],
-        kind: type = TimeVaryingCommunicator,
+        kind: Any = TimeVaryingCommunicator,
         disturb: Callable[[Any], Any] | None = None,
         **options: Any,
     ) -> Any:

@@ -18,6 +18,7 @@ from crazychoir_fw.control import (
 )
 from crazychoir_fw.guidance.law import arguments_of
 from crazychoir_fw.ros.conversions import message_to_reference, twist_to_bytes
+from crazychoir_fw.ros.layer_failure import LayerGuard
 from crazychoir_fw.ros.names import CMD_VEL, LATEST, REFERENCES
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
@@ -34,6 +35,8 @@ class CrazyflieController(PoseTriggered, LayerNode):
     at rest is held; one that moves or accelerates the drone is given up when none has come for ``reference_timeout``
     (s): whoever sent it is gone, and the drone stays where it is until the next one. A subclass makes the plain
     controller, or whoever has one hands it over.
+
+    A law that raises says so on ``failure``, and commands no more; see `crazychoir_fw.ros.layer_failure`.
 
     Under simulated time each pose that is due makes a step, with its own stamp, so that results do not depend on which
     of pose and clock comes first; where poses come slower than commands, or in real time, the clock does.
@@ -77,6 +80,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
         super().__init__("controller", agent_id=agent_id, parameters=parameters, context=context)
         self.controller: plain.CrazyflieController = made
         """The plain controller."""
+        self._guard = LayerGuard(self, made)
         timeout = self.declare("pose_timeout", 0.5, "age of the pose at which nothing is sent any more (s)", low=0.001)
         self._watch = PoseWatch(self, timeout)
         self._patience = self.declare(
@@ -89,9 +93,10 @@ class CrazyflieController(PoseTriggered, LayerNode):
         self._longest_step = CLOSE * min(made.periods)
         self._commands = self.announce(self.command_topic)
         handler = made.traj_handler
+        self.reference_subscription: Any = None
         if hasattr(handler, "kind") and hasattr(handler, "topic"):
             topic = REFERENCES[handler.kind]
-            self.listen(topic, self._take_reference, handler.topic, fast=True)
+            self.reference_subscription = self.listen(topic, self._take_reference, handler.topic, fast=True)
             self.create_subscription(Bool, "idle", self._take_idle, LATEST)
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self.take_pose, pose_callback)
         self.when_time_jumps_back(self._begin_anew)
@@ -117,7 +122,9 @@ class CrazyflieController(PoseTriggered, LayerNode):
             self.get_logger().error(f"command not sent: {error}", throttle_duration_sec=1.0)
 
     def _take_reference(self, message: Any) -> None:
-        self.controller.set_reference(message_to_reference(message, self.controller.traj_handler.kind))
+        reference = message_to_reference(message, self.controller.traj_handler.kind)
+        with self._guard:
+            self.controller.set_reference(reference)
         self._has_new_reference = True
 
     def _take_idle(self, message: Bool) -> None:
@@ -126,9 +133,11 @@ class CrazyflieController(PoseTriggered, LayerNode):
 
     def take_pose(self, pose: Pose) -> None:
         """Take the newest pose of the drone."""
-        self.controller.set_pose(pose)
+        with self._guard:
+            self.controller.set_pose(pose)
         self._watch.saw(pose, self.now())
         if self._is_new_pose(pose.time) and self.is_simulated_time and self._is_led_by_poses(pose.time):
+            self.skip_ticks()
             self._work(pose.time)
 
     def _tick(self, now: float) -> None:
@@ -138,11 +147,14 @@ class CrazyflieController(PoseTriggered, LayerNode):
     def _work(self, now: float) -> None:
         # poses and clock come in any order, but time goes forward
         self._latest = now = max(now, self._latest)
-        if self._watch.is_fresh(now):
+        if self._guard.failure is not None or not self._watch.is_fresh(now):
+            return
+        twist = None
+        with self._guard:
             self._mind_references(now)
             twist = self.controller.step(now)
-            if twist is not None:
-                self.send_input(twist)
+        if twist is not None:
+            self.send_input(twist)
 
     def _mind_references(self, now: float) -> None:
         """Give a reference up that nobody renews, once."""

@@ -28,6 +28,7 @@ Array = NDArray[np.float64]
 
 _TYPES = get_typestore(Stores.ROS2_JAZZY)
 _LITTLE_ENDIAN = b"\x00\x01\x00\x00"  # CDR: what bytes of a message begin with
+_TWIST_BYTES = len(_LITTLE_ENDIAN) + 6 * 8
 _UInt8MultiArray, _MultiArrayLayout, _MultiArrayDimension = (
     _TYPES.types[f"std_msgs/msg/{name}"] for name in ("UInt8MultiArray", "MultiArrayLayout", "MultiArrayDimension")
 )
@@ -212,6 +213,14 @@ def twist_to_bytes(twist: Twist) -> bytes:
         RangeError: If a number is not finite.
     """
     return vectors_to_bytes(linear=twist.linear, angular=twist.angular)
+
+
+def bytes_to_twist(data: bytes) -> Twist:
+    """Return a command from the bytes of its message; see `twist_to_bytes`."""
+    if data[: len(_LITTLE_ENDIAN)] != _LITTLE_ENDIAN or len(data) != _TWIST_BYTES:
+        return message_to_twist(from_bytes(data, TwistMessage))
+    numbers = np.frombuffer(data, "<f8", offset=len(_LITTLE_ENDIAN))
+    return Twist(_vector("cmd_vel: linear", numbers[:3]), _vector("cmd_vel: angular", numbers[3:]))
 
 
 def message_to_twist(message: TwistMessage) -> Twist:

@@ -21,7 +21,7 @@ from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight.access import Access
 from crazychoir_fw.flight.agent import DronePhase
-from crazychoir_fw.flight.experiment import Event
+from crazychoir_fw.flight.event import Event
 from crazychoir_fw.ros.names import qos
 
 STATES = "/drone_states"

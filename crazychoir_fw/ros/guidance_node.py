@@ -5,6 +5,7 @@ whichever completes it lets the node decide. A round whose messages do not come 
 ROS, and also by the clock on the wall, since simulated time may stand still while a simulation waits for this node.
 
 Who is silent is told on ``lost_neighbors`` (`std_msgs/String`, "lost agent_3", "rejoined agent_3") and to the log.
+A guidance that raises says so on ``failure``, and decides no more; see `crazychoir_fw.ros.layer_failure`.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.guidance import Outputs
 from crazychoir_fw.ros.communicating import CommunicatingNode
 from crazychoir_fw.ros.conversions import points_to_joint_trajectory, reference_to_bytes
+from crazychoir_fw.ros.layer_failure import LayerGuard
 from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST, ODOM, REFERENCES, TRAJ_PARAMS
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.pose_triggered import CLOSE, PoseTriggered
@@ -83,6 +85,7 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
             self._answers = self.create_publisher(Empty, ANSWERED, 10)
         self.guidance: Any = build(self)
         """The plain guidance."""
+        self._guard = LayerGuard(self, self.guidance, self._answer)  # no step waits for it
         # otherwise its rounds last over many steps, and no step waits for one
         is_paced = getattr(self.guidance, "is_paced_by_rounds", True)
         self._has_rounds = hasattr(self.guidance, "begin_round") and is_paced
@@ -91,6 +94,9 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
         # messages that get lost on purpose are not worth holding time: rounds end by the deadline of simulated time
         self._answers_early: bool = self.declare(
             "answers_early", False, "whether a step is answered while its round waits for neighbors"
+        )
+        self._reference_answers: bool = self.declare(
+            "reference_answers", False, "whether a reference answers its step, so that answered is for steps without"
         )
         self._longest_step, self._is_led = CLOSE / update_frequency, False
         self._time = WallTimeoutClock(self._latest_time, self.patience)
@@ -116,7 +122,7 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
 
     def _announce(self, input_topic: str | None) -> None:
         self._kind = getattr(self.guidance, "kind", "acceleration")
-        self._reference = self.announce(REFERENCES[self._kind], input_topic)
+        self.reference_publisher: Any = self.announce(REFERENCES[self._kind], input_topic)
         self._trajectory = self.announce(TRAJ_PARAMS)
         self._idle_publisher = self.create_publisher(Bool, "idle", LATEST)
 
@@ -124,7 +130,7 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
         self.pose_source = pose_subscribe(handler, topic, self, self.take_pose, callback)
         for other in getattr(self.guidance, "watched", ()):
             of_other = self.topic_of(other, ODOM.name)
-            pose_subscribe("pubsub", of_other, self, lambda pose, j=other: self.guidance.see(j, pose))
+            pose_subscribe("pubsub", of_other, self, lambda pose, j=other: self._see(j, pose))
 
     def _hear_buttons(self) -> None:
         for name, topic in BUTTONS.items():
@@ -140,14 +146,22 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
 
     # ---------------------------------------------------------------- in
 
+    def _see(self, other: int, pose: Pose) -> None:
+        """Tell the guidance where a drone is that it watches."""
+        if self._guard.failure is None:
+            with self._guard:
+                self.guidance.see(other, pose)
+
     def take_pose(self, pose: Pose) -> None:
         """Take the newest pose of the drone."""
         self._has_pose = pose.position is not None
-        self.guidance.set_pose(pose)
+        with self._guard:
+            self.guidance.set_pose(pose)
         if not self._is_new_pose(pose.time):
             return
         self._is_led = self.is_simulated_time and self._is_led_by_poses(pose.time)
         if self._is_led:
+            self.skip_ticks()
             self._work()
 
     def _latest_time(self) -> float:
@@ -162,8 +176,9 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
             return  # it was heard both ways
         self._last_press = (button, now)
         method = getattr(self.guidance, button, None)
-        if method is not None:
-            method(now)
+        if method is not None and self._guard.failure is None:
+            with self._guard:
+                method(now)
 
     def _take_last_button(self, message: String) -> None:
         """Who was started in the middle of a flight, joins it."""
@@ -185,6 +200,13 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
     def _work(self) -> None:
         if not self._has_pose:
             return
+        if self._guard.failure is not None:
+            self._answer()
+            return
+        with self._guard:
+            self._decide()
+
+    def _decide(self) -> None:
         self._has_answered = False
         if not self._has_rounds:
             self._send(self.guidance.step(self._time.now()))
@@ -209,10 +231,11 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
             self._missed.look()
 
     def _try_to_finish(self) -> None:
-        if self._in_round:
-            now = self._time.now()
-            if self.guidance.is_complete(now):
-                self._finish(now)
+        if self._in_round and self._guard.failure is None:
+            with self._guard:
+                now = self._time.now()
+                if self.guidance.is_complete(now):
+                    self._finish(now)
 
     def _look(self) -> None:
         if self._in_round:
@@ -248,17 +271,18 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
     # ---------------------------------------------------------------- out
 
     def _send(self, outputs: Outputs) -> None:
-        reference = outputs.reference
+        reference, has_referred = outputs.reference, False
         if outputs.trajectory is not None:
             self._trajectory.publish(points_to_joint_trajectory(outputs.trajectory, self.agent_id))
         if reference is not None:
             try:
-                self._reference.publish(reference_to_bytes(reference, self._kind))
+                self.reference_publisher.publish(reference_to_bytes(reference, self._kind))
+                has_referred = True
             except RangeError as error:
                 self.get_logger().error(f"reference not sent: {error}", throttle_duration_sec=1.0)
         idle = bool(getattr(outputs, "idle", False))
         if idle != self._idle:
             self._idle = idle
             self._idle_publisher.publish(Bool(data=idle))
-        if not self._has_answered:
+        if not self._has_answered and not (has_referred and self._reference_answers):
             self._answer()

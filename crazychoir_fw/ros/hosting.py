@@ -10,6 +10,7 @@ import json
 import os
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -17,13 +18,15 @@ from numpy.typing import NDArray
 from rclpy.context import Context
 from std_msgs.msg import String
 
+from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint
 from crazychoir_fw.flight.agent import Agent, DronePhase
 from crazychoir_fw.flight.agents import graph_of, is_only_watched, names_of, what_it_follows
 from crazychoir_fw.flight.experiment import Names
 from crazychoir_fw.ros.guidance_node import ANSWERED
-from crazychoir_fw.ros.names import LATEST, REFERENCES, TRAJ_PARAMS
-from crazychoir_fw.ros.parts import Part, has_table, layers_of_drone, one_command
+from crazychoir_fw.ros.layer_failure import heard_failure
+from crazychoir_fw.ros.names import CMD_VEL, FAILURE, LATEST, REFERENCES, TRAJ_PARAMS
+from crazychoir_fw.ros.parts import Part, has_table, layers_of_drone, one_command, reference_answers
 from crazychoir_fw.ros.remote import (
     RemoteGroup,
     RemoteGuidance,
@@ -38,6 +41,7 @@ from crazychoir_fw.ros.tasks import EVERYTHING, HAPPENINGS, LAST_TABLE, MEMORY
 from crazychoir_fw.ros.topic_experiment import TopicExperiment
 
 _COMMANDS = (("control", "cmd_vel"), ("avoidance", "cmd_vel"))
+_COMMANDERS = ("controller", "collision_avoidance")  # nodes that answer with commands
 _HOLD_S = 0.5  # [s], within which it comes to rest
 _SHORTEST_LANDING_S = 1.0
 _DESCENT_SPEED = 0.4  # [m/s], of a drone that nobody but the host lands
@@ -118,12 +122,23 @@ class HostedExperiment(TopicExperiment):
         numbers = {node.namespace_pattern.format(i=i): i for i in range(len(remote))}
         for i, guidance in enumerate(remote):
             node.create_subscription(String, node.topic_of(i, "lost_neighbors"), neighbors_taker(guidance, numbers), 10)
+            node.create_subscription(String, node.topic_of(i, FAILURE), partial(self._layer_failed, i), LATEST)
             if kind == "xyz":
                 node.listen(TRAJ_PARAMS, points_taker(guidance), node.topic_of(i, "traj_params"))
                 continue
             follows = what_it_follows(mission, i)
             topic = REFERENCES[follows]
-            node.listen(topic, reference_taker(guidance, follows), node.topic_of(i, topic.name), fast=True)
+            take = reference_taker(guidance, follows)
+            if node.pace.lockstep and reference_answers(mission, i):
+                take = self._answered_by(take, i)
+            node.listen(topic, take, node.topic_of(i, topic.name), fast=True)
+
+    def _answered_by(self, take: Callable[[Any], None], i: int) -> Callable[[Any], None]:
+        def take_and_answer(message: Any) -> None:
+            take(message)
+            self.node.answer((i, ANSWERED))
+
+        return take_and_answer
 
     def _collector(self, mission: Any, remote: Sequence[RemoteGuidance]) -> StatisticsCollector:
         graph = graph_of(mission)
@@ -157,8 +172,25 @@ class HostedExperiment(TopicExperiment):
         super()._carry_out(button, drones)
         if button == "land" and not self.backend.is_real_time:
             for agent in self._chosen(drones):
-                if agent.index in self._held or agent.index in self._guidance_ended:
+                unheard = () if self._remote is None else self._remote.unheard
+                if agent.index in self._held or agent.index in self._guidance_ended or agent.index in unheard:
                     self._bring_down(agent)
+
+    def cannot_divert(self, agent: Agent) -> str | None:
+        """See `Experiment`: its controller is elsewhere, and listens to its guidance."""
+        if self.backend.is_real_time or self._remote is None:
+            return (
+                f"{agent.name}: follows its guidance, which is another process; over the radio it can be sent "
+                "with --processes one only"
+            )
+        return None
+
+    def _divert(self, agent: Agent, point: TrajectoryPoint) -> None:
+        if reason := self.cannot_divert(agent):
+            raise StateError(reason)
+        if agent.is_up and agent.failure is None and self._remote is not None:
+            self._remote.unheard.add(agent.index)
+            self._guarded(agent, self.backend.go_to, agent.index, point)
 
     def _hear_again(self, drones: Names) -> None:
         if self._remote is not None:
@@ -195,6 +227,14 @@ class HostedExperiment(TopicExperiment):
         self._note_of_service(
             "ended", part.agents[0] if len(part.agents) == 1 else None, f"process {part.name} has ended"
         )
+
+    def _layer_failed(self, i: int, message: String) -> None:
+        """Land a drone one of whose layers has raised, and wait for no command of it."""
+        agent = self.agents[i]
+        node, reason = heard_failure(message)
+        if node in _COMMANDERS:
+            self.node.answers.bury((i, CMD_VEL.name))
+        self._let_down(agent, f"{agent.name}: {reason} (at {self.time:.2f} s)")
 
     def _is_ready(self, process: str) -> None:
         super()._is_ready(process)
@@ -250,7 +290,8 @@ class HostedExperiment(TopicExperiment):
         now = self.time
         for agent in self.agents:
             i = agent.index
-            if now - commanded[i] <= self._command_timeout or not agent.is_up:
+            is_ours = agent.failure is not None or self._remote is None or i in self._remote.unheard
+            if now - commanded[i] <= self._command_timeout or not agent.is_up or is_ours:
                 self._held.discard(i)
             elif i not in self._held:
                 self._held.add(i)
@@ -266,7 +307,7 @@ class HostedExperiment(TopicExperiment):
 
     def _bring_down(self, agent: Agent) -> None:
         """Land a drone by its planner on board, since nobody else does."""
-        if not agent.is_up:
+        if not agent.is_up or agent.failure is not None:
             return
         if self._remote is not None:
             self._remote.unheard.add(agent.index)

@@ -23,7 +23,9 @@ from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.flight.access import DroneState
 from crazychoir_fw.flight.agent import Agent, DronePhase
 from crazychoir_fw.flight.agents import names_of, starts_of, what_it_follows
-from crazychoir_fw.flight.experiment import TOUCHDOWN_M, Event, Experiment, Names
+from crazychoir_fw.flight.event import Event
+from crazychoir_fw.flight.experiment import Experiment, Names
+from crazychoir_fw.flight.touchdown import TOUCHDOWN_M
 from crazychoir_fw.ros.conversions import message_to_reference, points_to_joint_trajectory
 from crazychoir_fw.ros.drone_states import EVENTS, EVENTS_QOS, STATES, STATES_QOS, ToldDrone, read_event, read_states
 from crazychoir_fw.ros.joined_drones import NEWEST, JoinedDrones
@@ -122,6 +124,10 @@ class JoinedFlight:
     def stop(self, drones: Names = None) -> None:
         """Press ``/stop``; see `takeoff`."""
         self._press("stop", drones, DronePhase.STOPPED)
+
+    def send_to(self, point: TrajectoryPoint, drone: str) -> None:
+        """See `Experiment`; drones that follow their guidance alone cannot be sent from here."""
+        self.set_trajectory([point], drone)
 
     def set_trajectory(self, points: Sequence[TrajectoryPoint], drones: Names = None) -> None:
         """Publish points on ``traj_params``; see `takeoff`."""

@@ -68,6 +68,9 @@ LATEST = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 LAST_BUTTON = "last_button"
 """Topic (`std_msgs/String`, latched) on which a flight says what was pressed last, to all or to one drone."""
 
+FAILURE = "failure"
+"""Topic (`std_msgs/String`, latched) on which a layer of a drone says that it has failed, a sentence."""
+
 ODOM = Topic(
     "odom", Odometry, 10, 10, "pose and velocity (m, m/s, world), attitude (xyzw), angular velocity (rad/s, body)"
 )

@@ -20,8 +20,8 @@ from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
 from crazychoir_fw.common.errors import CrazychoirError, RangeError
-from crazychoir_fw.ros.conversions import from_bytes
-from crazychoir_fw.ros.names import BUTTONS, NAMESPACE_PATTERN, Topic
+from crazychoir_fw.ros.conversions import from_bytes, to_stamp
+from crazychoir_fw.ros.names import BUTTONS, CLOCK, NAMESPACE_PATTERN, Topic
 from crazychoir_fw.ros.periodic import Periodic, check_frequency
 
 _WARN_EVERY = 1.0  # [s]
@@ -171,9 +171,17 @@ class LayerNode(Node):
         return bool(self.get_parameter("use_sim_time").value)
 
     def share_time(self, other: LayerNode) -> None:
-        """Follow ``/clock`` by the subscription of another node of this process."""
+        """Have the time of another node of this process."""
         self._time_source.detach_node()
         other._time_source.attach_clock(self.get_clock())
+
+    def be_told_time(self) -> None:
+        """Follow `tell_time` instead of ``/clock``, with all nodes that share the time of this one."""
+        self._time_source.detach_node()
+
+    def tell_time(self, time: float) -> None:
+        """Say what time it is (s), as a message on ``/clock`` would."""
+        self._time_source.clock_callback(CLOCK.type(clock=to_stamp(time)))
 
     def every(self, frequency: float, work: Callable[[float], None]) -> Periodic:
         """Call ``work(now)`` so many times per second of the clock of ROS.
@@ -192,6 +200,11 @@ class LayerNode(Node):
         periodic = Periodic(self, frequency, work)
         self._periodics.append(periodic)
         return periodic
+
+    def skip_ticks(self) -> None:
+        """Leave out calls of `every` that are due: the next ones are a period from now."""
+        for periodic in self._periodics:
+            periodic.skip()
 
     def when_time_jumps_back(self, callback: Callable[[float], None]) -> None:
         """Call ``callback(now)`` when simulated time jumps back, or another clock is used, to forget what was."""
@@ -240,10 +253,41 @@ class LayerNode(Node):
             callback_group: Callback group of rclpy.
             fast: The callback takes what `from_bytes` returns, instead of a message of rclpy.
         """
+        if fast:
+            return self.listen_to_bytes(
+                topic,
+                lambda data: callback(from_bytes(data, topic.type)),
+                name,
+                profile=profile,
+                callback_group=callback_group,
+            )
+        return self._subscribe(topic, callback, name, profile, callback_group, raw=False)
+
+    def listen_to_bytes(
+        self,
+        topic: Topic,
+        callback: Callable[[bytes], None],
+        name: str | None = None,
+        *,
+        profile: QoSProfile | None = None,
+        callback_group: CallbackGroup | None = None,
+    ) -> Subscription:
+        """Subscribe to a line of the table as `listen` does; the callback takes messages as bytes."""
+        return self._subscribe(topic, callback, name, profile, callback_group, raw=True)
+
+    def _subscribe(
+        self,
+        topic: Topic,
+        callback: Callable[[Any], None],
+        name: str | None,
+        profile: QoSProfile | None,
+        callback_group: CallbackGroup | None,
+        raw: bool,
+    ) -> Subscription:
         name = name or topic.name
-        guarded = self.guarded((lambda data: callback(from_bytes(data, topic.type))) if fast else callback, name)
         profile = topic.subscribe_qos if profile is None else profile
-        return self.create_subscription(topic.type, name, guarded, profile, callback_group=callback_group, raw=fast)
+        guarded = self.guarded(callback, name)
+        return self.create_subscription(topic.type, name, guarded, profile, callback_group=callback_group, raw=raw)
 
     def guarded(self, callback: Callable[[Any], None], name: str) -> Callable[[Any], None]:
         """Return a callback whose errors of this package are told to the log, as those of a topic."""

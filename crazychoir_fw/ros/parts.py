@@ -66,6 +66,14 @@ def layers_of_drone(mission: Any, i: int) -> list[str]:
     return [layer for layer in LAYERS if has[layer]]
 
 
+def reference_answers(mission: Any, i: int) -> bool:
+    """Return whether in lockstep the reference of a drone answers its step: there is one a step, from its guidance."""
+    is_disturbed = mission.layers.communication_of(mission.fleet[i].id).is_disturbed
+    return (
+        "control" in layers_of_drone(mission, i) and "planning" not in layers_of_drone(mission, i) and not is_disturbed
+    )
+
+
 def one_command(mission: Any) -> str:
     """Return what all drones are commanded by: fpqr, frpy, vel or xyz.
 

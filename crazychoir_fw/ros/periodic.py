@@ -56,6 +56,10 @@ class Periodic:
         self._last = None
         self._timer.reset()
 
+    def skip(self) -> None:
+        """Leave out a call that is due: the next one is a period from now."""
+        self._timer.reset()
+
     def stop(self) -> None:
         """Call no more."""
         self._timer.cancel()

@@ -81,6 +81,8 @@ class PointToPointPlanner_2D(LayerNode):  # noqa: N801  the original's name
         self.goal = place[:2]
 
     def _take_pose(self, pose: Pose) -> None:
-        if self.goal is not None and np.linalg.norm(pose.position[:2] - self.goal) < self._tolerance:
+        if self.goal is None or pose.position is None:
+            return
+        if np.linalg.norm(pose.position[:2] - self.goal) < self._tolerance:
             self.goal = None
             self._reached.publish(Empty())

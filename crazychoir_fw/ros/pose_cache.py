@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.ros.names import ODOM
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
@@ -28,8 +29,8 @@ class PoseCache:
         for number in numbers:
             pose_subscribe("pubsub", node.topic_of(number, ODOM.name), node, self._taker(number))
 
-    def _taker(self, number: int):
-        def take(pose) -> None:
+    def _taker(self, number: int) -> Callable[[Pose], None]:
+        def take(pose: Pose) -> None:
             self._positions[number] = pose.position
 
         return take

@@ -16,6 +16,7 @@ from crazychoir_fw.mocap import decode_odometry, decode_pose_stamped, decode_vic
 from crazychoir_fw.ros.conversions import checked_pose, odometry_to_pose
 from crazychoir_fw.ros.names import MOCAP_POSE, ODOM, Topic, qos
 from crazychoir_fw.ros.node import LayerNode
+from crazychoir_fw.ros.odometry import bytes_to_pose
 
 HANDLERS = ("pubsub", "pose", "vicon", "vicon_mm")
 """Odometry; PoseStamped under two names; the message of vicon_receiver before its version 1.0."""
@@ -88,6 +89,10 @@ def pose_subscribe(
         qos_profile = qos(line.subscribe_depth)
         qos_profile.reliability = QoSReliabilityPolicy.BEST_EFFORT
     profile = qos(qos_profile) if isinstance(qos_profile, int) else qos_profile
+    if line is ODOM and not is_filter:
+        return node.listen_to_bytes(
+            line, lambda data: accept(bytes_to_pose(data)), topic, profile=profile, callback_group=callback_group
+        )
     return node.listen(line, take, topic, profile=profile, callback_group=callback_group, fast=line is ODOM)
 
 

@@ -21,18 +21,17 @@ from rclpy.task import Future
 from std_msgs.msg import String
 
 from crazychoir_fw.common.errors import CrazychoirError
-from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.flight import agents
 from crazychoir_fw.flight.services import make_table
 from crazychoir_fw.guidance import TimeVaryingCommunicator
 from crazychoir_fw.mission.communicators import disturbed, goes_by_distance
 from crazychoir_fw.ros.communicator import RosTransport
 from crazychoir_fw.ros.guidance_node import ANSWERED, GuidanceNode
-from crazychoir_fw.ros.names import CLOCK, LATEST, ODOM
-from crazychoir_fw.ros.parts import SENSING, TABLE, Part, has_table, layers_of_drone
+from crazychoir_fw.ros.names import CLOCK, LATEST
+from crazychoir_fw.ros.parts import SENSING, TABLE, Part, has_table, layers_of_drone, reference_answers
 from crazychoir_fw.ros.pose_cache import PoseCache
-from crazychoir_fw.ros.pose_sources import pose_subscribe
 from crazychoir_fw.ros.safety_parts import make_avoidance_node, make_control_node, make_sensing_node
+from crazychoir_fw.ros.sharing import share_poses, share_references
 from crazychoir_fw.ros.tasks import TableDesk, TaskTable
 from crazychoir_fw.ros.topic_experiment import READY
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
@@ -95,25 +94,12 @@ def make_nodes(
                 own.append(make_avoidance_node(mission, **common))
             else:
                 own.append(make_control_node(mission, **common))
-        _share_poses(own)
+        share_references(own)
+        share_poses(own)
         nodes += own
     if SENSING in part.layers:
         nodes.append(make_sensing_node(mission, parameters={"use_sim_time": True}, context=context))
-    for node in nodes[1:]:
-        node.share_time(nodes[0])
     return nodes
-
-
-def _share_poses(nodes: Sequence[Any]) -> None:
-    """Let the layers of a drone hear its odometry by one subscription, and decode it once."""
-    takers = [node.guarded(node.take_pose, ODOM.name) for node in nodes]
-
-    def take(pose: Pose) -> None:
-        for taker in takers:
-            taker(pose)
-
-    if nodes:
-        pose_subscribe("pubsub", ODOM.name, nodes[0], take)
 
 
 def _guidance(mission: Any, i: int, lockstep: bool, patience: float | None, common: dict[str, Any]) -> GuidanceNode:
@@ -152,6 +138,7 @@ def _guidance(mission: Any, i: int, lockstep: bool, patience: float | None, comm
         "lockstep": lockstep,
         "patience": settings.silence_s if patience is None else patience,
         "answers_early": settings.is_disturbed,
+        "reference_answers": reference_answers(mission, i),
     }
     return GuidanceNode(build, update_frequency=float(mission.layers.rate), **{**common, "parameters": parameters})
 

@@ -26,7 +26,7 @@ from crazychoir_fw.ros.conversions import (
     pose_stamped_to_pose,
     pose_to_odometry,
 )
-from crazychoir_fw.ros.names import CF_ODOM, CMD_VEL, MOCAP_POSE, TRAJ_PARAMS, qos
+from crazychoir_fw.ros.names import CF_ODOM, CMD_VEL, FAILURE, LATEST, MOCAP_POSE, TRAJ_PARAMS, qos
 from crazychoir_fw.ros.node import LayerNode
 
 _PUBLISH_EVERY = 0.005  # [s], wall
@@ -44,6 +44,7 @@ class RadioHandler(LayerNode):
     where the drones' own odometry goes; ``odometry_hz``, how often (Hz); ``takeoff_height`` (m).
 
     The buttons ``/takeoff``, ``/land`` and ``/stop`` are those of the handler; ``/experiment_trigger`` does nothing.
+    A drone one of whose layers says on ``failure`` that it has failed is landed.
     """
 
     handler_name = "RadioHandlerFPQR"
@@ -124,6 +125,7 @@ class RadioHandler(LayerNode):
                 self.listen(TRAJ_PARAMS, self._point_taker(name), where)
             else:
                 self.listen(CMD_VEL, self._command_taker(name), where, profile=qos(10))
+            self.create_subscription(String, self.topic_of(i, FAILURE), self._failure_taker(name), LATEST)
             if forwards:
                 digit = uris[name][-1]
                 self.listen(MOCAP_POSE, self._pose_taker(name), MOCAP_POSE.name.format(d=digit))
@@ -153,6 +155,13 @@ class RadioHandler(LayerNode):
         def take(message: Any) -> None:
             pose = pose_stamped_to_pose(message)
             self.handler.external_pose(name, pose.position.tolist(), pose.orientation.tolist())
+
+        return take
+
+    def _failure_taker(self, name: str) -> Callable[[String], None]:
+        def take(message: String) -> None:
+            del message  # the node that failed has told the log
+            self._work(lambda: self.handler.land(agents=[name]))
 
         return take
 

@@ -25,6 +25,7 @@ from crazychoir_fw.control import safety as plain
 from crazychoir_fw.control.periodic_timer import PeriodicTimer
 from crazychoir_fw.ros.controller import CrazyflieController, HierarchicalController
 from crazychoir_fw.ros.conversions import message_to_reference, message_to_twist, to_vector3, twist_to_bytes
+from crazychoir_fw.ros.layer_failure import LayerGuard
 from crazychoir_fw.ros.names import ACCELERATION, CLOSEST_ROBOTS, CMD_VEL, CMD_VEL_DES, Topic
 from crazychoir_fw.ros.neighbor_sensing import message_to_closest
 from crazychoir_fw.ros.node import LayerNode
@@ -228,6 +229,7 @@ class CollisionAvoidance(PoseTriggered, LayerNode):
         super().__init__("collision_avoidance", agent_id=agent_id, parameters=parameters, context=context, **options)
         self.avoidance: Any = made
         """The plain filter."""
+        self._guard = LayerGuard(self, made)
         timeout = self.declare("pose_timeout", 0.5, "age of the pose at which nothing is sent any more (s)", low=0.001)
         self._patience = self.declare(
             "desired_timeout", 0.5, "age of the desired input at which the drone stays where it is (s)", low=0.001
@@ -276,11 +278,14 @@ class CollisionAvoidance(PoseTriggered, LayerNode):
     def _work(self, now: float) -> None:
         if not (self._watch.is_fresh(now) and self._sight.has_seen and self._schedule.is_due(now)):
             return
-        safe = self.avoidance.step()
-        if safe is None:
+        safe = None
+        if self._guard.failure is None:
+            with self._guard:
+                safe = self.avoidance.step()
+                if safe is not None and (not self._sight.is_clear(now) or now - self._desired_at > self._patience):
+                    safe = self.avoidance.standstill()
+        if safe is None or self._guard.failure is not None:
             return
-        if not self._sight.is_clear(now) or now - self._desired_at > self._patience:
-            safe = self.avoidance.standstill()
         if self._is_twist:
             self._output.publish(twist_to_bytes(safe))
         else:

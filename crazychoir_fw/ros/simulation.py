@@ -22,8 +22,8 @@ from crazychoir_fw.common.errors import CrazychoirError, RangeError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint, Twist
 from crazychoir_fw.ros.buttons import serve_trigger
 from crazychoir_fw.ros.conversions import (
+    bytes_to_twist,
     joint_trajectory_to_points,
-    message_to_twist,
     pose_to_pose_stamped,
     to_stamp,
     to_vector3,
@@ -98,13 +98,13 @@ class CommandInbox:
         self.is_new = np.zeros(count, bool)
         """Who has sent one since the last look, shape (N,)."""
         for i in range(count):
-            node.listen(CMD_VEL, self._taker(i), node.topic_of(i, CMD_VEL.name), fast=True)
+            node.listen_to_bytes(CMD_VEL, self._taker(i), node.topic_of(i, CMD_VEL.name))
 
-    def _taker(self, i: int) -> Callable[[Any], None]:
+    def _taker(self, i: int) -> Callable[[bytes], None]:
         node = self._node
 
-        def take(message: Any) -> None:
-            twist = message_to_twist(message)
+        def take(data: bytes) -> None:
+            twist = bytes_to_twist(data)
             self._linear[i], self._angular[i], self.is_new[i] = twist.linear, twist.angular, True
             if node.latencies is not None:
                 node.latencies.append(time.perf_counter() - node.last_step_wall)

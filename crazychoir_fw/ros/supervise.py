@@ -5,7 +5,6 @@ Whoever supervises has imported what its processes need, and starts no threads; 
 
 from __future__ import annotations
 
-import ctypes
 import json
 import os
 import signal
@@ -21,12 +20,12 @@ from typing import Any
 from honcho.colour import get_colours
 from honcho.printer import Message, Printer
 
+from crazychoir_fw.common.parent_death import end_with_parent
 from crazychoir_fw.common.replacing import replacing
 
 LANDING_S = 15.0
 """Longest time that the process of the drones may take to land them (s)."""
 
-_PR_SET_PDEATHSIG = 1
 _FORK: Any = get_context("fork")
 
 
@@ -174,7 +173,7 @@ def _run(work: Callable[[], int | None], writing: int | None, reading: int | Non
         sys.stdout = os.fdopen(1, "w", buffering=1, closefd=False)
         sys.stderr = os.fdopen(2, "w", buffering=1, closefd=False)
     os.setpgid(0, 0)  # Ctrl-C is the supervisor's affair
-    die_with(parent)
+    end_with_parent(parent)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
@@ -184,11 +183,3 @@ def _run(work: Callable[[], int | None], writing: int | None, reading: int | Non
     sys.stdout.flush()
     sys.stderr.flush()
     sys.exit(code)
-
-
-def die_with(parent: int) -> None:
-    """Let this process be killed when its parent ends, however that ends (Linux)."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
-    if os.getppid() != parent:  # it has ended already
-        os._exit(1)

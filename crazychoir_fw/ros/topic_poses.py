@@ -12,6 +12,7 @@ from typing import Any
 import rclpy
 from rclpy.context import Context
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
+from rclpy.utilities import try_shutdown
 
 from crazychoir_fw.common.messages import Pose
 from crazychoir_fw.ros.node import LayerNode
@@ -79,4 +80,4 @@ class TopicPoses:
         self._thread.join(1.0)
         self._node.destroy_node()
         if self._owns:
-            rclpy.try_shutdown(context=self._context)
+            try_shutdown(context=self._context)

@@ -13,6 +13,7 @@ from crazychoir_fw import planning as plain
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint
 from crazychoir_fw.ros.conversions import joint_trajectory_to_points, reference_to_bytes
+from crazychoir_fw.ros.layer_failure import LayerGuard
 from crazychoir_fw.ros.names import REFERENCES, TRAJ_PARAMS, qos
 from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
@@ -26,6 +27,9 @@ class TrajectoryHandler(LayerNode):
     Points that come before the first pose are planned when it is there. Points may also be given once as the parameter
     ``traj_params``, 26 numbers: times of begin and end (s), then positions, velocities, accelerations and jerks of
     begin and end (m, s, world).
+
+    A handler that raises says so on ``failure``, and plans no more; see `crazychoir_fw.ros.layer_failure`. Points that
+    one of ours refuses are told to the log only.
     """
 
     plain_class: ClassVar[type[plain.TrajectoryHandler]]
@@ -68,6 +72,7 @@ class TrajectoryHandler(LayerNode):
         super().__init__("trajectory", agent_id=agent_id, parameters=parameters, context=context)
         self.handler: plain.TrajectoryHandler = handler
         """The plain handler."""
+        self._guard = LayerGuard(self, handler)
         self.current_pose = Pose()
         """The latest pose."""
         self._pending: list[TrajectoryPoint] | None = None
@@ -81,7 +86,7 @@ class TrajectoryHandler(LayerNode):
         )
         if given is not None:
             self._pending = _points_of(given)
-        self._references = self.announce(REFERENCES[handler.kind], handler.input_topic)
+        self.reference_publisher: Any = self.announce(REFERENCES[handler.kind], handler.input_topic)
         # a handler wants the newest trajectory only
         self.listen(TRAJ_PARAMS, self._take_message, profile=qos(1))
         self.pose_source = pose_subscribe(pose_handler, pose_topic, self, self.take_pose, pose_callback)
@@ -97,27 +102,32 @@ class TrajectoryHandler(LayerNode):
         self._plan(self.now())
 
     def _plan(self, now: float) -> None:
-        if self._pending is not None and self.current_pose.position is not None:
-            points, self._pending = self._pending, None
-            self.handler.set_trajectory(points, self.current_pose, now)
+        if self._pending is None or self.current_pose.position is None or self._guard.failure is not None:
+            return
+        points, self._pending = self._pending, None
+        with self._guard:
+            try:
+                self.handler.set_trajectory(points, self.current_pose, now)
+            except CrazychoirError as error:
+                self.get_logger().error(f"{TRAJ_PARAMS.name}: {error}")
 
     def _tick(self, now: float) -> None:
         if self.current_pose.position is None:
             return
-        try:
-            self._plan(now)
-        except CrazychoirError as error:
-            self.get_logger().error(f"{TRAJ_PARAMS.name}: {error}")
-        active = self.handler.is_active(now)
-        if active or self._was_active:
-            self.send_reference(now)
-        self._was_active = active
+        self._plan(now)
+        if self._guard.failure is not None:
+            return
+        with self._guard:
+            active = self.handler.is_active(now)
+            if active or self._was_active:
+                self.send_reference(now)
+            self._was_active = active
 
     def send_reference(self, now: float) -> None:
         """Publish the reference of a time (s); may be overridden."""
         reference = self.handler.evaluate(now)
         if reference is not None:
-            self._references.publish(reference_to_bytes(reference, self.handler.kind))
+            self.reference_publisher.publish(reference_to_bytes(reference, self.handler.kind))
 
     def _begin_anew(self, now: float) -> None:
         self.handler.reset()

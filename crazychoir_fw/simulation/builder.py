@@ -21,7 +21,7 @@ from crazychoir_fw.simulation.loading import add_payload, check_payload, set_ine
 from crazychoir_fw.simulation.mirrored import MirroredConfig, add_mirrored
 from crazychoir_fw.simulation.model_drones import is_crazyflie
 from crazychoir_fw.simulation.provider_words import BUILTIN, load_providers
-from crazychoir_fw.simulation.scene_file import SUFFIXES, scene_spec
+from crazychoir_fw.simulation.scene_file import SUFFIXES, is_inline, scene_name, scene_spec
 from crazychoir_fw.simulation.scene_limits import check_scene
 
 MAX_FOR_NEWTON = 100
@@ -57,7 +57,9 @@ def build_model(
     _check(drones, seed, [body.id for body in mirrored])
     in_scene = _prepare_drones_of(spec, scene, seed)
     if not drones and not in_scene:
-        raise RangeError(f"drones: the list is empty and scene '{scene}' has none, a world has at least 1 drone")
+        raise RangeError(
+            f"drones: the list is empty and scene '{scene_name(scene)}' has none, a world has at least 1 drone"
+        )
     spec.activate_plugin(PLUGIN)
     stamps: dict[str, VehicleStamp] = {}
     try:
@@ -71,8 +73,8 @@ def build_model(
     except CrazychoirError:
         raise
     except ValueError as error:
-        raise RangeError(f"scene {scene} with its drones: {_one_line(error)}") from error
-    model = _compiled(spec, f"scene {scene} with its drones")
+        raise RangeError(f"scene {scene_name(scene)} with its drones: {_one_line(error)}") from error
+    model = _compiled(spec, f"scene {scene_name(scene)} with its drones")
     # one body gone wild must not send the whole world back to its start; the plugin parks that drone alone
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     _skip_what_is_absent(model)
@@ -104,8 +106,8 @@ def build_stage(drones: Sequence[DroneConfig], scene: str | Path) -> mujoco.MjMo
                     stamps[drone.platform] = _stamp(spec, drone, True)
                 _add_body(spec, stamps[drone.platform], drone, index)
     except ValueError as error:
-        raise RangeError(f"scene {scene} with its drones: {_one_line(error)}") from error
-    return _compiled(spec, f"scene {scene} with its drones")
+        raise RangeError(f"scene {scene_name(scene)} with its drones: {_one_line(error)}") from error
+    return _compiled(spec, f"scene {scene_name(scene)} with its drones")
 
 
 def _compiled(spec: mujoco.MjSpec, what: str) -> mujoco.MjModel:
@@ -169,7 +171,7 @@ def _prepare_drones_of(spec: mujoco.MjSpec, scene: str | Path, seed: int) -> int
     # because MuJoCo 4.0 copies no specification with such a plugin
     reading = _scene(scene)
     reading.activate_plugin(PLUGIN)
-    trial = _compiled(reading, f"scene {scene}")
+    trial = _compiled(reading, f"scene {scene_name(scene)}")
     drones = [entry for i, entry in enumerate(plugins) if is_crazyflie(trial, i)]
     for entry in drones:
         entry.config = {"seed": str(seed), **entry.config}
@@ -208,6 +210,8 @@ def _is_finite(value: object) -> bool:
 def _scene(scene: str | Path) -> mujoco.MjSpec:
     if not isinstance(scene, str | Path):
         raise RangeError(f"scene is {scene!r}, allowed: the path of an MJCF or YAML file or one of {', '.join(SCENES)}")
+    if is_inline(scene):
+        return scene_spec(scene)
     path = model_path(str(scene)) if str(scene) in SCENES else Path(scene)
     if not path.is_file():
         raise UnknownNameError(f"scene '{scene}' is neither a file nor one of: {', '.join(SCENES)}")
@@ -253,6 +257,11 @@ def _add_drone(spec: mujoco.MjSpec, stamp: VehicleStamp, drone: DroneConfig, ind
     plugin = spec.add_plugin(name=f"{drone.id}/crazyflie", plugin_name=PLUGIN, active=True)
     plugin.config = {"seed": str(seed), "id": str(index), **drone.plugin_attributes()}
     body.plugin = plugin
+    if plugin.config.get("isolated") == "on":
+        # the engine plugin leaves out its contacts with others; by these bits MuJoCo need not ask for every pair.
+        # scenery has bit 0, drones meet each other by bit 1
+        for geom in body.geoms:
+            geom.contype, geom.conaffinity = geom.contype & 1, 0
 
 
 def _color(index: int) -> tuple[float, float, float]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 class DroneSnapshot:
     """Everything that one drone is at one instant: onboard software, vehicle and motion."""
 
-    def __init__(self, state: NDArray[np.uint8], qpos: NDArray, qvel: NDArray) -> None:
+    def __init__(self, state: NDArray[np.uint8], qpos: NDArray[np.float64], qvel: NDArray[np.float64]) -> None:
         self.state = state.copy()
         self.qpos = qpos.copy()
         self.qvel = qvel.copy()
@@ -334,7 +334,7 @@ class Drone:
 
     # ---------------------------------------------------------------- snapshots
 
-    def place(self, position: NDArray | tuple[float, float, float], yaw_deg: float = 0.0) -> None:
+    def place(self, position: NDArray[np.float64] | tuple[float, float, float], yaw_deg: float = 0.0) -> None:
         """Put the body somewhere else (m, world; deg), at rest and level."""
         if not np.all(np.isfinite([*position, yaw_deg])):
             raise RangeError(f"{self.id}: place({position}, {yaw_deg}): allowed: finite numbers")

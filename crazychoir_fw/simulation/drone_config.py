@@ -58,6 +58,9 @@ class DroneConfig:
     positioning: str | None = None
     """``mocap`` (default), ``mocap_position``, ``lighthouse``, ``loco_twr``, ``loco_tdoa2``, ``loco_tdoa3``, ``flow``
     or ``none``."""
+    mocap_quality: str | None = None
+    """How good the motion capture is: ``good`` (default), ``typical`` or ``poor``; it chooses the defaults of the
+    attributes ``mocap_…``."""
     decks: Sequence[str] = ()
     """Decks beside the one that positions the drone: ``multiranger``, ``zranger``."""
     battery: float | None = None
@@ -87,6 +90,7 @@ class DroneConfig:
             "controller": self.controller,
             "estimator": self.estimator,
             "positioning": self.positioning,
+            "mocap_quality": self.mocap_quality,
             "battery": self.battery,
             "noise": self.noise,
             **self._remarks(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
@@ -55,13 +56,11 @@ def fingerprint(model: mujoco.MjModel, providers: Iterable[int]) -> dict[str, st
     if np.any(model.geom_type[collides] == mujoco.mjtGeom.mjGEOM_MESH):
         physics.append(model.mesh_vert)
     physics.append(model.hfield_data)
-    tables = [table for number in numbers for table in (log_table(number), parameter_table(number))]
-    layouts = [[(name, row.offset, str(row.dtype)) for name, row in table.items()] for table in tables]
     drones, programs = _attributes(model)
     return {
         "versions": f"crazychoir_fw {build['version']} over MuJoCo {build['mujoco']}",
         "providers": "; ".join(_provider(number) for number in numbers),
-        "memory": _digest([json.dumps(layouts).encode()]),
+        "memory": _layout(tuple(numbers)),
         "size": f"{np.count_nonzero(model.body_plugin >= 0)} drones and {_state_size(model)} numbers of state",
         "drones": _digest([*drones, *_names(model)]),
         "programs": _digest(programs),
@@ -75,6 +74,14 @@ def difference(theirs: Fingerprint, ours: Fingerprint) -> str | None:
         if theirs.get(part) != ours.get(part):
             return meaning.format(theirs=theirs.get(part), ours=ours.get(part))
     return None
+
+
+@functools.cache
+def _layout(providers: tuple[int, ...]) -> str:
+    """Return a digest of where drones with these providers keep their variables."""
+    tables = [table for number in providers for table in (log_table(number), parameter_table(number))]
+    layouts = [[(name, row.offset, str(row.dtype)) for name, row in table.items()] for table in tables]
+    return _digest([json.dumps(layouts).encode()])
 
 
 def _provider(number: int) -> str:

@@ -12,6 +12,7 @@ from typing import Any
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.mujoco_models import SCENES
 from crazychoir_fw.simulation.drone_config import DroneConfig
+from crazychoir_fw.simulation.scene_file import is_inline
 
 _ABSENT = ("motor_ctrl", "motor_ctrl_properties")
 """The fields of `DroneConfig` that a replay leaves out: what a plugin asked of its drone is in the journal."""
@@ -24,11 +25,11 @@ def write_recipe(
 
     Args:
         drones: The drones as the user configured them, without those that the scene brings.
-        scene: Word or MJCF file.
+        scene: Word, file, or the text of a scene that stands in a mission.
         seed: Seed of all noise.
         fingerprint: What came out (`crazychoir_fw.simulation.fingerprint`).
     """
-    is_file = str(scene) not in SCENES
+    is_file = str(scene) not in SCENES and not is_inline(scene)
     return {
         "drones": [_plain_config(drone) for drone in drones],
         "scene": str(Path(scene).absolute()) if is_file else str(scene),
@@ -89,7 +90,7 @@ def _plain_config(drone: DroneConfig) -> dict[str, Any]:
     }
 
 
-def _default(field: dataclasses.Field) -> Any:
+def _default(field: dataclasses.Field[Any]) -> Any:
     return field.default_factory() if field.default_factory is not dataclasses.MISSING else field.default
 
 

@@ -7,7 +7,8 @@ column, and one that counts in whole numbers becomes a float for the others then
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from crazychoir_fw.common.ticks import TICKS_PER_SECOND
 from crazychoir_fw.onboard.core import identity, provider_identity
 from crazychoir_fw.recording.flight_log import FlightLog
 from crazychoir_fw.recording.journal import Journal
+from crazychoir_fw.recording.log_archive import archive
 from crazychoir_fw.recording.log_stream import LogStream
 from crazychoir_fw.recording.record_output import TAKEN_BACK, RecordOutput
 from crazychoir_fw.recording.samples import Fields, Samples
@@ -73,7 +75,6 @@ class FlightRecorder:
         row = self._samples.add()
         row["time"][...] = self._world.time
         for k, part in enumerate(self._parts):
-            part.refresh()
             part.copy(row[f"part{k}"])
         row["qpos"][:] = self._world.data.qpos
         row["motion"][:] = self._world.data.qvel[self._dofs]
@@ -167,6 +168,40 @@ class FlightRecorder:
             journal=journal,
             scenery=scenery_of(self._layout(), self._column),
         )
+
+    @property
+    def keeps_journal(self) -> bool:
+        """Whether the requests of the flight are written down, so that it can be flown again."""
+        return self._world.journal.is_kept
+
+    def save(
+        self,
+        path: Path,
+        metadata: Mapping[str, Any] | None = None,
+        tell: Callable[[float], object] = lambda share: None,
+    ) -> FlightLog:
+        """Write the log to a file, out of the stream where there is one: memory does not grow with the flight.
+
+        Args:
+            path: The file.
+            metadata: What the log says about the flight.
+            tell: Called with the share that is done, 0 to 1, now and then.
+
+        Returns:
+            A log for plots; of a flight with a stream, some thousand samples of it, without a journal.
+
+        Raises:
+            OSError: If it cannot be written.
+        """
+        self.flush()
+        is_streamed = self._output is not None and self._samples is not None and not self._samples.bytes_in_memory
+        if self._output is not None and is_streamed and not self._was_taken_back and self._output.is_complete:
+            events = [event.as_dict() for event in self._world.events]
+            return archive(self._output.path, path, {**self._provenance(), **(metadata or {})}, events, tell)
+        log = self.finish(metadata)
+        log.save(path)
+        tell(1.0)
+        return log
 
     def _provenance(self) -> dict[str, Any]:
         drones = {d.id: {"provider": d.config.provider, "platform": d.config.platform} for d in self._world.drones}

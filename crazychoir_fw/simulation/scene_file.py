@@ -1,19 +1,27 @@
-"""Scenes as YAML: boxes, walls, pillars and gates by name, on an empty floor."""
+"""Scenes as YAML: boxes, walls, pillars and gates by name, on an empty floor; in a file, or in a mission.
+
+A scene that stands in a mission is handed on as one text, JSON with a brace at its begin, so that whatever names scenes
+holds it: worlds, recipes of journals, metadata of logs.
+"""
 
 from __future__ import annotations
 
+import json
 import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any
 
 import mujoco
-import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.plain_yaml import read_yaml
 from crazychoir_fw.mujoco_models import model_path
 
 SUFFIXES = (".yaml", ".yml")
+MAX_OBJECTS = 5000
+"""Of a kind."""
 _BAR_M = 0.06  # edge of the bars of a gate
 _COLORS = {"box": (0.75, 0.55, 0.35), "wall": (0.8, 0.8, 0.78), "pillar": (0.6, 0.62, 0.68), "gate": (0.95, 0.48, 0.1)}
 
@@ -73,10 +81,10 @@ class SceneFile(_Section):
 
     light: Annotated[float, Field(ge=0.0, le=2.0)] = 1.0
     """Brightness, 1 as in the scene `arena`."""
-    boxes: dict[str, Box] = Field(default_factory=dict)
-    walls: dict[str, Wall] = Field(default_factory=dict)
-    pillars: dict[str, Pillar] = Field(default_factory=dict)
-    gates: dict[str, Gate] = Field(default_factory=dict)
+    boxes: dict[str, Box] = Field(default_factory=dict, max_length=MAX_OBJECTS)
+    walls: dict[str, Wall] = Field(default_factory=dict, max_length=MAX_OBJECTS)
+    pillars: dict[str, Pillar] = Field(default_factory=dict, max_length=MAX_OBJECTS)
+    gates: dict[str, Gate] = Field(default_factory=dict, max_length=MAX_OBJECTS)
 
 
 def read_scene(path: Path) -> SceneFile:
@@ -85,21 +93,57 @@ def read_scene(path: Path) -> SceneFile:
     Raises:
         RangeError: If it cannot be read, or something in it does not fit; the text is one sentence.
     """
+    return _checked(f"scene {path.name}: ", read_yaml(path, RangeError) or {})
+
+
+def inline_scene(content: Mapping[str, Any] | str) -> str:
+    """Return a scene that is no file, with the keys of a scene file, as the text that stands for it.
+
+    Args:
+        content: The scene, or already its text.
+
+    Raises:
+        RangeError: If something in it does not fit; the text is one sentence.
+    """
+    if isinstance(content, str):
+        _read_inline(content)
+        return content
+    _checked("scene.", content)
+    return json.dumps(content)
+
+
+def _read_inline(text: str) -> SceneFile:
     try:
-        return SceneFile.model_validate(yaml.safe_load(path.read_text()) or {})
+        content = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise RangeError(f"the scene of the mission cannot be read: {error}") from None
+    return _checked("scene.", content)
+
+
+def is_inline(scene: str | Path) -> bool:
+    """Return whether a scene is the text of `inline_scene`."""
+    return str(scene).startswith("{")
+
+
+def scene_name(scene: str | Path) -> str:
+    """Return what messages call a scene."""
+    return "of the mission" if is_inline(scene) else str(scene)
+
+
+def _checked(where: str, content: Any) -> SceneFile:
+    try:
+        return SceneFile.model_validate(content)
     except ValidationError as error:
-        raise RangeError(f"scene {path.name}: {_sentence(error)}") from None
-    except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
-        raise RangeError(f"scene {path} cannot be read: {' '.join(str(error).split())}") from None
+        raise RangeError(f"{where}{_sentence(error)}") from None
 
 
-def scene_spec(path: Path) -> mujoco.MjSpec:
-    """Return the model of a scene file, without drones.
+def scene_spec(scene_file: str | Path) -> mujoco.MjSpec:
+    """Return the model of a scene file, or of the text of `inline_scene`, without drones.
 
     Raises:
         RangeError: As `read_scene`.
     """
-    scene = read_scene(path)
+    scene = _read_inline(str(scene_file)) if is_inline(scene_file) else read_scene(Path(scene_file))
     spec = mujoco.MjSpec.from_file(str(model_path("arena")))
     for light in spec.lights:
         light.diffuse, light.specular = light.diffuse * scene.light, light.specular * scene.light

@@ -34,6 +34,9 @@ BESIDE_THE_STATE = ("tree_asleep",)
 _FORMAT = "crazychoir_fw snapshot 1"
 _JOURNAL = "journal/"
 
+_LATEST_S = 1e9
+"""Latest time of a world (s), three decades: ticks count to here exactly."""
+
 LARGEST = 2**31
 """Size of an unpacked file (bytes): a thousand drones take 60 MB, a journal 40 bytes per request."""
 
@@ -180,6 +183,9 @@ def put(
     if not snapshot.is_trusted:
         apart = mujoco.MjData(model)
         mujoco.mj_setState(model, apart, snapshot.state, STATE)
+        for time in (float(apart.time), snapshot.time):
+            if not 0.0 <= time <= _LATEST_S:  # NaN as well
+                raise RangeError(f"the snapshot is damaged: its time is {time} s, allowed: 0 to {_LATEST_S:g} s")
         check(apart.plugin_state)
     mujoco.mj_setState(model, data, snapshot.state, STATE)
     for name, values in snapshot.beside.items():

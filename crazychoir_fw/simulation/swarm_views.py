@@ -8,6 +8,7 @@ variables and different sizes, so that a mixed swarm falls into parts.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +25,31 @@ if TYPE_CHECKING:
 
 
 _GAP = 12  # [bytes] between variables that are copied along: they cost less than another stretch
+_WORD = 4  # [bytes] to which stretches are widened, so that readers of a copy may take it word by word
+
+
+@cache
+def _stretches_of(provider: int) -> tuple[list[tuple[int, int]], dict[str, list[Any]]]:
+    """Return the stretches of memory that hold log variables, and where in a copy each variable is, of what type.
+
+    Both depend on the provider alone; finding them takes longer than everything else that a part needs.
+    """
+    table = log_table(provider)
+    stretches: list[list[int]] = []
+    for offset, size in sorted((variable.offset, variable.dtype.itemsize) for variable in table.values()):
+        begin, end = offset - offset % _WORD, -(-(offset + size) // _WORD) * _WORD
+        if stretches and begin <= stretches[-1][1] + _GAP:
+            stretches[-1][1] = max(stretches[-1][1], end)
+        else:
+            stretches.append([begin, end])
+    begins = np.array([begin for begin, _ in stretches])
+    sizes = np.array([end - begin for begin, end in stretches])
+    copied = np.concatenate([[0], np.cumsum(sizes)])
+    places = {}
+    for name, variable in table.items():
+        at = int(np.searchsorted(begins, variable.offset, side="right")) - 1
+        places[name] = [int(copied[at]) + variable.offset - stretches[at][0], variable.dtype.str]
+    return [(begin, end) for begin, end in stretches], places
 
 
 class SwarmPart:
@@ -34,12 +60,16 @@ class SwarmPart:
         """Which drones of the world, shape (n,)."""
         self._first = drones[0]
         self._stride = _distance(drones[0], drones[1]) if len(drones) > 1 else drones[0].memory.nbytes
-        self.views: dict[str, NDArray[Any]] = {
-            name: self._view(variable.offset, variable.dtype)
-            for name, variable in log_table(drones[0].provider_number).items()
-        }
+        self._bounds, self._places = _stretches_of(drones[0].provider_number)
+        self._c_bounds = ffi.new("uint32_t[]", [edge for bounds in self._bounds for edge in bounds])
+
+    @cached_property
+    def views(self) -> dict[str, NDArray[Any]]:
         """Each log variable of these drones as a live view of the world's memory, shape (n,)."""
-        self._lay_out()
+        return {
+            name: self._view(variable.offset, variable.dtype)
+            for name, variable in log_table(self._first.provider_number).items()
+        }
 
     def _view(self, offset: int, dtype: np.dtype) -> NDArray[Any]:
         cell = self._first.memory[offset : offset + dtype.itemsize].view(dtype)
@@ -48,19 +78,18 @@ class SwarmPart:
     @property
     def copy_shape(self) -> tuple[int, int]:
         """Number of drones, and of the bytes of each in a copy."""
-        return len(self.numbers), self._copied_bytes
+        return len(self.numbers), sum(end - begin for begin, end in self._bounds)
 
     def copy(self, place: NDArray[np.uint8]) -> None:
-        """Copy the memory that all log variables live in; `layout` says where each of them is.
+        """Copy the memory that all log variables live in, up to date; `layout` says where each of them is.
 
         Variables lie in a few stretches: copying those costs a tenth of copying each variable.
 
         Args:
-            place: What is filled, of shape `copy_shape`, contiguous.
+            place: What is filled, of shape `copy_shape` and contiguous.
         """
         to = ffi.from_buffer("uint8_t[]", place, require_writable=True)
-        assert len(to) == len(self.numbers) * self._copied_bytes
-        lib.cf_log_copy(self._first.struct, len(self.numbers), self._stride, self._stretches, len(self._stretches), to)
+        lib.cf_copy_logs(to, self._first.struct, len(self.numbers), self._stride, self._c_bounds, len(self._bounds))
 
     def gather(self, names: Sequence[str]) -> Callable[[], NDArray[Any]]:
         """Return what reads some log variables of these drones, shape (n, len(names)).
@@ -82,26 +111,7 @@ class SwarmPart:
     @property
     def layout(self) -> dict[str, Any]:
         """Which drones of the world these are, and where in a copy each log variable is, of what type."""
-        places = {name: [place, dtype.str] for name, (place, dtype) in self._places.items()}
-        return {"numbers": self.numbers.tolist(), "places": places}
-
-    def _lay_out(self) -> None:
-        """Find the stretches of memory that hold log variables, and where in a copy each variable is."""
-        table = log_table(self._first.provider_number)
-        by_offset = sorted((variable.offset, variable.dtype, name) for name, variable in table.items())
-        stretches: list[list[int]] = []
-        for offset, dtype, _ in by_offset:
-            if stretches and offset <= stretches[-1][1] + _GAP:
-                stretches[-1][1] = max(stretches[-1][1], offset + dtype.itemsize)
-            else:
-                stretches.append([offset, offset + dtype.itemsize])
-        self._stretches = ffi.new("cf_log_stretch_t[]", [(begin, end - begin) for begin, end in stretches])
-        self._copied_bytes = sum(end - begin for begin, end in stretches)
-        self._places: dict[str, tuple[int, np.dtype]] = {}
-        begins = np.concatenate([[0], np.cumsum([end - begin for begin, end in stretches])])
-        for name, variable in table.items():
-            at = next(k for k, (begin, end) in enumerate(stretches) if begin <= variable.offset < end)
-            self._places[name] = (int(begins[at]) + variable.offset - stretches[at][0], variable.dtype)
+        return {"numbers": self.numbers.tolist(), "places": self._places}
 
     def refresh(self) -> None:
         """Bring those log variables up to date that are only computed for readers."""

@@ -120,6 +120,24 @@ class WorldBase:
 
         While nothing can touch anything, the plugin makes steps without MuJoCo, which change no bit.
         """
+        self._advance_motion(n_ticks)
+        self._collisions.note_new(self.note)
+
+    def step_motion(self, n_ticks: int) -> None:
+        """Advance by whole milliseconds like `step`, and leave out what only others look at.
+
+        Motion and drones are those of `step`, bit for bit. Appointments of the agenda wait for the end, collisions are
+        not noted, and no parameter is watched. For learners, which step a world a thousand times a second.
+
+        Raises:
+            RangeError: If that is no whole number of the scene's time steps.
+        """
+        if n_ticks < 0 or n_ticks % self._ticks_per_step:
+            raise RangeError(f"step_motion({n_ticks}): allowed: 0 or more ticks, a multiple of {self._ticks_per_step}")
+        self._advance_motion(n_ticks)
+        self.agenda.keep(self.tick)
+
+    def _advance_motion(self, n_ticks: int) -> None:
         model, data = self._model_address, self._data_address
         left = n_ticks * self._steps_per_tick // self._ticks_per_step
         flown = lib.cf_plugin_window(model, data, left)
@@ -129,7 +147,6 @@ class WorldBase:
                 self._advance_by_mujoco(left, flown)
             finally:
                 lib.cf_plugin_overlap(model, data, False)
-        self._collisions.note_new(self.note)
 
     def _advance_by_mujoco(self, left: int, flown: int) -> None:
         """Make so many steps, of which the plugin has made `flown`, or asks MuJoCo for as many if that is negative."""

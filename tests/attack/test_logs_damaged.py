@@ -1,12 +1,11 @@
 """Damaged and altered logs: what reads them refuses them with one sentence that names the file, or reads them.
 
-A part of some dozens runs with the tests; `python tests/attack/test_logs_damaged.py COUNT` tries as many as asked for.
+A part of some dozens runs with the tests; `ATTACK_LOGS=10000` tries so many.
 """
 
 import io
 import json
-import sys
-import tempfile
+import os
 import warnings
 import zipfile
 from collections import Counter
@@ -24,6 +23,7 @@ from crazychoir_fw.simulation import DroneConfig, FlightRecorder, World
 from crazychoir_fw.simulation.replay import build, check_before, load_flight
 
 Random = np.random.Generator
+COUNT = int(os.environ.get("ATTACK_LOGS", "60"))
 
 
 def record(folder: Path) -> None:
@@ -148,9 +148,11 @@ def attack(folder: Path, count: int) -> Counter[str]:
     return ends
 
 
+@pytest.mark.timeout(120 + COUNT)
 def test_damaged_logs_are_refused_in_a_sentence_or_read(tmp_path):
-    ends = attack(tmp_path, 60)
-    assert ends["refused"] > 10 and ends["read"] > 0
+    ends = attack(tmp_path, COUNT)
+    print(f"{COUNT} damaged logs: {dict(ends)}")
+    assert ends["refused"] > COUNT // 6 and ends["read"] > 0
 
 
 def test_a_bomb_is_not_unpacked(tmp_path):
@@ -177,8 +179,3 @@ def test_a_log_larger_than_the_memory_is_refused(tmp_path, monkeypatch):
     monkeypatch.setattr("os.sysconf", lambda name: 100)
     with pytest.raises(ValueError, match="of memory, allowed: 0.0 GB"):
         FlightLog.load(tmp_path / "log.npz")
-
-
-if __name__ == "__main__":
-    with tempfile.TemporaryDirectory() as scratch:
-        print(attack(Path(scratch), int(sys.argv[1])))

@@ -137,8 +137,9 @@ def test_external_pose_is_queued(cf) -> None:
     measurement = queued(cf)
     assert measurement.type == lib.MeasurementTypePose
     assert [*measurement.data.pose.pos, measurement.data.pose.quat.w] == [1, 2, 3, 1]
-    assert measurement.data.pose.stdDevPos == pytest.approx(0.01)
-    assert measurement.data.pose.stdDevQuat == pytest.approx(4.5e-3)
+    # as the simulated client of a good motion capture has set them
+    assert measurement.data.pose.stdDevPos == pytest.approx(0.003)
+    assert measurement.data.pose.stdDevQuat == pytest.approx(0.04)
 
 
 def test_packed_positions_locate_the_drone_and_its_peers() -> None:

@@ -10,7 +10,9 @@ from cflib.crtp.crtpstack import CRTPPacket
 from cflib.crtp.udpdriver import UdpDriver
 
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError
+from crazychoir_fw.crtp import drone_radio
 from crazychoir_fw.crtp import station as station_module
+from crazychoir_fw.crtp.radio_thread import Radio
 from crazychoir_fw.crtp.server import Server
 from crazychoir_fw.simulation import DroneConfig, World
 
@@ -216,5 +218,30 @@ def test_a_thousand_echoes_in_a_row_arrive_in_order(world):
             assert server.statistics().drones["cf1"].lost == 0
         finally:
             link.close()
+            server.stop()
+            thread.join()
+
+
+def test_bursts_right_after_connecting_arrive_in_order(world, monkeypatch):
+    """A client gets a socket of its own while it sends: what came to the other one before must not be overtaken."""
+    taken = []
+    monkeypatch.setattr(drone_radio, "CLIENT_BURST", 1e6)
+    monkeypatch.setattr(Radio, "_send_up", lambda self, radio, datagram, now: taken.append(datagram))
+    with Server(world, port=0, newest_client_wins=True) as server:
+        thread = threading.Thread(target=server.run)
+        thread.start()
+        try:
+            port = int(server.uris["cf1"].rsplit(":", 1)[1])
+            for _ in range(30):
+                taken.clear()
+                with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as client:
+                    client.connect(("127.0.0.1", port))
+                    sent = [b"\xfd\0", *(b"\xfc" + number.to_bytes(2, "little") for number in range(1000))]
+                    for number, datagram in enumerate(sent):
+                        until(lambda number=number: number - len(taken) < 300)  # a buffer of the system holds so many
+                        client.send(datagram)
+                    until(lambda: len(taken) == 1001)
+                assert taken == sent
+        finally:
             server.stop()
             thread.join()

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from flown_layers import hover, mission, within
+from flown_layers import SQUARE, formation, hover, mission, within
 
-from crazychoir_fw.common.errors import MissionError, StateError
+from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.flight.agents import starts_of
 from crazychoir_fw.flight.engine import fly, make_experiment
 from crazychoir_fw.flight.integrator_backend import IntegratorBackend
@@ -123,7 +123,45 @@ def test_a_drone_that_does_not_arrive_ends_it():
     assert transit.problems == ["GO TO STARTS ends: b does not arrive"]
 
 
-def test_drones_that_follow_their_guidance_alone_cannot_be_sent():
-    data = within(hover(2, flight=FLIGHT), "layers.planning", None)
-    with pytest.raises(MissionError, match=r"flight\[1\].go_to_start is for drones that follow trajectories"):
-        mission(data)
+@pytest.mark.parametrize(
+    ("law", "backend"),
+    [("BearingFormation", "integrator"), ("BearingFormation", "sim"), ("Containment", "integrator")],
+)
+def test_followers_of_a_formation_go_to_their_starts_and_into_it_again(law, backend):
+    data = formation(backend=backend, seed=1)
+    data["layers"]["guidance"] = {"class": law, "leaders": ["a", "b"], "height": 0.6}
+    if law == "BearingFormation":
+        data["layers"]["guidance"] |= {"formation": SQUARE, "gains": "mujoco"}
+    data["flight"] = [
+        {"takeoff": {"duration": 3}},
+        {"start": {"duration": 5}},
+        "go_to_start",
+        {"start": {"duration": 5}},
+        {"land": {"duration": 4}},
+    ]
+    flown = mission(data)
+    result = fly(flown)
+    assert [drone["phase"] for drone in result.summary["drones"]] == ["landed"] * 4, result.failures
+    assert not [sentence for sentence in result.failures if "GO TO STARTS" in sentence]
+    name, begin, end = result.log.metadata["windows"][2]
+    assert name == "go_to_start"
+    at = result.log.stack("sim.x", "sim.y")
+    rows = np.searchsorted(result.log.time, [begin, end])
+    starts = starts_of(flown)[:, :2]
+    assert np.linalg.norm(at[rows[0]] - starts, axis=1).max() > 0.3  # the formation is elsewhere
+    np.testing.assert_allclose(at[min(rows[1], len(at) - 1)], starts, atol=0.1)
+    if law == "BearingFormation":  # containment lets both followers meet between two leaders
+        assert least_distance(result.log) > 0.25
+    # START brings them into the formation again
+    again = np.searchsorted(result.log.time, result.log.metadata["windows"][3][2]) - 1
+    assert np.linalg.norm(at[again] - starts, axis=1).max() > 0.3
+
+
+def test_a_follower_can_be_sent_to_a_point():
+    data = formation(
+        flight=[{"takeoff": {"duration": 3}}, {"go_to": {"drones": ["c"], "position": [3, 3, 1], "duration": 4}}]
+    )
+    result = fly(mission(data))
+    row = np.searchsorted(result.log.time, result.log.metadata["windows"][1][2])
+    at = result.log.stack("sim.x", "sim.y", "sim.z")[min(row, len(result.log.time) - 1), 2]
+    np.testing.assert_allclose(at, [3, 3, 1], atol=0.05)

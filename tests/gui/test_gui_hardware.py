@@ -24,6 +24,7 @@ from crazychoir_fw.gui.opening import open_mission
 from crazychoir_fw.gui.preflight import preflight
 from crazychoir_fw.gui.session import Session
 from crazychoir_fw.mission.fleet import drone_settings
+from crazychoir_fw.preflight.check import Check
 from crazychoir_fw.simulation import DroneConfig, World
 
 ONBOARD = """
@@ -153,6 +154,23 @@ def test_nothing_flies_that_the_roll_call_of_fly_refuses(lockstep, api, until, t
     client.command(name="land", drones=["left"])
     until(lambda: session.experiment.agents[0].phase is DronePhase.LANDED)
     assert client.command(name="takeoff", drones=["left"])["ok"]
+
+
+@pytest.mark.parametrize("gain", [250.0, 300.0], ids=["as_tested", "another_gain"])
+def test_the_page_says_go_or_no_go_before_anything_flies(lockstep, gain):
+    """What crazychoir preflight finds stands in the list, with the campaign's verdict, and is looked for once."""
+    meant = ONBOARD + f"defaults: {{parameters: {{pid_rate.roll_kp: {gain}}}}}\n"
+    session, _ = lockstep(ONBOARD, "xyz", meant=meant)
+    session.experiment.backend.radio_parts = [([0, 1], session.experiment.backend)]
+    session.tested = Check("campaign", False, "none was flown")
+    checks = {one["name"]: one for one in session.ask(lambda: preflight(session)).result(120.0)}
+    assert {"firmware", "parameters", "positioning", "links", "radio budget", "campaign", "roll call"} <= set(checks)
+    assert checks["parameters"]["ok"] is (gain == 250.0), checks["parameters"]
+    assert ("pid_rate.roll_kp" in checks["parameters"]["text"]) is (gain != 250.0)
+    assert not checks["campaign"]["ok"]
+    looked = session.radio_checks
+    session.ask(lambda: preflight(session)).result(60.0)
+    assert session.radio_checks is looked
 
 
 def test_the_others_fly_when_one_cannot_be_uploaded(lockstep, api, until, tmp_path, monkeypatch):

@@ -16,6 +16,7 @@ from crazychoir_fw.simulation.drone_config import DECKS
         ("controller", fleet.CONTROLLERS),
         ("estimator", fleet.ESTIMATORS),
         ("positioning", fleet.POSITIONINGS),
+        ("mocap_quality", fleet.MOCAP_QUALITIES),
     ],
 )
 def test_names_are_those_of_the_engine_plugin(attribute, names):

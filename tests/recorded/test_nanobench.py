@@ -8,11 +8,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from recorded import flight_files, read_flight
-from recorded.nanobench import interpolated_rows
-from recorded.phases import find_phases
 
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, UnknownNameError
+from crazychoir_fw.comparison.nanobench import flight_files, interpolated_rows, read_flight
+from crazychoir_fw.comparison.phases import find_phases
 
 
 def table(path):

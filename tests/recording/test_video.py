@@ -3,6 +3,8 @@ import numpy as np
 import pytest
 from PIL import Image, ImageSequence
 
+from crazychoir_fw.common.errors import MissingLibraryError
+from crazychoir_fw.recording import video
 from crazychoir_fw.recording.video import VideoWriter
 
 
@@ -81,3 +83,27 @@ def test_moving_pictures_for_a_readme(tmp_path, suffix):
 def test_another_kind_of_file_is_refused(tmp_path):
     with pytest.raises(ValueError, match=r"film.avi is no film, allowed: a name that ends with .mp4, .gif, .webp"):
         VideoWriter(tmp_path / "film.avi")
+
+
+def test_without_ffmpeg_there_is_a_gif(tmp_path, monkeypatch):
+    monkeypatch.setattr(video, "find_ffmpeg", lambda: None)
+    assert video.usual_name() == "flight.gif"
+    with VideoWriter(tmp_path / "film.gif", fps=10.0) as film:
+        for value in (20, 120, 220):
+            film.write(plain(value))
+    with Image.open(tmp_path / "film.gif") as image:
+        pictures = np.array([np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(image)])
+        assert image.info["duration"] == 100
+    np.testing.assert_allclose(pictures.mean(axis=(1, 2, 3)), [20.0, 120.0, 220.0], atol=1.0)
+    with pytest.raises(MissingLibraryError, match=r"film.mp4 needs ffmpeg: run pip install 'crazychoir-fw\[video\]'"):
+        VideoWriter(tmp_path / "film.mp4")
+
+
+def test_what_ffmpeg_complains_of_is_said(tmp_path, monkeypatch):
+    monkeypatch.setitem(video._ENCODERS, ".mp4", ("no_such_encoder", "yuv420p", []))
+    with (
+        pytest.raises(ValueError, match=r"ffmpeg failed: .*no_such_encoder"),
+        VideoWriter(tmp_path / "film.mp4") as film,
+    ):
+        film.write(plain(1))
+    assert list(tmp_path.iterdir()) == []

@@ -17,7 +17,7 @@ from trajectory_msgs.msg import JointTrajectory, JointTrajectoryPoint, MultiDOFJ
 from crazychoir_fw.common.errors import RangeError, UnknownNameError
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint, Twist
 from crazychoir_fw.ros import conversions as to
-from crazychoir_fw.ros.odometry import OdometryTopics
+from crazychoir_fw.ros.odometry import OdometryTopics, bytes_to_pose
 
 numbers = st.floats(-1e6, 1e6)
 threes = st.lists(numbers, min_size=3, max_size=3).map(np.array)
@@ -209,3 +209,52 @@ def test_odometry_is_published_as_rclpy_reads_it():
     topics.publish(1.5, Pose(*(row[np.newaxis] for row in rows)))
     # bytes that align numbers may be anything
     assert deserialize_message(heard[0], Odometry) == over_the_wire(to.pose_to_odometry(pose))
+
+
+def published(pose, time):
+    """Return the bytes that the odometry of one drone consists of."""
+    heard = []
+    publisher = SimpleNamespace(get_subscription_count=lambda: 1, publish=heard.append)
+    topics = OdometryTopics(SimpleNamespace(announce=lambda *_: publisher), ["odom"])
+    parts = (pose.position, pose.orientation, pose.velocity, pose.angular)
+    topics.publish(time, Pose(*(part[np.newaxis] for part in parts)))
+    return heard[0]
+
+
+@few
+@given(threes, attitudes, threes, threes, times)
+def test_odometry_of_ours_and_of_others_is_read_alike(position, attitude, velocity, angular, time):
+    ours = published(Pose(position, attitude, velocity, angular), time)
+    message = deserialize_message(ours, Odometry)
+    expected = to.odometry_to_pose(message)
+    message.header.frame_id = "somewhere"  # not written by us
+    for data in (ours, serialize_message(message)):
+        pose = bytes_to_pose(data)
+        for name in ("position", "orientation", "velocity", "angular"):
+            np.testing.assert_array_equal(getattr(pose, name), getattr(expected, name))
+        assert pose.time == expected.time
+
+
+@pytest.mark.parametrize("bad", [{"position": [0.0, math.nan, 0.0]}, {"orientation": [0.0, 0.0, 0.0, 0.5]}])
+def test_bad_odometry_of_ours_is_refused(bad):
+    good = {"position": np.zeros(3), "orientation": np.array([0.0, 0.0, 0.0, 1.0])}
+    data = published(
+        Pose(**{**good, **{k: np.array(v) for k, v in bad.items()}}, velocity=np.zeros(3), angular=np.zeros(3)), 1.0
+    )
+    with pytest.raises(RangeError, match=next(iter(bad))):
+        bytes_to_pose(data)
+
+
+@few
+@given(threes, threes)
+def test_a_command_is_read_from_its_bytes(linear, angular):
+    sent = to.twist_to_bytes(Twist(linear, angular))
+    for data in (sent, b"\x00\x01\x00\x00" + sent[4:] + b"\x00"):  # the second is of an odd length
+        twist = to.bytes_to_twist(data)
+        np.testing.assert_array_equal(twist.linear, linear)
+        np.testing.assert_array_equal(twist.angular, angular)
+
+
+def test_a_command_that_is_no_number_is_refused():
+    with pytest.raises(RangeError, match="cmd_vel: angular"):
+        to.bytes_to_twist(b"\x00\x01\x00\x00" + np.array([0, 0, 1, 0, math.inf, 0], "<f8").tobytes())

@@ -8,6 +8,7 @@ import sys
 
 import numpy as np
 import pytest
+from geometry_msgs.msg import Vector3
 from nav_msgs.msg import Odometry
 from ros_flights import PATIENCE, Flight, all_gone, is_running
 from std_msgs.msg import Empty, String
@@ -165,6 +166,8 @@ class Swarm:
         for i in range(len(FORMATION)):
             listen(Odometry, f"/agent_{i}/odom", self._place_taker(i), qos(10))
             listen(String, f"/agent_{i}/lost_neighbors", self._word_taker(i), qos(10))
+        # it answers steps by references, and by word where it has none
+        listen(Vector3, f"/agent_{watched}/acceleration", self._take_answer, qos(10))
         listen(Empty, f"/agent_{watched}/answered", self._take_answer, qos(10))
         listen(Empty, "/experiment_trigger", self._take_trigger, qos(10))
 

@@ -4,10 +4,12 @@ import mujoco
 import numpy as np
 import pytest
 
-from crazychoir_fw.common.errors import MissionError
+from crazychoir_fw.common.errors import CrazychoirError, MissionError
 from crazychoir_fw.flight import fly
 from crazychoir_fw.mission import load_mission
-from crazychoir_fw.simulation import DroneConfig, World
+from crazychoir_fw.recording.flight_log import FlightLog
+from crazychoir_fw.simulation import DroneConfig, World, replay
+from crazychoir_fw.simulation.stage import stage_of
 
 YARD = """
 light: 0.5
@@ -86,7 +88,7 @@ def test_a_crash_lets_the_drone_fall_and_the_others_fly_to_the_end(tmp_path):
         ("gates: {g: {position: [0, 0, 1], yaw: 3}}", "there is no key gates.g.yaw"),
         ("light: 9", "light is 9, but must be less than or equal to 2"),
         ("houses: {}", "there is no key houses"),
-        ("boxes: [", "cannot be read"),
+        ("boxes: [", r"yard\.yaml"),
         ("- 1", "the file is"),
     ],
 )
@@ -96,3 +98,50 @@ def test_what_does_not_fit_is_one_sentence(tmp_path, text, says):
     with pytest.raises(MissionError, match=says) as caught:
         load_mission(tmp_path / "m.yaml")
     assert "\n" not in str(caught.value)
+
+
+INLINE = YARD.replace("\n", "\n  ")
+
+
+def test_a_scene_may_stand_in_the_mission(tmp_path):
+    (tmp_path / "m.yaml").write_text(f"scene:{INLINE}\ndrones: [{{id: a, position: [0, -1]}}]" + FLIGHT)
+    result = fly(load_mission(tmp_path / "m.yaml"))
+    assert result.success, result.failures
+    twin = World([DroneConfig("a", (0, -1.0))], scene=yard(tmp_path)).model
+    assert mujoco.mj_sizeModel(twin) == mujoco.mj_sizeModel(
+        World([DroneConfig("a", (0, -1.0))], result.world.scene).model
+    )
+    result.log.save(tmp_path / "log.npz")
+    (tmp_path / "m.yaml").unlink()
+    (tmp_path / "yard.yaml").unlink()
+    log = FlightLog.load(tmp_path / "log.npz")
+    assert replay(log).deviation is None  # from the log alone
+    assert stage_of(log).model.body("crate").id > 0
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("{boxes: {a: {position: [0, 0], size: [1, 1, -1]}}}", r"scene.boxes.a.size\[2\] is -1, but must be greater"),
+        ("{gates: {g: {position: [0, 0, 1], yaw: 3}}}", "there is no key gates.g.yaw"),
+        ("{houses: {}}", "there is no key houses"),
+        ("{boxes: {a: {position: [.nan, 0], size: [1, 1, 1]}}}", "boxes.a.position"),
+        ("[arena]", "scene"),
+        ("'{'", "scene of the mission cannot be read"),
+    ],
+)
+def test_a_scene_of_the_mission_that_does_not_fit_is_one_sentence(tmp_path, text, says):
+    (tmp_path / "m.yaml").write_text(f"scene: {text}\ndrones: {{count: 1}}" + FLIGHT)
+    with pytest.raises(CrazychoirError, match=says) as caught:
+        load_mission(tmp_path / "m.yaml")
+    assert "\n" not in str(caught.value) and "m.yaml" in str(caught.value)
+
+
+def test_a_scene_file_is_read_within_limits(tmp_path):
+    bomb = "a: &a [x, x, x, x, x, x, x, x, x, x]\n" + "".join(
+        f"{new}: &{new} [{', '.join([f'*{old}'] * 10)}]\n" for old, new in zip("abcdefg", "bcdefgh", strict=True)
+    )
+    yard(tmp_path, bomb)
+    (tmp_path / "m.yaml").write_text("scene: yard.yaml\ndrones: {count: 1}" + FLIGHT)
+    with pytest.raises(MissionError, match="300000|allowed"):
+        load_mission(tmp_path / "m.yaml")

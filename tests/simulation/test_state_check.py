@@ -136,3 +136,16 @@ def test_every_integer_of_a_drone_has_a_rule(monkeypatch):
     monkeypatch.setattr(state_rules, "_RULES", rules)
     with pytest.raises(Exception, match=r"the member vehicle\.mocap\.oldest of a drone's memory has no rule"):
         state_rules.fields.__wrapped__()
+
+
+@pytest.mark.parametrize("time", [np.inf, np.nan, -1.0, 1e300])
+def test_a_time_that_no_world_has_is_refused(time, tmp_path):
+    world = flying()
+    world.snapshot().save(tmp_path / "here.npz")
+    good = Snapshot.load(tmp_path / "here.npz")
+    state = good.state.copy()
+    state[0] = time  # as `mj_getState` orders it
+    before = world.snapshot().tobytes()
+    with pytest.raises(RangeError, match=r"damaged: its time is .* s, allowed: 0 to 1e\+09 s"):
+        world.restore(Snapshot(state, good.beside, good.fingerprint, good.time, is_trusted=False))
+    assert world.snapshot().tobytes() == before

@@ -17,6 +17,8 @@ REFERENCE = {
     "noise": 1.0,
     "bias": 0.0,
     "mocap_latency_ms": 0,
+    "mocap_std": 0.01,
+    "mocap_attitude_std": 4.5e-3,
     "mocap_noise": 0.001,
     "mocap_attitude_noise": 0.002,
     "drag": "linear",

@@ -15,6 +15,8 @@ IDEAL = {
     "noise": 0.0,
     "bias": 0.0,
     "mocap_latency_ms": 0,
+    "mocap_std": 0.01,
+    "mocap_attitude_std": 4.5e-3,
     "mocap_noise": 0.0,
     "mocap_attitude_noise": 0.0,
     "drag": "none",

@@ -8,10 +8,23 @@
 
 #define TICKS_PER_SECOND 1000u
 
+static const float    LARGEST_SHIFT = 10.0f;  // [m]
+static const float    LARGEST_TURN  = 3.2f;   // [rad]
+static const uint32_t LONGEST_EXTRA = 1000;   // [ms]
+
+static bool is_valid_shift(const cf_mocap_shift_config_t *config) {
+  return cf_spell_check(&config->spell) == CF_OK &&
+         cf_is_within(config->size, 0.0f, LARGEST_SHIFT) &&
+         cf_is_within(config->angle, 0.0f, LARGEST_TURN);
+}
+
 static bool is_valid(const cf_mocap_config_t *config) {
   return config->rate <= TICKS_PER_SECOND && cf_is_not_negative(config->position_noise) &&
          cf_is_not_negative(config->attitude_noise) && cf_is_positive(config->position_std) &&
-         cf_is_positive(config->attitude_std) && cf_mishap_check(&config->mishap) == CF_OK;
+         cf_is_positive(config->attitude_std) && cf_mishap_check(&config->mishap) == CF_OK &&
+         cf_spell_check(&config->gap) == CF_OK && is_valid_shift(&config->jump) &&
+         is_valid_shift(&config->swap) && cf_spell_check(&config->busy) == CF_OK &&
+         config->busy_ms <= LONGEST_EXTRA;
 }
 
 // A sample waits over latency + 1 steps; 64 bits, because the latency may be any number.
@@ -46,7 +59,7 @@ cf_status_t cf_mocap_set_latency(cf_mocap_t *mocap, uint32_t latency_ms) {
   return CF_OK;
 }
 
-// q <- q (1, d/2), normalized, for a small rotation d [rad] about body axes.
+// q <- q (1, d/2), normalized, for a rotation d [rad] about body axes: small, or roughly.
 static void rotate_slightly(float q[4], const float d[3]) {
   const float x = 0.5f * d[0];
   const float y = 0.5f * d[1];
@@ -60,27 +73,70 @@ static void rotate_slightly(float q[4], const float d[3]) {
   q[3]          = s * (e + a * z + b * y - c * x);
 }
 
+// A vector of this length in a random direction.
+static void draw_direction(cf_random_t *random, float length, float vector[3]) {
+  cf_random_normals(random, vector, 3);
+  const float scale =
+      length / sqrtf(vector[0] * vector[0] + vector[1] * vector[1] + vector[2] * vector[2]);
+  for (int i = 0; i < 3; i++) {
+    vector[i] *= scale;
+  }
+}
+
 // A wrong marker: off in a direction of its own.
 static void misplace(cf_mocap_t *mocap, float position[3]) {
   const float error = cf_mishap_error(&mocap->config.mishap, &mocap->mishap_random);
   if (error == 0.0f) {
     return;
   }
-  float direction[3];
-  cf_random_normals(&mocap->mishap_random, direction, 3);
-  const float length = sqrtf(direction[0] * direction[0] + direction[1] * direction[1] +
-                             direction[2] * direction[2]);
+  float shift[3];
+  draw_direction(&mocap->mishap_random, error, shift);
   for (int i = 0; i < 3; i++) {
-    position[i] += error * direction[i] / length;
+    position[i] += shift[i];
   }
 }
+
+// ---------------------------------------------------------------------------------------- spells
+
+static void step_shift(cf_mocap_t *mocap, const cf_mocap_shift_config_t *config,
+                       cf_mocap_shift_t *shift) {
+  if (cf_spell_step(&config->spell, mocap->config.rate, &shift->left, &mocap->mishap_random)) {
+    draw_direction(&mocap->mishap_random, config->size, shift->position);
+    draw_direction(&mocap->mishap_random, config->angle, shift->turn);
+  }
+}
+
+// Advances all spells by a frame, whether the drone is seen or not.
+static void step_spells(cf_mocap_t *mocap) {
+  const cf_mocap_config_t *config = &mocap->config;
+  cf_spell_step(&config->gap, config->rate, &mocap->gap_left, &mocap->mishap_random);
+  step_shift(mocap, &config->jump, &mocap->jump);
+  step_shift(mocap, &config->swap, &mocap->swap);
+  if (cf_spell_step(&config->busy, config->rate, &mocap->busy_left, &mocap->mishap_random)) {
+    const float share = cf_random_uniform(&mocap->mishap_random);
+    mocap->extra_ms   = (uint32_t)(share * (float)(config->busy_ms + 1u));
+  }
+}
+
+static void apply_shift(const cf_mocap_shift_t *shift, cf_mocap_sample_t *sample) {
+  if (shift->left == 0) {
+    return;
+  }
+  for (int i = 0; i < 3; i++) {
+    sample->position[i] += shift->position[i];
+  }
+  rotate_slightly(sample->quat_wxyz, shift->turn);
+}
+
+// --------------------------------------------------------------------------------------- samples
 
 static void take_sample(cf_mocap_t *mocap, const float position[3], const float quat_wxyz[4]) {
   // drawn even when nothing is seen, so that a loss does not change the noise after it
   float normal[6];
   cf_next_normals(&mocap->random, normal, 6);
+  step_spells(mocap);
   // behind a longer latency the ring may still be full
-  if (mocap->is_lost || mocap->waiting == CF_MOCAP_CAPACITY ||
+  if (mocap->is_lost || mocap->gap_left > 0 || mocap->waiting == CF_MOCAP_CAPACITY ||
       cf_mishap_drops(&mocap->config.mishap, &mocap->mishap_random)) {
     return;
   }
@@ -95,7 +151,10 @@ static void take_sample(cf_mocap_t *mocap, const float position[3], const float 
   misplace(mocap, sample->position);
   memcpy(sample->quat_wxyz, quat_wxyz, sizeof sample->quat_wxyz);
   rotate_slightly(sample->quat_wxyz, turn);
-  sample->due = mocap->tick + mocap->config.latency_ms;
+  apply_shift(&mocap->jump, sample);
+  apply_shift(&mocap->swap, sample);
+  sample->due =
+      mocap->tick + mocap->config.latency_ms + (mocap->busy_left > 0 ? mocap->extra_ms : 0);
   mocap->waiting++;
 }
 

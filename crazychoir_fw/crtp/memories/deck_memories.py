@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from crazychoir_fw._core import lib
 from crazychoir_fw.crtp.memories.memory import MemoryType, ReadOnlyMemory, slice_of
@@ -146,7 +146,7 @@ class LocoMemory(ReadOnlyMemory):
         return anchor_page(self._drone.struct, number)
 
 
-def anchor_page(cf: object, number: int) -> bytes:
+def anchor_page(cf: Any, number: int) -> bytes:
     """Return position (m, world) and validity of an anchor, as the driver on board knows it."""
     return ANCHOR.pack(*cf.onboard.decks.loco.anchors[number], True)
 

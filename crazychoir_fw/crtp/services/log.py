@@ -104,8 +104,7 @@ class LogService:
             return bytes((RESET, number, OK))
         carry_out = self._commands.get(command)
         # a command without its block is none; what the firmware does then is not known
-        is_command = carry_out is not None and len(payload) > 1
-        error = carry_out(number, payload[2:]) if is_command else errno.ENOEXEC
+        error = carry_out(number, payload[2:]) if carry_out is not None and len(payload) > 1 else errno.ENOEXEC
         return bytes((command, number, error))
 
     def _create(self, number: int, entries: bytes) -> int:

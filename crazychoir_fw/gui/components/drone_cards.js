@@ -10,6 +10,8 @@ export default {
         <div class="cc-card-body">
           <span>battery</span><b :class="{ 'cc-warn': card.battery !== null && card.battery < 3.3 }">{{ card.battery === null ? "-" : card.battery.toFixed(2) + " V" }}</b>
           <span>supervisor</span><b>{{ card.supervisor }}</b>
+          <span>place</span><b>{{ card.place ? card.place.map((value) => value.toFixed(2)).join(", ") + " m" : "unknown" }}</b>
+          <span>speed</span><b>{{ card.speed ? card.speed[0].toFixed(1) + " m/s" : "-" }}</b>
           <span>estimator</span><b :class="{ 'cc-warn': card.estimate_error > 0.1 }">{{ card.estimate_error === null ? "-" : "off by " + (100 * card.estimate_error).toFixed(1) + " cm" }}</b>
           <span>link</span><b>{{ card.link || "-" }}</b>
           <span>guidance</span><b>{{ card.guidance }}</b>

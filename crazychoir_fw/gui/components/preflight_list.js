@@ -2,13 +2,13 @@
 export default {
   template: `
     <div v-if="checks.length" class="cc-panel cc-preflight" data-testid="preflight">
-      <b>{{ isGood ? "Ready to fly" : "Not ready" }}</b>
+      <b>{{ isGood ? "GO: ready to fly" : "NO-GO: not ready" }}</b>
       <div v-for="check in checks" :key="check.name" :class="check.ok ? 'cc-good' : 'cc-bad'">
         <q-icon :name="check.ok ? 'check' : 'close'" /> <span>{{ check.name }}</span> {{ check.text }}
       </div>
       <q-dialog v-model="isAsking">
         <div class="cc-panel cc-ask" role="alertdialog" data-testid="preflight-ask">
-          <b>Not ready to fly</b>
+          <b>NO-GO: not ready to fly</b>
           <div v-for="check in bad" :key="check.name" class="cc-bad">{{ check.name }}: {{ check.text }}</div>
           <div class="cc-row"><q-btn color="primary" label="STAY" autofocus @click="isAsking = false" /><q-btn outline color="negative" label="FLY ANYWAY" @click="go" /></div>
         </div>

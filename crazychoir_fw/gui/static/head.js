@@ -4,8 +4,15 @@ cc.beginHead = () => {
   if (!line || line.dataset.on) return;
   line.dataset.on = "1";
   let shown = "";
+  // the battery that ends the flight first
+  const weakest = () => {
+    const known = (cc.words.cards || []).map((card, i) => [card.battery, cc.setting.names[i]]).filter(([volts]) => volts !== null);
+    if (!known.length) return "";
+    const [volts, name] = known.reduce((one, other) => (other[0] < one[0] ? other : one));
+    return `, battery ${volts.toFixed(2)} V at least (${name})`;
+  };
   const tell = () => {
-    let text = "";
+    let text = "", hasFailed = false;
     const isLost = !cc.connected || cc.words.error;
     if (cc.setting?.is_watched && cc.words.error) text = cc.words.error;
     else if (!cc.connected) text = "No connection to the flight; it goes on. Trying again.";
@@ -14,9 +21,12 @@ cc.beginHead = () => {
     else {
       const up = cc.frame.drones.filter((drone) => drone.phase === "flying" || drone.phase === "landing").length;
       const pace = cc.words.speed === 0 ? "paused" : cc.frame.rate.toFixed(1) + " x real time";
-      text = `${cc.frame.time.toFixed(1)} s, ${pace}, ${up} of ${cc.frame.drones.length} in the air, ${cc.setting.backend}`;
+      text = `${cc.frame.time.toFixed(1)} s, ${pace}, ${up} of ${cc.frame.drones.length} in the air, ${cc.setting.backend}${weakest()}`;
+      const failed = (cc.words.cards || []).filter((card) => card.failure).length;
+      if (failed) text += `, ${failed} FAILED`;
+      hasFailed = failed > 0;
     }
-    line.classList.toggle("cc-lost", !!isLost);
+    line.classList.toggle("cc-lost", !!isLost || hasFailed);
     if (text !== shown) { shown = text; line.textContent = text; line.title = text; }
   };
   setInterval(tell, cc.isSlow() ? 1000 : 200);

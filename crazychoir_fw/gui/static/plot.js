@@ -1,12 +1,15 @@
 // Plots over time and from above, by ECharts, which NiceGUI brings along.
 import { echarts } from "nicegui-echart";
 
+const LINKED = "live";
 const RED = "rgb(220,40,40)", TOP = 50, LEFT = 54, RIGHT = 14, BOTTOM = 24; // pixels
 
 // series: [{name, color, points: [[x, y]], dash, width}]; limits: [{value, name}]; spans: [[begin, end]]; isMap: both axes
 // are in meters and have one scale; canZoom: the wheel zooms in time
 export const plot = (box, { series, limits = [], spans = [], title = "", unit = "", isMap = false, canZoom = false }) => {
   const chart = echarts.getInstanceByDom(box) || echarts.init(box);
+  // plots of one time axis have one pointer and one zoom
+  if (canZoom && chart.group !== LINKED) { chart.group = LINKED; echarts.connect(LINKED); }
   if (chart.getWidth() !== box.clientWidth || chart.getHeight() !== box.clientHeight) chart.resize();
   const [x, y] = ranges(series, limits, isMap && [box.clientWidth - LEFT - RIGHT, box.clientHeight - TOP - BOTTOM]);
   const label = { color: cc.ink(0.65), hideOverlap: true, showMinLabel: false, showMaxLabel: false };

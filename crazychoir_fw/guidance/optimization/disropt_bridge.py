@@ -60,7 +60,7 @@ def without_mpi() -> Iterator[None]:
             else:
                 sys.modules[name] = module
         if had is None:
-            del package.MPI  # type: ignore[attr-defined]
+            del package.MPI
         else:
             package.MPI = had  # type: ignore[attr-defined]
 

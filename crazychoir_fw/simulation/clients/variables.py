@@ -45,7 +45,7 @@ class _Variables(Mapping[str, float]):
         self._memory = memory
         self._table = table
 
-    def _cell(self, name: str) -> tuple[Variable, NDArray]:
+    def _cell(self, name: str) -> tuple[Variable, NDArray[Any]]:
         variable = find(self._table, name, self._kind, self._name)
         end = variable.offset + variable.dtype.itemsize
         return variable, self._memory[variable.offset : end].view(variable.dtype)

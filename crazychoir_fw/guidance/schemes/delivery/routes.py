@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from crazychoir_fw.guidance.schemes.delivery.delivery_request import DeliveryRequest
 
@@ -95,6 +96,6 @@ def _onward(
             yield loaded | {number}, taken | {number}, Stop(number, False, requests[number].pickup)
 
 
-def _better(layer: dict, state: tuple, cost: float, stops: tuple[Stop, ...]) -> None:
+def _better(layer: dict[Any, Any], state: tuple[Any, ...], cost: float, stops: tuple[Stop, ...]) -> None:
     if state not in layer or cost < layer[state][0]:
         layer[state] = (cost, (*stops, state[2]))

@@ -55,10 +55,10 @@ def test_rate_zero_is_off(make_config: Make) -> None:
     assert watch(make_mocap(make_config, rate=0), 3000) == []
 
 
-def test_filter_is_told_the_deviations_of_the_location_service(make_config: Make) -> None:
+def test_filter_is_told_the_deviations_of_the_client(make_config: Make) -> None:
     _, pose = watch(make_mocap(make_config), 10)[0]
-    assert pose.stdDevPos == pytest.approx(0.01)
-    assert pose.stdDevQuat == pytest.approx(4.5e-3)
+    assert pose.stdDevPos == pytest.approx(0.003)
+    assert pose.stdDevQuat == pytest.approx(0.04)
 
 
 def test_ideal_pose_is_the_true_pose(make_config: Make) -> None:
@@ -139,3 +139,90 @@ def test_impossible_config_is_refused(make_config: Make, changes: dict[str, floa
     mocap = ffi.new("cf_mocap_t *")
     dice = ffi.new("cf_random_t *")[0]
     assert lib.cf_mocap_init(mocap, ffi.addressof(config), dice, dice) == status
+
+
+# ----------------------------------------------------------------------------------------- spells
+
+
+def seconds_of(mocap: Any, seconds: int) -> list[tuple[int, Any]]:
+    return watch(mocap, 1000 * seconds)
+
+
+def test_gaps_are_bursts(make_config: Make) -> None:
+    gap = {"rate": 2.0, "time": 0.1}
+    frames = [round(pose.x) // 10 for _, pose in seconds_of(make_mocap(make_config, gap=gap), 200)]
+    holes = np.diff(frames) - 1
+    holes = holes[holes > 0]
+    # one begins twice per second of sight, and lasts 1 to 21 frames
+    assert 250 < len(holes) < 400
+    assert holes.max() <= 21
+    assert 9 < holes.mean() < 12
+
+
+@pytest.mark.parametrize("kind", ["jump", "swap"])
+def test_shifted_pose_stays_off_by_the_same_for_a_while(make_config: Make, kind: str) -> None:
+    shift = {"spell": {"rate": 1.0, "time": 0.2}, "size": 0.02, "angle": 0.1}
+    mocap = make_mocap(make_config, position_noise=0.0, attitude_noise=0.0, **{kind: shift})
+    seen = [(round(tick - 8), pose) for tick, pose in seconds_of(mocap, 100)]
+    off = np.array([[pose.x - tick, pose.y + 1.0, pose.z - 0.5] for tick, pose in seen])
+    angle = np.array([2 * np.arccos(min(1.0, abs(pose.quat.w))) for _, pose in seen])
+    length = np.linalg.norm(off, axis=1)
+    wrong = length > 0.01
+    assert length[wrong] == pytest.approx(0.02, abs=0.008)  # x grows to 1e5 m, in float32
+    assert angle[wrong] == pytest.approx(0.1, abs=1e-3)
+    assert angle[~wrong].max() < 1e-3
+    begins = np.flatnonzero(np.diff(wrong.astype(int)) == 1)
+    assert 60 < len(begins) < 110
+    assert 0.1 < wrong.mean() < 0.25
+    assert np.ptp(off[begins[0] + 1 : begins[0] + 3, 1]) < 1e-6
+
+
+def test_busy_radio_is_late_by_up_to_so_much_and_keeps_the_order(make_config: Make) -> None:
+    mocap = make_mocap(make_config, position_noise=0.0, busy={"rate": 1.0, "time": 0.3}, busy_ms=50)
+    arrived = seconds_of(mocap, 100)
+    age = np.array([tick - pose.x for tick, pose in arrived])
+    assert len(arrived) == pytest.approx(10000, abs=6)
+    assert np.all(np.diff([pose.x for _, pose in arrived]) > 0)
+    assert age.min() == pytest.approx(8, abs=0.01)
+    assert 40 < age.max() <= 58 + 0.01
+    assert 0.1 < np.mean(age > 8.5) < 0.4
+
+
+def test_spells_leave_the_noise_as_it_was(make_config: Make) -> None:
+    calm = {tick: pose.y for tick, pose in seconds_of(make_mocap(make_config), 20)}
+    gap = {"rate": 2.0, "time": 0.1}
+    wild = {tick: pose.y for tick, pose in seconds_of(make_mocap(make_config, gap=gap), 20)}
+    assert len(wild) < len(calm)
+    assert all(calm[tick] == y for tick, y in wild.items())
+
+
+@pytest.mark.parametrize("quality", ["GOOD", "TYPICAL", "POOR"])
+def test_every_quality_can_be_flown(make_config: Make, quality: str) -> None:
+    config = make_config("cf2").mocap
+    assert lib.cf_mocap_of_quality(ffi.addressof(config), getattr(lib, f"CF_MOCAP_{quality}")) == lib.CF_OK
+    random, mocap = dice(1), ffi.new("cf_mocap_t *")
+    assert lib.cf_mocap_init(mocap, ffi.addressof(config), random[0], lib.cf_random_split(random)) == lib.CF_OK
+    assert len(watch(mocap, 5000)) > 300
+
+
+def test_unknown_quality_is_refused(make_config: Make) -> None:
+    config = make_config("cf2").mocap
+    assert lib.cf_mocap_of_quality(ffi.addressof(config), 3) == lib.CF_ERR_UNKNOWN
+    assert config.rate == 100
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"gap": {"rate": -1.0, "time": 0.1}},
+        {"gap": {"rate": 1.0, "time": float("nan")}},
+        {"jump": {"size": 11.0}},
+        {"swap": {"angle": 3.3}},
+        {"busy": {"rate": 101.0}},
+        {"busy_ms": 1001},
+    ],
+)
+def test_spells_outside_their_range_are_refused(make_config: Make, changes: dict[str, Any]) -> None:
+    config = changed(make_config("cf2").mocap, changes)
+    random, mocap = dice(1), ffi.new("cf_mocap_t *")
+    assert lib.cf_mocap_init(mocap, config, random[0], random[0]) == lib.CF_ERR_VALUE
