@@ -23,7 +23,8 @@ ROOT = Path(__file__).resolve().parents[1]
 
 PHRASES = {
     r"\b(?:nobody|somebody|someone|whoever|whomever|no one)\b": "name the component",
-    r"(?<![\w'])(?:Who|who) (?:is|are|was|were|does|do|did|has|have|wants?|asks?|needs?|sends?|may|can|flies|dies|died|makes?|"
+    r"(?<![\w'])(?:Who|who) (?:is|are|was|were|does|do|did|has|have|wants?|asks?|needs?|sends?|may|can|flies|"
+    r"dies|died|makes?|"
     r"gets?|shall|must|answers?|reads?|writes?|waits?|knows?|comes?|came|left|speaks?|talks?)\b": "name the component",
     r"\b(?:those|the ones?|they) (?:who|that) (?:know|want|ask|need|wait|listen)\b": "name the component",
     r"\banew\b": "again, restart, reset",
@@ -37,7 +38,7 @@ PHRASES = {
     r"\bmade anew\b|\bstarted anew\b": "recreated, restarted",
     r"\bmany a\b|\bsuch a one\b|\bnone of ours\b|\bnone other\b": "plain words",
     r"\bfor ever\b": "forever, indefinitely",
-    r"\b(?:at|the) (?:least|most) (?:of|distance|speed|voltage|time|rate|height|battery)\b": "min, max, minimum, maximum",
+    r"\b(?:at|the) (?:least|most) (?:of|distance|speed|voltage|time|rate|height|battery)\b": "min, max",
     r"\bwaited for no more\b|\bwaited for\b": "timeout, wait for",
     r"\bmend(?:s|ed|ing)?\b": "fix, repair",
     r"\bbefall(?:s|en)?\b|\bhenceforth\b|\bthereof\b|\bwherein\b|\bwhereof\b|\blest\b|\bhitherto\b": "plain words",
