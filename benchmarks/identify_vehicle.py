@@ -12,7 +12,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from recorded.identification import MASS, Identified, identify
+from recorded.identification import MASS, TIME_CONSTANTS, Identified, identify
 
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.common.replacing import replacing
@@ -30,6 +30,8 @@ UNITS = {
     "rotors.time_constant_down": "s",
     "rotors.heat_loss": '"1"',
     "rotors.heat_time": "s",
+    "rotors.heat_own_loss": '"1"',
+    "rotors.heat_own_time": "s",
     "rotors.heat_thrust": "N",
     "battery.resistance": "Ohm",
 }
@@ -66,7 +68,7 @@ def main() -> None:
     parser.add_argument("--data", type=Path, required=True, help="folder with flights (*.csv, *.csv.gz)")
     parser.add_argument("--flights", nargs="+", default=[], help="names to identify from; all by default")
     parser.add_argument("--mass", type=float, default=MASS, help="of the vehicle [kg]")
-    parser.add_argument("--time-constants", nargs="+", type=float, default=(0.03, 0.05, 0.07, 0.1), help="to try [s]")
+    parser.add_argument("--time-constants", nargs="+", type=float, default=TIME_CONSTANTS, help="to try [s]")
     parser.add_argument("--no-refining", action="store_true", help="moments and drag by regression alone (faster)")
     parser.add_argument("--out", type=Path, required=True)
     options = parser.parse_args()

@@ -95,12 +95,15 @@ def compare(path: Path, options: argparse.Namespace) -> dict[str, Any]:
             "plant_horizons_s": list(HORIZONS),
             "plant_position_cm": list(ahead.position_cm),
             "plant_tilt_deg": list(ahead.tilt_deg),
+            "plant_mean_position_cm": list(ahead.mean_position_cm),
+            "plant_mean_tilt_deg": list(ahead.mean_tilt_deg),
             "plant_followed_position_cm": list(ahead.followed_position_cm),
             "plant_followed_tilt_deg": list(ahead.followed_tilt_deg),
             "plant_followed_tilt_median_deg": list(ahead.followed_tilt_median_deg),
             "plant_trim_wander_nm": ahead.trim_wander,
         }
-    if (chain := attempt("chain", lambda: fly_again(flight, phases, vehicle, tuning, drone))) is not None:
+    thrust_max = None if motors is None else motors.thrust_max
+    if (chain := attempt("chain", lambda: fly_again(flight, phases, vehicle, tuning, drone, thrust_max))) is not None:
         row |= {
             "path_rms_m": chain.path_rms_m,
             "lag_s": chain.lag_s,
@@ -131,7 +134,7 @@ def tables(rows: list[dict[str, Any]]) -> list[Table]:
     chain = Table(title="Whole chain: simulated against real")
     for name in ("flight", "roll, pitch [deg]", "thrust [%]", "motors [%]", "0.1, 0.2, 0.5 s [cm]", "tilt [deg]"):
         inner.add_column(name, justify="left" if name == "flight" else "right")
-    for name in ("cm, trim followed", "tilt"):
+    for name in ("cm, mean trim", "tilt", "cm, trim followed", "tilt"):
         inner.add_column(name, justify="right")
     for name in ("flight", "path [cm]", "shift [ms]", "tracking [%]", "tilt [%]", "thrust [%]", "pack [V]"):
         chain.add_column(name, justify="left" if name == "flight" else "right")
@@ -149,6 +152,8 @@ def tables(rows: list[dict[str, Any]]) -> list[Table]:
             number(row.get("motor_worst_mean_percent"), ".3f"),
             several(row, "plant_position_cm", ".2f"),
             several(row, "plant_tilt_deg", ".1f"),
+            several(row, "plant_mean_position_cm", ".2f"),
+            several(row, "plant_mean_tilt_deg", ".1f"),
             several(row, "plant_followed_position_cm", ".2f"),
             several(row, "plant_followed_tilt_deg", ".1f"),
         )

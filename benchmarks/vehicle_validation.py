@@ -27,6 +27,7 @@ G = 9.81
 GRAM = 9.80665e-3  # [N]
 PLATFORMS = {"2.1+": ("cf2", {"mass": 0.029}), "legacy": ("cf2", ["legacy", {"mass": 0.029}]), "kit": ("cf2", "kit")}
 PLATFORMS |= {"Brushless": ("cf21bl", {})}
+CRITICAL = 3.0  # [V], where the firmware calls a pack critically low: a flight ends
 FULL_THRUST = {"rotors.thrust_scale": 1.0}  # the tables are of the curves, before what a vehicle really delivers
 
 
@@ -207,6 +208,10 @@ def battery() -> Iterator[Row]:
     yield Row("6", "hover time with sag", "2.1+", "min", expected, 0.005 * expected, _minutes(make("2.1+"), weight))
     light = 0.0345 * G
     yield Row("6", "hover time at 34.5 g", "Brushless", "min", 10.0, 1.0, _minutes(make("Brushless"), light))
+    for name, thrust in (("2.1+", weight), ("Brushless", light)):
+        expected = _hover_seconds(thrust / GRAM, *PACKS[name], lowest=CRITICAL) / 60
+        ours = _minutes(make(name), thrust, CRITICAL)
+        yield Row("6", "hover until the pack reads 3.0 V", name, "min", expected, 0.005 * expected, ours)
     bench = make("2.1+", of_bench)
     start = bench.battery.voltage
     for _ in range(200):
@@ -218,10 +223,13 @@ def battery() -> Iterator[Row]:
     yield Row("6", "sag at take-off, 40.85 g (0.41 to 0.67)", "2.1+", "V", 0.54, 0.13, start - heavy.battery.voltage)
 
 
-def _minutes(vehicle: Any, thrust: float) -> float:
-    """Return how long a pack carries a thrust (N): until it is empty or its voltage too low at full duty."""
+def _minutes(vehicle: Any, thrust: float, lowest: float = 0.0) -> float:
+    """Return how long a pack carries a thrust (N): until it is empty or its voltage (V) is the lowest for that.
+
+    That is what full duty needs, or `lowest` if it is higher.
+    """
     ticks = 0
-    least = hover_voltage(vehicle)
+    least = max(hover_voltage(vehicle), lowest)
     while vehicle.battery.charge > 0 and vehicle.battery.voltage > least:
         lib.cf_battery_step(ffi.addressof(vehicle, "battery"), thrust)
         ticks += 1
@@ -265,9 +273,9 @@ def _full_duty_seconds(curve: Any, *pack: float) -> float:
     return _seconds(lambda voltage: 4 * np.polyval(newtons, voltage) / GRAM, lambda _, voltage: voltage > 3.0, *pack)
 
 
-def _hover_seconds(grams: float, *pack: float) -> float:
-    """Return the time until the pack is empty."""
-    return _seconds(lambda _: grams, lambda charge, _: charge > 0.0, *pack)
+def _hover_seconds(grams: float, *pack: float, lowest: float = 0.0) -> float:
+    """Return the time until the pack is empty, or reads a voltage (V)."""
+    return _seconds(lambda _: grams, lambda charge, voltage: charge > 0.0 and voltage > lowest, *pack)
 
 
 def _seconds(

@@ -1,7 +1,8 @@
 """Parameters of the vehicle that recorded flights share: drag, moment of forward flight, inertia, resistance, heat.
 
 Regressions of what the motion demands on what the model says come first, in the air and below about 3 Hz, where the
-truth is precise and the logs are not yet late; `refine` has the last word on moments and drag. Mass is given. What
+truth is precise and the logs are not yet late. Where the desired attitude was logged it is the instrument that finds
+time constant and inertia. `refine` has the last word on moments and drag. Mass is given. What
 differs from flight to flight (thrust scale, trim, voltage) is taken from each flight's hover, and counts for nothing
 here.
 """
@@ -13,15 +14,18 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.comparison.nanobench import PERIOD, RecordedFlight
 from crazychoir_fw.comparison.phases import Phases, find_phases
 from crazychoir_fw.comparison.prediction import predict
-from crazychoir_fw.comparison.signals import Array, least, smooth
-from crazychoir_fw.comparison.tuning import GRAVITY, Balance, balance, rotor_history, true_motion, tune
+from crazychoir_fw.comparison.signals import Array, shifted, smooth
+from crazychoir_fw.comparison.tuning import GRAVITY, TICKS_PER_ROW, Balance, balance, rotor_history, true_motion, tune
 from crazychoir_fw.comparison.vehicle_model import VehicleModel
 from crazychoir_fw.onboard import vehicles
+from recorded.instrument import Torques, instrumented, torques
+from recorded.motor_heat import common_heat, own_heat
 from recorded.refinement import check_refinable, refine
 
 MASS = 0.04085
@@ -29,10 +33,26 @@ MASS = 0.04085
 
 _WIDTH = 8  # rows, of the smoothing: 3 dB at 1.7 Hz
 _ROUNDS = 3
-_TIME_CONSTANTS = (0.03, 0.05, 0.07, 0.1)  # [s]
-_TIMES = (1.0, 1.5, 2.0, 3.0, 5.0)  # [s], in which motors get warm
-_FIRST_TIME = 1.5
-_GREATEST_LOSS, _LOSS_STEP = 0.24, 0.06
+TIME_CONSTANTS = (0.03, 0.04, 0.05, 0.06, 0.07, 0.085, 0.1, 0.13, 0.16)
+"""Time constants of the motors to choose from (s)."""
+
+_FIRST_TIME_CONSTANT = 0.07  # [s], when there are several to choose from
+_FIRST_TIME, _FIRST_OWN_TIME = 6.0, 1.5  # [s], in which motors get warm
+_CLEAR = 0.5  # [s] at both ends of a trajectory that the instrument leaves out
+
+
+@dataclass(frozen=True)
+class _Balanced:
+    """One flight beside the model."""
+
+    state: Balance
+    rows: NDArray[np.bool_]
+    """In the air, clear of the floor."""
+    turning: Array
+    """Angular acceleration, body (rad/s²), shape (T, 3)."""
+    thrusts: Array
+    """Of the motors in the model (N), shape (T, 4)."""
+    log_lag: float
 
 
 @dataclass(frozen=True)
@@ -46,13 +66,14 @@ class Identified:
     spread: dict[str, tuple[float, ...]]
     """The same parameters from each flight alone, in the order of `flights`; empty where one alone cannot tell."""
     costs: dict[float, float]
-    """Tilt error after 0.2 s (deg) for each time constant (s) that was tried."""
+    """For each time constant (s) that was tried what speaks against it: the share of the torque that is wrong in the
+    direction of the desired attitude, or the tilt error after 0.2 s (deg) where that was not logged."""
 
 
 def identify(
     flights: Sequence[RecordedFlight],
     mass: float = MASS,
-    time_constants: Sequence[float] = _TIME_CONSTANTS,
+    time_constants: Sequence[float] = TIME_CONSTANTS,
     refines: bool = True,
     report: Callable[[str], None] = lambda sentence: None,
 ) -> Identified:
@@ -85,10 +106,11 @@ def identify(
         "flight_moment.x": platform["flight_moment.x"].value,
         "flight_moment.y": platform["flight_moment.y"].value,
         "flight_moment.thrust": float(round(mass * GRAVITY, 4)),
-        "rotors.time_constant_up": float(time_constants[0]),
-        "rotors.time_constant_down": float(time_constants[0]),
+        **_time_constant(time_constants[0] if len(time_constants) == 1 else _FIRST_TIME_CONSTANT),
         "rotors.heat_loss": 0.0,
         "rotors.heat_time": _FIRST_TIME,
+        "rotors.heat_own_loss": 0.0,
+        "rotors.heat_own_time": _FIRST_OWN_TIME,
         "rotors.heat_thrust": float(round(mass * GRAVITY / 4, 4)),
     }
     spread: dict[str, tuple[float, ...]] = {}
@@ -100,12 +122,16 @@ def identify(
         vehicle |= changes
         report(
             f"round {number + 1}: cold motors deliver {100 * vehicle['rotors.heat_loss']:.1f} % more and get warm in "
-            f"{vehicle['rotors.heat_time']:g} s, {_words(changes)}"
+            f"{vehicle['rotors.heat_time']:g} s, harder working ones lose "
+            f"{100 * vehicle['rotors.heat_own_loss']:.1f} % in {vehicle['rotors.heat_own_time']:g} s, {_words(changes)}"
         )
         if number == 0 and len(time_constants) > 1:
-            costs = {tau: _tilt_error(parts, {**vehicle, **_time_constant(tau)}) for tau in time_constants}
-            vehicle |= _time_constant(min(costs, key=costs.__getitem__))
-            report(f"tilt after 0.2 s by time constant: {', '.join(f'{t:g} s {c:.2f}°' for t, c in costs.items())}")
+            changes, costs = _choose_time_constant(parts, vehicle, time_constants)
+            vehicle |= changes
+            report(f"what speaks against a time constant: {', '.join(f'{t:g} s {c:.4g}' for t, c in costs.items())}")
+    if (found := _instrumented(parts, vehicle)) is not None:
+        vehicle["inertia"] = found[0]
+        report(f"by the desired attitude: {_words({'inertia': found[0]})}")
     if refines:
         vehicle |= refine(parts, vehicle, report)
     resistances = [r for flight, phases in parts if (r := _resistance(flight, phases, vehicle)) is not None]
@@ -131,32 +157,32 @@ def _used(flight: RecordedFlight, phases: Phases) -> Array:
     return (flight.time > phases.airborne + 0.5) & (flight.time < phases.end - 0.2) & clear
 
 
-def _balance(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any]) -> tuple[Balance, Array, Array]:
+def _balance(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any]) -> _Balanced:
     tuning = tune(flight, phases, vehicle)
     model = VehicleModel({**vehicle, **tuning.overrides()})
     history = rotor_history(model, flight, tuning.log_lag)
     motion = true_motion(flight, np.array(tuning.misalignment))
-    return balance(model, history, motion), _used(flight, phases), motion.angular_acceleration
-
-
-def _slope(y: Array, x: Array) -> tuple[Array, float]:
-    """Return coefficients of columns (the last one a constant) and the variance that is left."""
-    columns = np.column_stack([x, np.ones(len(y))])
-    coefficients, *_ = np.linalg.lstsq(columns, y, rcond=None)
-    return coefficients, float(np.var(y - columns @ coefficients))
+    return _Balanced(
+        balance(model, history, motion),
+        _used(flight, phases),
+        motion.angular_acceleration,
+        history.thrusts()[::TICKS_PER_ROW],
+        tuning.log_lag,
+    )
 
 
 def _regress(
-    balances: Sequence[tuple[Balance, Array, Array]], vehicle: Mapping[str, Any]
+    balances: Sequence[_Balanced], vehicle: Mapping[str, Any]
 ) -> tuple[dict[str, Any], dict[str, tuple[float, ...]]]:
     """Return corrected parameters of all flights together, and of each alone."""
     drags, moments = [], {"x": [], "y": []}
-    for state, rows, acceleration in balances:
+    for balanced in balances:
+        state, rows = balanced.state, balanced.rows
         lacking_force = smooth(state.needed_force - state.model_force, _WIDTH)[rows]
         lacking_torque = smooth(state.needed_torque - state.model_torque, _WIDTH)[rows]
         velocity = smooth(state.velocity, _WIDTH)[rows]
         thrust = smooth(state.thrust, _WIDTH)[rows] / vehicle["flight_moment.thrust"]
-        turning = smooth(acceleration, _WIDTH)[rows]
+        turning = smooth(balanced.turning, _WIDTH)[rows]
         speeds = -velocity[:, :2]
         drags.append((lacking_force[:, :2], speeds))
         # with inertia I and I0 in the model: lacking = (I0 - I) a - (k - k0) (...)
@@ -209,29 +235,77 @@ def _drag_of_model(vehicle: Mapping[str, Any]) -> float:
 
 
 def _heat(parts: Sequence[tuple[RecordedFlight, Phases]], vehicle: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the fading of warm motors that leaves least to explain after hover, in the sense of thrust errors.
+    """Return how motors fade: all alike while they fly, and the harder working ones besides."""
+    weight, arms = vehicle["rotors.heat_thrust"], (_platform("rotors.arm_x"), _platform("rotors.arm_y"))
+    forces = []
+    for flight, phases in parts:
+        balanced = _balance(flight, phases, {**vehicle, "rotors.heat_loss": 0.0})
+        state = balanced.state
+        drag = state.model_force[:, 2] - state.thrust
+        later = balanced.rows & (flight.time >= phases.rest)
+        forces.append((state.needed_force[:, 2] - drag, state.thrust, later))
+    loss, time = common_heat(forces, weight, PERIOD)
+    changes = {"rotors.heat_loss": loss, "rotors.heat_time": time}
+    turns = []
+    for flight, phases in parts:
+        balanced = _balance(flight, phases, {**vehicle, **changes, "rotors.heat_own_loss": 0.0})
+        state = balanced.state
+        later = balanced.rows & (flight.time >= phases.rest)
+        turns.append((state.needed_torque - state.model_torque, balanced.thrusts, _flying(state, vehicle), later))
+    loss, time = own_heat(turns, weight, arms, _WIDTH, PERIOD)
+    return {**changes, "rotors.heat_own_loss": loss, "rotors.heat_own_time": time}
 
-    All motors together lose thrust, and those that work harder lose more, which turns the vehicle.
-    """
-    arm = vehicles.parameters("cf2")["rotors.arm_x"].value
-    times = tuple(dict.fromkeys((float(vehicle["rotors.heat_time"]), *_TIMES)))
 
-    def cost(loss: float, time: float) -> float:
-        left = 0.0
-        for flight, phases in parts:
-            state, rows, _ = _balance(flight, phases, {**vehicle, "rotors.heat_loss": loss, "rotors.heat_time": time})
-            later = rows & (flight.time >= phases.hover)
-            torque = smooth(state.needed_torque - state.model_torque, _WIDTH)[later, :2]
-            force = smooth(state.needed_force - state.model_force, _WIDTH)[later, 2]
-            # mean square of the errors of four thrusts that make such a torque and force
-            left += float(np.mean(np.sum((torque / arm) ** 2, axis=1) + force**2)) / 16.0
-        return left
+def _platform(name: str) -> float:
+    return float(vehicles.parameters("cf2")[name].value)
 
-    time = times[0]
-    loss = least(lambda loss: cost(loss, time), 0.0, _GREATEST_LOSS, _LOSS_STEP)
-    if loss > 0.0:
-        time = min(times, key=lambda time: cost(loss, time))
-    return {"rotors.heat_loss": float(max(loss, 0.0)), "rotors.heat_time": time}
+
+def _flying(state: Balance, vehicle: Mapping[str, Any]) -> Array:
+    """Return what the moment of forward flight goes with about x and y (m/s), shape (T, 2)."""
+    share = state.thrust / vehicle["flight_moment.thrust"]
+    return np.column_stack([share * state.velocity[:, 1], -share * state.velocity[:, 0]])
+
+
+def _choose_time_constant(
+    parts: Sequence[tuple[RecordedFlight, Phases]], vehicle: Mapping[str, Any], choices: Sequence[float]
+) -> tuple[dict[str, float], dict[float, float]]:
+    """Return the time constant that the instrument prefers, and what speaks against each that was tried."""
+    costs = {}
+    for tau in choices:
+        tried = {**vehicle, **_time_constant(tau)}
+        found = _instrumented(parts, tried)
+        costs[float(tau)] = _tilt_error(parts, tried) if found is None else found[1]
+    times, values = np.array(sorted(costs)), np.array([costs[tau] for tau in sorted(costs)])
+    best = int(np.argmin(values))
+    tau = float(times[best])
+    if 0 < best < len(times) - 1:
+        near = slice(best - 1, best + 2)
+        bend, slope, _ = np.polyfit(np.log(times[near] / tau), values[near], 2)
+        tau = round(float(tau * np.exp(-slope / (2 * bend))), 4)
+    return _time_constant(tau), costs
+
+
+def _instrumented(
+    parts: Sequence[tuple[RecordedFlight, Phases]], vehicle: Mapping[str, Any]
+) -> tuple[tuple[float, float, float], float] | None:
+    """Return inertia (kg m²) and the share of the torque that is wrong; None without a desired attitude."""
+    axes: tuple[list[Torques], list[Torques]] = [], []
+    for flight, phases in parts:
+        if flight.desired is None:
+            continue
+        balanced = _balance(flight, phases, vehicle)
+        desired = shifted(flight.time, flight.desired[:, :2], balanced.log_lag)
+        rows = (flight.time > phases.trajectory + _CLEAR) & (flight.time < phases.end - _CLEAR)
+        flying = _flying(balanced.state, vehicle)
+        for axis, found in enumerate(axes):
+            motion = np.column_stack([balanced.turning[:, axis], flying[:, axis]])
+            found.append(torques(flight.time, balanced.state.model_torque[:, axis], motion, desired, rows))
+    if not axes[0]:
+        return None
+    (first, wrong_x), (second, wrong_y) = (instrumented(found) for found in axes)
+    before = vehicle["inertia"]
+    x, y = float(first[0]), float(second[0])
+    return (x, y, float(before[2] * (x + y) / (before[0] + before[1]))), 0.5 * (wrong_x + wrong_y)
 
 
 def _tilt_error(parts: Sequence[tuple[RecordedFlight, Phases]], vehicle: Mapping[str, Any]) -> float:
@@ -250,7 +324,7 @@ def _resistance(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, An
         return None
     known = vehicles.parameters("cf2")
     base, slope = known["battery.base_power"].value, known["battery.power_per_thrust"].value
-    state, _, _ = _balance(flight, phases, vehicle)
+    state = _balance(flight, phases, vehicle).state
     volts = flight.voltage
     loaded = float(np.mean((base + slope * state.thrust[hover]) / volts[hover]))
     idle = float(np.mean(base / volts[rest]))

@@ -5,7 +5,7 @@
 #include <stdint.h>
 
 typedef enum {
-  CF_COLLISION_TOUCHDOWN = 0,  // upright onto a surface that carries, slower than 1 m/s
+  CF_COLLISION_TOUCHDOWN = 0,  // upright onto a surface that carries, slower than 2 m/s
   CF_COLLISION_FLOOR     = 1,  // any other contact with a surface that carries
   CF_COLLISION_OBSTACLE  = 2,  // a surface that does not
   CF_COLLISION_DRONE     = 3,

@@ -20,7 +20,8 @@
 // More than all rotors together could push [N], whatever happens to them.
 static double most_thrust_of(const drone_t *drone) {
   const cf_rotors_config_t *rotors = &drone->config->vehicle.airframe.rotors;
-  return (double)(CF_ROTOR_COUNT * MOST_GAIN * rotors->thrust_scale * (1.0f + rotors->heat_loss) *
+  const float               cold   = 1.0f + rotors->heat_loss + rotors->heat_own_loss;
+  return (double)(CF_ROTOR_COUNT * MOST_GAIN * rotors->thrust_scale * cold *
                   cf_rotor_steady_thrust(rotors, MOST_VOLTAGE));
 }
 

@@ -8,12 +8,14 @@
 #define CHARGE_TICKS 100
 
 // Open-circuit voltage [V] every 0.05 of charge from -0.2 to 1 (docs/reference/vehicle.md#6; values
-// between its rows and below zero continue its lines).
+// between its rows continue its lines). An empty cell collapses: what it gives beyond its capacity
+// is a twentieth of it.
 #define KNOTS_PER_CHARGE 20.0f
-#define LOWEST_CHARGE -0.2f
+#define FIRST_KNOT -0.2f
+#define LOWEST_CHARGE -0.05f
 #define KNOT_COUNT 25
 static const float OPEN_CIRCUIT[KNOT_COUNT] = {
-    2.20f,  2.45f, 2.70f, 2.95f, 3.20f, 3.45f, 3.62f, 3.66f, 3.70f, 3.72f, 3.74f, 3.755f, 3.77f,
+    2.20f,  2.20f, 2.20f, 2.20f, 3.20f, 3.45f, 3.62f, 3.66f, 3.70f, 3.72f, 3.74f, 3.755f, 3.77f,
     3.785f, 3.80f, 3.82f, 3.84f, 3.87f, 3.90f, 3.94f, 3.98f, 4.03f, 4.08f, 4.14f, 4.20f,
 };
 
@@ -22,7 +24,7 @@ static const float LOWEST_VOLTAGE = 0.5f;    // [V], keeps the current finite
 
 float cf_open_circuit_voltage(float charge) {
   const float clipped  = charge > LOWEST_CHARGE ? (charge < 1.0f ? charge : 1.0f) : LOWEST_CHARGE;
-  const float place    = (clipped - LOWEST_CHARGE) * KNOTS_PER_CHARGE;
+  const float place    = (clipped - FIRST_KNOT) * KNOTS_PER_CHARGE;
   const int   knot     = place < (float)(KNOT_COUNT - 2) ? (int)place : KNOT_COUNT - 2;
   const float fraction = place - (float)knot;
   return OPEN_CIRCUIT[knot] + fraction * (OPEN_CIRCUIT[knot + 1] - OPEN_CIRCUIT[knot]);

@@ -3,8 +3,8 @@
  *   V = OCV(charge) - I R0 - v1,  dv1/dt = (I R1 - v1) / T1,  I = P / V
  *
  * with the power P that the electronics and the rotors draw (docs/reference/vehicle.md#6). Below
- * zero charge the open-circuit voltage goes on falling at its last slope, so that an exhausted
- * drone comes down. */
+ * zero charge the open-circuit voltage falls from 3.2 to 2.2 V within a twentieth of the capacity,
+ * so that an exhausted drone comes down. */
 #ifndef CF_VEHICLE_BATTERY_H
 #define CF_VEHICLE_BATTERY_H
 
@@ -28,7 +28,7 @@ typedef struct {
   cf_battery_config_t config;
 
   // state
-  float    charge;        // [-0.2, 1], 1 = full
+  float    charge;        // [-0.05, 1], 1 = full
   float    drawn;         // [C], not yet taken from the charge
   float    slow_sag;      // [V], v1
   float    open_circuit;  // [V], at this charge
@@ -49,7 +49,7 @@ cf_status_t cf_battery_set_charge(cf_battery_t *battery, float charge);
 // Feeds a total thrust [N] for 1 ms.
 void cf_battery_step(cf_battery_t *battery, float thrust);
 
-// Pure: open-circuit voltage [V] of a cell at a charge, which is clipped to [-0.2, 1].
+// Pure: open-circuit voltage [V] of a cell at a charge, which is clipped to [-0.05, 1].
 float cf_open_circuit_voltage(float charge);
 
 #endif  // CF_VEHICLE_BATTERY_H

@@ -55,6 +55,8 @@ static const place_t PLACES[] = {
     NUMBER("rotors.square_rate_down", airframe.rotors.square_rate_down),
     NUMBER("rotors.heat_loss", airframe.rotors.heat_loss),
     NUMBER("rotors.heat_time", airframe.rotors.heat_time),
+    NUMBER("rotors.heat_own_loss", airframe.rotors.heat_own_loss),
+    NUMBER("rotors.heat_own_time", airframe.rotors.heat_own_time),
     NUMBER("rotors.heat_thrust", airframe.rotors.heat_thrust),
     NUMBER("rotors.inertia", airframe.rotors.inertia),
     NUMBER("rotors.arm_x", airframe.rotors.arm_x),

@@ -96,6 +96,7 @@ static bool is_law_valid(const cf_rotors_config_t *config) {
 
 static bool is_heat_valid(const cf_rotors_config_t *config) {
   return cf_is_within(config->heat_loss, 0.0f, 0.5f) && cf_is_positive(config->heat_time) &&
+         cf_is_within(config->heat_own_loss, 0.0f, 0.5f) && cf_is_positive(config->heat_own_time) &&
          cf_is_positive(config->heat_thrust);
 }
 
@@ -126,7 +127,9 @@ cf_status_t cf_rotors_init(cf_rotors_t *rotors, const cf_rotors_config_t *config
       .decay_up           = expf(-TICK / config->time_constant_up),
       .decay_down         = expf(-TICK / config->time_constant_down),
       .vibration_per_rpm2 = 1.0f / ((float)CF_ROTOR_COUNT * hover_rpm * hover_rpm),
+      .has_heat           = config->heat_loss > 0.0f || config->heat_own_loss > 0.0f,
       .heat_rate          = 1.0f - expf(-TICK / config->heat_time),
+      .heat_own_rate      = 1.0f - expf(-TICK / config->heat_own_time),
       .heat_per_thrust    = 1.0f / config->heat_thrust,
   };
   for (int i = 0; i < CF_ROTOR_COUNT; i++) {
@@ -177,16 +180,34 @@ static inline lanes_t quadratic(const cf_rotors_config_t *config, lanes_t before
   return before + (target - before) * choose(share > every(1.0f), every(1.0f), share);
 }
 
-// Heats the motors for a tick; returns their thrust, from that of motors with a warmth of 1.
-// The current of a motor goes with its thrust, and its heat with the square of that.
-static inline lanes_t fade(cf_rotors_t *rotors, lanes_t thrust) {
-  const lanes_t before  = load(rotors->warmth);
+static inline float mean_of(lanes_t x) {
+  return 0.25f * ((x[0] + x[1]) + (x[2] + x[3]));
+}
+
+static inline float or_cold(float warmth) {
+  return warmth > COLD ? warmth : 0.0f;
+}
+
+// Heats the motors for a tick; returns what they deliver of the thrust that they have when warm.
+// The current of a motor goes with the thrust that it delivers, and its heat with the square of
+// that: so a motor that fades gets no hotter by it.
+static inline lanes_t fade(cf_rotors_t *rotors, lanes_t warm) {
+  const cf_rotors_config_t *config = &rotors->config;
+
+  const lanes_t own    = load(rotors->own_warmth);
+  const float   common = 1.0f + config->heat_loss * (1.0f - rotors->warmth);
+  // no motor is colder than cold
+  const lanes_t colder = mean_of(own) - own;
+  const lanes_t share =
+      common - config->heat_own_loss * if_above(-colder, every(-1.0f), every(-1.0f));
+  const lanes_t thrust = warm * if_above(share, every(0.0f), every(0.0f));
+
   const lanes_t current = rotors->heat_per_thrust * thrust;
-  const lanes_t moved   = before + rotors->heat_rate * (current * current - before);
-  const lanes_t warmth  = if_above(moved, every(COLD), every(0.0f));
-  const lanes_t share   = 1.0f + rotors->config.heat_loss * (1.0f - warmth);
-  store(rotors->warmth, warmth);
-  return thrust * if_above(share, every(0.0f), every(0.0f));
+  const lanes_t heat    = current * current;
+  const lanes_t moved   = own + rotors->heat_own_rate * (heat - own);
+  rotors->warmth = or_cold(rotors->warmth + rotors->heat_rate * (mean_of(heat) - rotors->warmth));
+  store(rotors->own_warmth, if_above(moved, every(COLD), every(0.0f)));
+  return thrust;
 }
 
 void cf_rotors_step(cf_rotors_t *rotors, const uint16_t ratios[CF_ROTOR_COUNT],
@@ -203,7 +224,7 @@ void cf_rotors_step(cf_rotors_t *rotors, const uint16_t ratios[CF_ROTOR_COUNT],
 
   // what it does to the body
   const lanes_t warm    = load(rotors->gain) * thrust_of(config, rpm);
-  const lanes_t thrust  = config->heat_loss > 0.0f ? fade(rotors, warm) : warm;
+  const lanes_t thrust  = rotors->has_heat ? fade(rotors, warm) : warm;
   const lanes_t torque  = config->curve.thrust_to_torque * thrust;
   const lanes_t spin_up = (config->inertia * (RAD_PER_RPM / TICK)) * (rpm - before);
   const lanes_t squares = rpm * rpm;

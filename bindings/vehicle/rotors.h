@@ -6,22 +6,25 @@
  *   V     = duty * V_pack
  *   n_c   = (-f1 + sqrt(f1^2 + 4 f2 F(V))) / (2 f2),  F the thrust curve of the platform
  *   n     = n_c + (n - n_c) exp(-h / tau), or by dn/dt = a (n_c - n) + b (n_c^2 - n^2)
- *   f     = thrust_scale * efficiency * (1 + l (1 - w)) (f1 n + f2 n^2),  Q = thrust_to_torque * f
- *   dw/dt = ((f / f_w)^2 - w) / T,  f here that of a motor with w = 1
+ *   f     = thrust_scale * efficiency * h (f1 n + f2 n^2),  Q = thrust_to_torque * f
+ *   h     = 1 + l (1 - w) + l_o (mean of w_o - w_o)
+ *   dw/dt = (mean of (f / f_w)^2 - w) / T,  dw_o/dt = ((f / f_w)^2 - w_o) / T_o
  *
  * with one tau, or one a and one b, for speeding up and others for slowing down, so that a steady
  * motor gives exactly the thrust curve that the onboard battery compensation inverts. Below
  * `linear_voltage` the curve bends through zero; there n_c falls linearly to 0.
  *
- * w is the warmth of the winding, heated by its current, which goes with thrust. A cold motor has
- * w = 0 and delivers a share l more than one that has long carried the thrust f_w; l = 0 leaves
- * that out.
+ * w is the warmth that all four motors have in common, w_o that of each one's own winding. Both are
+ * heated by the current, which goes with the thrust delivered. Cold motors have w = 0 and deliver a
+ * share l more than those that have long carried the thrust f_w; a motor that works harder than
+ * the others delivers less by l_o for each f_w^2 of difference. l = l_o = 0 leaves that out.
  *
  * M1 front right, M2 back right, M3 back left, M4 front left; M1 and M3 turn counter-clockwise seen
  * from above, so their reaction torque on the body is negative about z. */
 #ifndef CF_VEHICLE_ROTORS_H
 #define CF_VEHICLE_ROTORS_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "platform.h"
@@ -59,10 +62,12 @@ typedef struct {
   int   duty_bits;          // 8 brushed PWM, 11 DSHOT, 16 no quantization; 1 to 16
   int   duty_lowest_level;  // levels below this one stop the motor; 0 when all count
 
-  // how thrust fades as the windings get warm
-  float heat_loss;    // [0, 0.5], l
-  float heat_time;    // [s] > 0, T
-  float heat_thrust;  // [N] > 0, f_w
+  // how thrust fades as motors get warm
+  float heat_loss;      // [0, 0.5], l
+  float heat_time;      // [s] > 0, T
+  float heat_own_loss;  // [0, 0.5], l_o
+  float heat_own_time;  // [s] > 0, T_o
+  float heat_thrust;    // [N] > 0, f_w
 
   // what this very vehicle delivers, in [0, 2]: thrust and torque at a given speed
   float thrust_scale;                // of all four
@@ -80,12 +85,15 @@ typedef struct {
   float decay_up;                    // exp(-h / tau)
   float decay_down;
   float vibration_per_rpm2;  // [1/rpm^2]
-  float heat_rate;           // 1 - exp(-h / T)
-  float heat_per_thrust;     // [1/N], 1 / f_w
+  bool  has_heat;
+  float heat_rate;        // 1 - exp(-h / T)
+  float heat_own_rate;    // 1 - exp(-h / T_o)
+  float heat_per_thrust;  // [1/N], 1 / f_w
 
   // state
-  float rpm[CF_ROTOR_COUNT];     // [rpm] >= 0
-  float warmth[CF_ROTOR_COUNT];  // >= 0, stays 0 without a loss
+  float rpm[CF_ROTOR_COUNT];         // [rpm] >= 0
+  float warmth;                      // >= 0, of all motors; stays 0 without a loss
+  float own_warmth[CF_ROTOR_COUNT];  // >= 0, of each winding; likewise
 
   // outputs of the last step
   float thrust[CF_ROTOR_COUNT];   // [N] along body z, >= 0

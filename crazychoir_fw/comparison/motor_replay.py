@@ -63,12 +63,18 @@ def supply_of(flight: RecordedFlight) -> Array:
     return filtered
 
 
-def commanded_thrust(motors: Array, supply: Array) -> Array:
-    """Return the thrust commands (counts) that the compensation turned into ratios: the curve, forwards."""
+def commanded_thrust(motors: Array, supply: Array, thrust_max: float | None = None) -> Array:
+    """Return the thrust commands (counts) that the compensation turned into ratios: the curve, forwards.
+
+    Args:
+        motors: Ratios, shape (T, 4).
+        supply: Voltage that the compensation saw (V), shape (T,).
+        thrust_max: Largest thrust of a motor (N) that the firmware believes in; ours by default.
+    """
     curve = lib.cf_platform_facts(lib.CF_PLATFORM_CF2).thrust
     volts = motors / COUNTS * supply[:, None]
     newtons = curve.c0 + volts * (curve.c1 + volts * (curve.c2 + volts * curve.c3))
-    return np.maximum(newtons, 0.0) / curve.thrust_max * COUNTS
+    return np.maximum(newtons, 0.0) / (thrust_max or curve.thrust_max) * COUNTS
 
 
 def replay_motors(flight: RecordedFlight, phases: Phases) -> MotorReplay:

@@ -28,6 +28,8 @@ class Phases:
     """First command to the motors; 0 when they run from the start."""
     airborne: float
     """It has left the floor."""
+    rest: float
+    """The setpoint of the take-off rests; the drone still comes up to it."""
     hover: float
     """The setpoint of the take-off rests and the drone has had time to follow."""
     trajectory: float
@@ -46,8 +48,13 @@ class Phases:
 
     @property
     def hovering(self) -> tuple[float, float]:
-        """Where it hovers: what may be taken from a flight is taken here."""
+        """Where it hovers: it has had half of the rest for getting there."""
         return self.hover, self.trajectory
+
+    @property
+    def resting(self) -> tuple[float, float]:
+        """Where the setpoint rests: what may be taken from a flight is taken here."""
+        return self.rest, self.trajectory
 
 
 def find_phases(flight: RecordedFlight) -> Phases:
@@ -73,22 +80,24 @@ def find_phases(flight: RecordedFlight) -> Phases:
 
     if flight.setpoint is None:
         rest = min(airborne + 200, off)
-        return _phases(time, on, airborne, rest, off, off, on > 20, None)
-    hover_row, left = _hover(flight.setpoint, airborne, off)
+        return _phases(time, on, airborne, (rest, off), off, on > 20, None)
+    rest, left = _rest(flight.setpoint, airborne, off)
     end, null = _end(flight.setpoint, left, off)
-    return _phases(time, on, airborne, hover_row, left, end, on > 20, null)
+    return _phases(time, on, airborne, (rest, left), end, on > 20, null)
 
 
 def _phases(
-    time: Array, on: int, airborne: int, hover: int, left: int, end: int, on_floor: bool, null: int | None
+    time: Array, on: int, airborne: int, resting: tuple[int, int], end: int, on_floor: bool, null: int | None
 ) -> Phases:
     end = max(end, airborne + 1)
-    left = min(max(left, airborne), end)
-    hover = min(max(hover, airborne), left)
+    left = min(max(resting[1], airborne), end)
+    rest = min(max(resting[0], airborne), left)
     return Phases(
         motors_on=float(time[on]),
         airborne=float(time[airborne]),
-        hover=float(time[hover]),
+        rest=float(time[rest]),
+        # half of the time is left to the drone for getting there
+        hover=float(time[(rest + left) // 2]),
         trajectory=float(time[left]),
         end=float(time[end]),
         starts_on_floor=on_floor,
@@ -96,8 +105,8 @@ def _phases(
     )
 
 
-def _hover(setpoint: Array, airborne: int, off: int) -> tuple[int, int]:
-    """Return where the drone hovers and where the setpoint leaves that place."""
+def _rest(setpoint: Array, airborne: int, off: int) -> tuple[int, int]:
+    """Return where the setpoint begins to rest and where it leaves that place."""
     rows = round(_RESTS / PERIOD)
     for row in range(airborne, max(off - rows, airborne + 1)):
         window = setpoint[row : row + rows]
@@ -105,8 +114,7 @@ def _hover(setpoint: Array, airborne: int, off: int) -> tuple[int, int]:
             place = np.median(window, axis=0)
             away = np.linalg.norm(setpoint[row:off] - place, axis=1) > _LEAVES
             left = row + int(np.argmax(away)) if away.any() else off
-            # half of the time is left to the drone for getting there
-            return (row + left) // 2, left
+            return row, left
     # the setpoint never rests
     return airborne, airborne
 

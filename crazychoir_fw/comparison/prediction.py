@@ -44,6 +44,9 @@ class Prediction:
     """Distance to the true position, trim of the hover."""
     tilt_deg: tuple[float, ...]
     """Angle between the z axes."""
+    mean_position_cm: tuple[float, ...]
+    """The same with the mean trim of the whole compared part, which is unknown in hover."""
+    mean_tilt_deg: tuple[float, ...]
     followed_position_cm: tuple[float, ...]
     """The same with the trim of the second before each start."""
     followed_tilt_deg: tuple[float, ...]
@@ -83,11 +86,17 @@ def predict(
     back = np.maximum(rows - round(_MEMORY / PERIOD), 0)
     followed = (lacking[rows] - lacking[back]) / np.maximum(rows - back, 1)[:, None]
 
-    errors = [_errors(model, history, start, target, rows, torque) for torque in (np.zeros_like(followed), followed)]
-    (hover_position, hover_tilt), (position, tilt) = errors
+    used = slice(*np.rint([begin / PERIOD, end / PERIOD]).astype(int))
+    mean = np.broadcast_to((state.needed_torque - state.model_torque)[used].mean(axis=0), followed.shape)
+
+    trims = np.zeros_like(followed), mean, followed
+    errors = [_errors(model, history, start, target, rows, torque) for torque in trims]
+    (hover_position, hover_tilt), (mean_position, mean_tilt), (position, tilt) = errors
     return Prediction(
         position_cm=tuple(100 * rms(error) for error in hover_position),
         tilt_deg=tuple(rms(error) for error in hover_tilt),
+        mean_position_cm=tuple(100 * rms(error) for error in mean_position),
+        mean_tilt_deg=tuple(rms(error) for error in mean_tilt),
         followed_position_cm=tuple(100 * rms(error) for error in position),
         followed_tilt_deg=tuple(rms(error) for error in tilt),
         followed_tilt_median_deg=tuple(float(np.median(error)) for error in tilt),

@@ -30,9 +30,11 @@ from crazychoir_fw.comparison.signals import (
 from crazychoir_fw.comparison.vehicle_model import TICK, RotorHistory, VehicleModel
 
 GRAVITY = 9.81
-_TICKS_PER_ROW = round(PERIOD / TICK)
+TICKS_PER_ROW = round(PERIOD / TICK)
+"""Ticks of the plant in a row of a flight."""
 _LONGEST_HOVER = 20.0  # [s]
 _SCALINGS = 4
+_STILL = 0.1  # [m/s], at which a moment counts half of one at rest
 _STARTS, _USUAL_START = (3, 5, 7, 9, 11, 13, 15, 17, 21, 25, 31), 17  # rows
 _TRUSTED = 0.95  # of the samples of a gyroscope
 
@@ -109,7 +111,7 @@ class Tuning:
     hover_thrust: float
     """Mean thrust (N) at that voltage: a drone that still sinks after its take-off needs less than its weight."""
     hover_seconds: float
-    """Length of the hover that this was taken from (s)."""
+    """Time at rest that this was taken from (s): each moment counts by how still it is."""
 
     @property
     def misalignment_deg(self) -> float:
@@ -143,7 +145,7 @@ class Balance:
 
 def rotor_history(model: VehicleModel, flight: RecordedFlight, lag: float) -> RotorHistory:
     """Drive a model's rotors with the recorded motors and voltage, on the clock of the truth."""
-    ticks = np.arange(0, len(flight.time) * _TICKS_PER_ROW) * TICK
+    ticks = np.arange(0, len(flight.time) * TICKS_PER_ROW) * TICK
     motors = at(ticks + lag, flight.time, flight.motors)
     voltage = at(ticks + lag, flight.time, flight.voltage)
     return model.rotor_history(motors, voltage)
@@ -153,7 +155,7 @@ def balance(model: VehicleModel, history: RotorHistory, motion: TrueMotion) -> B
     """Compare what the true motion demands with the wrench of a model."""
     rotation = matrices(motion.quat_xyzw)
     into_body = np.swapaxes(rotation, 1, 2)
-    ticks = np.arange(len(motion.position)) * _TICKS_PER_ROW
+    ticks = np.arange(len(motion.position)) * TICKS_PER_ROW
     force, torque = history.wrench(ticks, rotation, motion.velocity, motion.rates)
     specific = motion.acceleration + np.array([0.0, 0.0, GRAVITY])
     momentum = motion.rates @ model.inertia.T
@@ -219,7 +221,7 @@ def tune(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any]) -> 
     sentence = flight.missing("motors", "voltage")
     if sentence:
         raise RangeError(sentence)
-    begin, end = phases.hovering
+    begin, end = phases.resting
     end = min(end, begin + _LONGEST_HOVER)
     rows = _between(flight, begin, end)
     if rows.sum() < 20:
@@ -232,31 +234,45 @@ def tune(flight: RecordedFlight, phases: Phases, vehicle: Mapping[str, Any]) -> 
     plain = {**vehicle, "rotors.thrust_scale": 1.0, "trim.torque": (0.0, 0.0, 0.0)}
     model = VehicleModel(plain)
     motion = true_motion(flight)
+    weights = stillness(motion.velocity[rows])
+
+    def mean(values: Array) -> Any:
+        return weights @ values[rows] / weights.sum()
+
     unscaled = balance(model, rotor_history(model, flight, lag), motion)
     drag = unscaled.model_force - np.stack([0 * unscaled.thrust, 0 * unscaled.thrust, unscaled.thrust], axis=1)
-    axis = (unscaled.needed_force - drag)[rows].mean(axis=0)
+    axis = mean(unscaled.needed_force - drag)
     misalignment = _rotation_to(axis)
 
     # the warmth of the motors depends on what they deliver, so that the scale is found in steps
-    scale, thrust = 1.0, float(unscaled.thrust[rows].mean())
+    scale, thrust = 1.0, float(mean(unscaled.thrust))
     for _ in range(_SCALINGS):
         scale = min(max(scale * float(np.linalg.norm(axis)) / thrust, 0.2), 2.0)
         scaled = VehicleModel({**plain, "rotors.thrust_scale": scale})
         history = rotor_history(scaled, flight, lag)
-        thrust = float(history.total_thrust()[np.flatnonzero(rows) * _TICKS_PER_ROW].mean())
+        thrust = float(mean(history.total_thrust()[::TICKS_PER_ROW]))
     own = balance(scaled, history, true_motion(flight, misalignment))
     # a drone that still sinks or slows down after its take-off does not carry its weight
     share = thrust / (model.mass * GRAVITY)
-    trim = (own.needed_torque - own.model_torque)[rows].mean(axis=0) / share
+    trim = mean(own.needed_torque - own.model_torque) / share
     return Tuning(
         log_lag=lag,
         thrust_scale=scale,
         trim_torque=tuple(float(torque) for torque in np.clip(trim, -0.01, 0.01)),
         misalignment=tuple(float(part) for part in misalignment),
-        hover_voltage=float(flight.voltage[rows].mean()),
+        hover_voltage=float(mean(flight.voltage)),
         hover_thrust=thrust,
-        hover_seconds=float(rows.sum() * PERIOD),
+        hover_seconds=float(weights.sum() * PERIOD),
     )
+
+
+def stillness(velocity: Array) -> Array:
+    """Return how much each moment counts for what a hover tells, 1 at rest, shape (T,).
+
+    Args:
+        velocity: True velocity (m/s), shape (T, 3).
+    """
+    return 1.0 / (1.0 + np.sum(velocity**2, axis=1) / _STILL**2)
 
 
 def _between(flight: RecordedFlight, begin: float, end: float) -> NDArray[np.bool_]:

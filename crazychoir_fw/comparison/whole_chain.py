@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw._core import lib
+from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.comparison.motor_replay import commanded_thrust, supply_of
 from crazychoir_fw.comparison.nanobench import PERIOD, RecordedFlight
@@ -120,6 +120,7 @@ def fly_again(
     vehicle: Mapping[str, Any],
     tuning: Tuning,
     drone: Mapping[str, Any] | None = None,
+    thrust_max: float | None = None,
 ) -> ChainComparison:
     """Fly the recorded setpoints in simulation and compare.
 
@@ -129,6 +130,8 @@ def fly_again(
         vehicle: Parameters of the common vehicle that differ from the platform's.
         tuning: What its hover says.
         drone: Attributes of the simulated drone that differ, such as ``{"mocap_latency_ms": 20}``.
+        thrust_max: Largest thrust of a motor (N) that the flight's firmware believes in, as `motor_replay` finds it;
+            that of ours by default.
 
     Raises:
         RangeError: If setpoints, motors or voltage were not recorded, or the simulated drone was lost.
@@ -151,7 +154,7 @@ def fly_again(
         battery=min(1.0, charge + used),
         attributes=attributes,
     )
-    return fly_beside(flight, phases, config, tuning)
+    return fly_beside(flight, phases, config, tuning, thrust_max=thrust_max)
 
 
 def start_place(flight: RecordedFlight, phases: Phases) -> tuple[float, float]:
@@ -167,7 +170,12 @@ def start_yaw(flight: RecordedFlight, phases: Phases) -> float:
 
 
 def fly_beside(
-    flight: RecordedFlight, phases: Phases, config: DroneConfig, tuning: Tuning | None = None, seed: int = 0
+    flight: RecordedFlight,
+    phases: Phases,
+    config: DroneConfig,
+    tuning: Tuning | None = None,
+    seed: int = 0,
+    thrust_max: float | None = None,
 ) -> ChainComparison:
     """Fly the recorded setpoints with a drone as it is configured, and compare.
 
@@ -177,6 +185,7 @@ def fly_beside(
         config: The simulated drone, at the start of the real one.
         tuning: What the hover says of clocks and of the frame of the markers; None takes both as they should be.
         seed: Of all noise.
+        thrust_max: See `fly_again`.
 
     Raises:
         RangeError: If setpoints were not recorded, or the simulated drone was lost.
@@ -187,6 +196,8 @@ def fly_beside(
     start, setpoints, yaws = _commands(flight, phases, 0.0 if tuning is None else tuning.log_lag)
     world = World([config], visuals=False, seed=seed)
     body = world.drones[0]
+    if thrust_max is not None:
+        ffi.cast("cf_builtin_t *", body.struct.provider_state).power.thrust.thrust_max = thrust_max
     world.wait_until_ready()
     lift = _floor(flight, phases) - body.true_position[2]
     rows = []
@@ -199,7 +210,8 @@ def fly_beside(
     simulated = np.array(rows)
     simulated[:, 2] += lift
     times = start + PERIOD * np.arange(len(simulated))  # a log shows a setpoint when it is in force
-    return compare_paths(flight, phases, tuning, times, setpoints, simulated, f"{flight.name}: {body.supervisor_state}")
+    what = f"{flight.name}: {body.supervisor_state}"
+    return compare_paths(flight, phases, tuning, times, setpoints, simulated, what, thrust_max)
 
 
 def _estimate_of(body: Drone) -> tuple[float, ...]:
@@ -269,6 +281,7 @@ def compare_paths(
     setpoints: Array,
     simulated: Array,
     what: str,
+    thrust_max: float | None = None,
 ) -> ChainComparison:
     """Compare a simulated flight with the real one.
 
@@ -280,6 +293,7 @@ def compare_paths(
         setpoints: Where the drones were told to be (m), shape (T, 3).
         simulated: Position (m), attitude (w, x, y, z), thrust (counts), voltage (V), shape (T, 9).
         what: Begin of the message about a drone that was lost.
+        thrust_max: See `fly_again`.
 
     Raises:
         RangeError: If the simulated drone was lost.
@@ -303,7 +317,7 @@ def compare_paths(
     truth = flight.quat_xyzw if tuning is None else _body_attitude(flight, tuning)
     level = np.tile([0.0, 0.0, 0.0, 1.0], (len(time), 1))
     log_lag = 0.0 if tuning is None else tuning.log_lag
-    thrust = _real_thrust(flight, log_lag)[use]
+    thrust = _real_thrust(flight, log_lag, thrust_max)[use]
     voltage = (
         np.full(len(time), np.nan) if flight.voltage is None else shifted(flight.time, flight.voltage, log_lag)[use]
     )
@@ -340,9 +354,10 @@ def _body_attitude(flight: RecordedFlight, tuning: Tuning) -> Array:
     return multiply(flight.quat_xyzw, np.broadcast_to(np.array(tuning.misalignment), flight.quat_xyzw.shape))
 
 
-def _real_thrust(flight: RecordedFlight, lag: float) -> Array:
+def _real_thrust(flight: RecordedFlight, lag: float, thrust_max: float | None) -> Array:
+    """Return the thrust command (counts), from the motors where it was not logged."""
     if flight.desired is not None:
         return shifted(flight.time, flight.desired[:, 3], lag)
     if flight.motors is None or flight.voltage is None:
         return np.full(len(flight.time), np.nan)
-    return shifted(flight.time, commanded_thrust(flight.motors, supply_of(flight)).mean(axis=1), lag)
+    return shifted(flight.time, commanded_thrust(flight.motors, supply_of(flight), thrust_max).mean(axis=1), lag)

@@ -102,7 +102,7 @@ def test_a_pack_runs_down(vehicle_of):
     vehicle.battery.charge = 0.01
     for _ in range(200000):
         lib.cf_vehicle_actuate(vehicle, full)
-    assert vehicle.battery.charge == pytest.approx(-0.2)
+    assert vehicle.battery.charge == pytest.approx(-0.05)
     assert lib.cf_rotors_total_thrust(ffi.addressof(vehicle.rotors)) < vehicle.mass * 9.81
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))
+from crazychoir_fw._core import ffi
 from crazychoir_fw.comparison.nanobench import read_flight
 from crazychoir_fw.comparison.phases import find_phases
 from crazychoir_fw.comparison.signals import roll_pitch_yaw
@@ -24,8 +25,10 @@ TRUTH = {
     "flight_moment.thrust": 0.4007,
     "rotors.time_constant_up": 0.07,
     "rotors.time_constant_down": 0.07,
-    "rotors.heat_loss": 0.13,
-    "rotors.heat_time": 1.5,
+    "rotors.heat_loss": 0.08,
+    "rotors.heat_time": 5.0,
+    "rotors.heat_own_loss": 0.15,
+    "rotors.heat_own_time": 1.5,
     "rotors.heat_thrust": 0.1002,
     "battery.resistance": 0.18,
 }
@@ -56,8 +59,8 @@ def shaken(time):
     return x + swing * np.sin(2 * np.pi * 0.9 * (time - 4)), y + swing * np.sin(2 * np.pi * 1.1 * (time - 4)), z
 
 
-def record(path, seconds=14.0, course=target):
-    """Fly and write a flight."""
+def record(path, seconds=14.0, course=target, thrust_max=None):
+    """Fly and write a flight; `thrust_max` is that of another build of the firmware (N)."""
     config = DroneConfig(
         "cf1",
         vehicle={**TRUTH, **OWN},
@@ -67,6 +70,8 @@ def record(path, seconds=14.0, course=target):
     )
     world = World([config], visuals=False)
     drone = world.drones[0]
+    if thrust_max is not None:
+        ffi.cast("cf_builtin_t *", drone.struct.provider_state).power.thrust.thrust_max = thrust_max
     world.wait_until_ready()
     rows = []
     for row in range(round(seconds * 100)):
@@ -101,6 +106,13 @@ def synthetic(synthetic_path):
 @pytest.fixture(scope="session")
 def shaken_flight(tmp_path_factory):
     return read_flight(record(tmp_path_factory.mktemp("shaken") / "shaken.csv.gz", course=shaken))
+
+
+@pytest.fixture(scope="session")
+def older_flight(tmp_path_factory):
+    path = record(tmp_path_factory.mktemp("older") / "older.csv.gz", seconds=9.0, thrust_max=0.1125)
+    flight = read_flight(path)
+    return flight, find_phases(flight)
 
 
 @pytest.fixture(scope="session")

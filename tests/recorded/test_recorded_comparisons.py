@@ -1,5 +1,8 @@
 """A flight of our own simulator comes back with almost no error: the comparisons compare what they say they do."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from recorded import refinement
 from recorded.identification import identify
@@ -9,7 +12,7 @@ from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.comparison.controller_replay import replay_controller
 from crazychoir_fw.comparison.motor_replay import replay_motors
 from crazychoir_fw.comparison.prediction import predict
-from crazychoir_fw.comparison.tuning import tune
+from crazychoir_fw.comparison.tuning import stillness, tune
 from crazychoir_fw.comparison.whole_chain import fly_again
 
 
@@ -17,6 +20,7 @@ def test_phases(synthetic):
     _, phases = synthetic
     assert phases.starts_on_floor
     assert phases.motors_on == pytest.approx(1.0, abs=0.05)
+    assert phases.rest == pytest.approx(3.0, abs=0.1)
     assert phases.trajectory == pytest.approx(4.0, abs=0.1)
     assert phases.end > 13.5
 
@@ -44,11 +48,36 @@ def test_hover_tells_what_is_the_drones_own(synthetic, true_vehicle, own_paramet
     assert tuning.misalignment_deg < 0.1
 
 
+@pytest.mark.parametrize("rest", [0.4, 0.6, 1.0])
+def test_a_short_hover_tells_the_scale_as_well(synthetic, true_vehicle, own_parameters, rest):
+    flight, phases = synthetic
+    short = replace(phases, hover=phases.rest + rest / 2, trajectory=phases.rest + rest)
+    assert tune(flight, short, true_vehicle).thrust_scale == pytest.approx(
+        own_parameters["rotors.thrust_scale"], rel=0.004
+    )
+
+
+def test_moments_count_by_how_still_they_are():
+    weights = stillness(np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 0.1], [0.3, 0.0, 0.4]]))
+    assert weights == pytest.approx([1.0, 0.5, 1 / 26])
+
+
+def test_older_builds_fly_with_their_own_largest_thrust(older_flight, true_vehicle):
+    flight, phases = older_flight
+    found = replay_motors(flight, phases)
+    assert found.thrust_max == 0.1125
+    tuning = tune(flight, phases, true_vehicle)
+    drone = {"positioning": "mocap_position", "mocap_latency_ms": 30}
+    assert abs(fly_again(flight, phases, true_vehicle, tuning, drone, found.thrust_max).thrust_percent) < 0.5
+    assert fly_again(flight, phases, true_vehicle, tuning, drone).thrust_percent < -5.0
+
+
 def test_plant_goes_where_it_went(synthetic, true_vehicle):
     tuning = tune(*synthetic, true_vehicle)
     prediction = predict(*synthetic, true_vehicle, tuning)
     assert prediction.followed_position_cm[0] < 0.01
     assert prediction.followed_position_cm[2] < 1.5
+    assert prediction.mean_position_cm[2] < 1.5
     assert prediction.followed_tilt_deg[2] < 2.0
 
 
@@ -85,7 +114,15 @@ def test_identification_finds_what_was_flown(synthetic, true_vehicle):
     assert found.vehicle["flight_moment.y"] == pytest.approx(true_vehicle["flight_moment.y"], rel=0.03)
     assert found.vehicle["battery.resistance"] == pytest.approx(true_vehicle["battery.resistance"], rel=0.15)
     assert found.vehicle["rotors.heat_loss"] == pytest.approx(true_vehicle["rotors.heat_loss"], rel=0.15)
-    assert found.vehicle["rotors.heat_time"] == true_vehicle["rotors.heat_time"]
+    assert found.vehicle["rotors.heat_time"] == pytest.approx(true_vehicle["rotors.heat_time"], abs=1.0)
+    assert found.vehicle["rotors.heat_own_loss"] == pytest.approx(true_vehicle["rotors.heat_own_loss"], abs=0.05)
+
+
+def test_desired_attitude_tells_the_time_constant(shaken_flight, true_vehicle):
+    """Also between the values that are tried. It reads 6 ms too long, and the inertia a tenth too small."""
+    found = identify([shaken_flight], time_constants=(0.04, 0.055, 0.075, 0.11), refines=False)
+    assert found.vehicle["rotors.time_constant_up"] == pytest.approx(0.07, abs=0.01)
+    assert found.vehicle["inertia"] == pytest.approx(true_vehicle["inertia"], rel=0.15)
 
 
 def test_predictions_tell_the_moment_of_flight(synthetic, true_vehicle, monkeypatch):

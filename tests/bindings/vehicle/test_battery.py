@@ -65,7 +65,9 @@ def test_open_circuit_voltage_is_a_line_between_the_rows() -> None:
         assert lib.cf_open_circuit_voltage(charge) == pytest.approx(np.interp(charge, charges, voltages), abs=2e-6)
 
 
-@pytest.mark.parametrize(("charge", "voltage"), [(1.5, 4.2), (-0.1, 2.7), (-0.2, 2.2), (-5.0, 2.2), (np.nan, 2.2)])
+@pytest.mark.parametrize(
+    ("charge", "voltage"), [(1.5, 4.2), (-0.02, 2.8), (-0.05, 2.2), (-0.1, 2.2), (-5.0, 2.2), (np.nan, 2.2)]
+)
 def test_open_circuit_voltage_beyond_the_table(charge: float, voltage: float) -> None:
     assert lib.cf_open_circuit_voltage(charge) == pytest.approx(voltage, abs=1e-5)
 
@@ -159,9 +161,21 @@ def test_hover_time_with_sag_is_what_the_equations_say(make_config: Make) -> Non
 def test_exhausted_cell_collapses_but_stays_finite(make_config: Make) -> None:
     battery = make_battery(make_config, initial_charge=0.0)
     feed(battery, 0.28, 400_000)
-    assert battery.charge == pytest.approx(-0.2)
+    assert battery.charge == pytest.approx(-0.05)
     assert 0.5 <= battery.voltage < 2.2
     assert np.isfinite(battery.current)
+
+
+def test_a_drone_is_down_before_its_pack_gives_more_than_its_capacity(make_config: Make) -> None:
+    """At 3.0 V, where a flight ends, there is charge left; 2.4 V, with which full duty just hovers, come soon after."""
+    battery = make_battery(make_config)
+    left = {}
+    for volts in (3.0, 2.4):
+        while battery.voltage > volts:
+            feed(battery, 29.0 * NEWTON_PER_GRAM, 10)
+        left[volts] = battery.charge
+    assert 0.05 < left[3.0] < 0.12
+    assert -0.05 < left[2.4] < 0.05
 
 
 def test_overload_keeps_voltage_and_current_finite(make_config: Make) -> None:

@@ -261,23 +261,36 @@ def test_one_brushed_level_is_about_one_percent_of_hover_thrust(make_config: Mak
 # ------------------------------------------------------------------------------------------- heat
 
 
-def heated(loss: float, time: float = 1.5, thrust: float = 0.0711) -> Callable[[Any], None]:
+def heated(
+    loss: float, time: float = 1.5, thrust: float = 0.0711, own_loss: float = 0.0, own_time: float = 1.5
+) -> Callable[[Any], None]:
     def change(config: Any) -> None:
         bench(config)
         config.airframe.rotors.heat_loss = loss
         config.airframe.rotors.heat_time = time
+        config.airframe.rotors.heat_own_loss = own_loss
+        config.airframe.rotors.heat_own_time = own_time
         config.airframe.rotors.heat_thrust = thrust
 
     return change
 
 
+def duty_of(vehicle: Any, thrust: float) -> int:
+    """Return the lowest duty with a steady thrust (N) of warm motors."""
+    return next(duty for duty in range(0, 65536, 16) if steady(vehicle, duty) >= thrust)
+
+
+def steady(vehicle: Any, duty: int) -> float:
+    return lib.cf_rotor_steady_thrust(ffi.addressof(vehicle.rotors.config), 4.0 * duty / 65535)
+
+
 def test_cold_motors_deliver_more_and_warm_ones_what_the_curve_says(make_vehicle: Make, run: Make) -> None:
     plain, vehicle = make_vehicle("cf2", bench), make_vehicle("cf2", heated(0.15))
-    duty = next(d for d in range(0, 65536, 16) if steady(plain, d) >= 0.0711)
+    duty = duty_of(plain, 0.0711)
     run(plain, [duty] * 4, 500)
     run(vehicle, [duty] * 4, 500)
-    warmth = vehicle.rotors.warmth[0]
-    assert 0.15 < warmth < 0.35
+    warmth = vehicle.rotors.warmth
+    assert 0.15 < warmth < 0.45
     assert vehicle.rotors.thrust[0] == pytest.approx(plain.rotors.thrust[0] * (1 + 0.15 * (1 - warmth)), rel=1e-4)
     assert vehicle.rotors.torque[0] / vehicle.rotors.thrust[0] == pytest.approx(0.0069928949, rel=1e-5)
     run(plain, [duty] * 4, 20000)
@@ -285,34 +298,72 @@ def test_cold_motors_deliver_more_and_warm_ones_what_the_curve_says(make_vehicle
     assert list(vehicle.rotors.thrust) == pytest.approx(list(plain.rotors.thrust), rel=1e-3)
 
 
-def steady(vehicle: Any, duty: int) -> float:
-    return lib.cf_rotor_steady_thrust(ffi.addressof(vehicle.rotors.config), 4.0 * duty / 65535)
+def test_the_common_fade_is_the_same_for_strong_and_weak_motors(make_vehicle: Make, run: Make) -> None:
+    plain, vehicle = make_vehicle("cf2", bench), make_vehicle("cf2", heated(0.1, time=3.0))
+    ratios = [40000, 30000, 20000, 10000]
+    for seconds in (1, 5):
+        run(plain, ratios, 1000 * seconds)
+        run(vehicle, ratios, 1000 * seconds)
+        shares = np.array(list(vehicle.rotors.thrust)) / list(plain.rotors.thrust)
+        assert np.ptp(shares) < 1e-5
+        assert shares[0] == pytest.approx(1 + 0.1 * (1 - vehicle.rotors.warmth), rel=1e-4)
 
 
 def test_warmth_follows_the_square_of_thrust_within_its_time(make_vehicle: Make, run: Make) -> None:
-    vehicle = make_vehicle("cf2", heated(0.1, time=3.0))
-    run(vehicle, [40000, 30000, 20000, 10000], 40000)
-    curve = [steady(vehicle, duty) for duty in (40000, 30000, 20000, 10000)]
-    assert list(vehicle.rotors.warmth) == pytest.approx([(f / 0.0711) ** 2 for f in curve], rel=1e-3, abs=1e-6)
-    hot = vehicle.rotors.warmth[0]
+    vehicle = make_vehicle("cf2", heated(0.1, time=3.0, own_loss=0.1, own_time=3.0))
+    run(vehicle, [40000, 30000, 20000, 10000], 60000)
+    heat = np.square(list(vehicle.rotors.thrust)) / 0.0711**2
+    assert list(vehicle.rotors.own_warmth) == pytest.approx(list(heat), rel=1e-3, abs=1e-6)
+    assert vehicle.rotors.warmth == pytest.approx(heat.mean(), rel=1e-3)
+    hot, own = vehicle.rotors.warmth, vehicle.rotors.own_warmth[0]
     run(vehicle, [0] * 4, 3000)
-    assert vehicle.rotors.warmth[0] == pytest.approx(hot * np.exp(-1.0), rel=0.03)
+    assert vehicle.rotors.warmth == pytest.approx(hot * np.exp(-1.0), rel=0.03)
+    assert vehicle.rotors.own_warmth[0] == pytest.approx(own * np.exp(-1.0), rel=0.03)
     run(vehicle, [0] * 4, 60000)
-    assert list(vehicle.rotors.warmth) == [0.0] * 4
+    assert vehicle.rotors.warmth == 0.0
+    assert list(vehicle.rotors.own_warmth) == [0.0] * 4
+
+
+def test_a_motor_that_works_harder_loses_more_and_all_together_none(make_vehicle: Make, run: Make) -> None:
+    plain, vehicle = make_vehicle("cf2", bench), make_vehicle("cf2", heated(0.0, own_loss=0.15))
+    ratios = [duty_of(plain, thrust) for thrust in (0.0811, 0.0711, 0.0711, 0.0611)]
+    run(plain, ratios, 20000)
+    run(vehicle, ratios, 20000)
+    shares = np.array(list(vehicle.rotors.thrust)) / list(plain.rotors.thrust)
+    assert shares[0] < 0.97 < 1.03 < shares[3]
+    assert shares.mean() == pytest.approx(1.0, abs=0.002)
+
+
+def test_a_strong_motor_that_holds_its_thrust_does_not_run_away(make_vehicle: Make, run: Make) -> None:
+    """Its duty settles where the loss is that of the thrust that it has to deliver, and not of what it would cold."""
+    vehicle = make_vehicle("cf2", heated(0.065, time=6.0, own_loss=0.15))
+    wanted = np.array([0.0924, 0.0711, 0.0498, 0.0711])  # 30 % more and less than a quarter of the weight
+    duty = np.array([duty_of(vehicle, thrust) for thrust in wanted], float)
+    for _ in range(3000):
+        duty += 40000 * (wanted - list(vehicle.rotors.thrust))
+        run(vehicle, [round(value) for value in np.clip(duty, 0, 65535)], 10)
+    assert list(vehicle.rotors.thrust) == pytest.approx(list(wanted), rel=2e-3)
+    heat = np.square(wanted / 0.0711)
+    lost = 0.065 * (heat.mean() - 1) + 0.15 * (heat[0] - heat.mean())
+    assert steady(vehicle, round(duty[0])) == pytest.approx(wanted[0] / (1 - lost), rel=0.005)
 
 
 def test_without_a_loss_motors_stay_cold(make_vehicle: Make, run: Make) -> None:
     plain, vehicle = make_vehicle("cf2", bench), make_vehicle("cf2", heated(0.0))
     for each in (plain, vehicle):
         run(each, [50000, 20000, 0, 65535], 3000)
-    assert list(vehicle.rotors.warmth) == [0.0] * 4
+    assert vehicle.rotors.warmth == 0.0
+    assert list(vehicle.rotors.own_warmth) == [0.0] * 4
     assert list(vehicle.rotors.thrust) == list(plain.rotors.thrust)
 
 
 def test_a_very_hot_motor_never_pulls(make_vehicle: Make, run: Make) -> None:
-    vehicle = make_vehicle("cf2", heated(0.5, time=0.1, thrust=0.01))
-    run(vehicle, [65535] * 4, 3000)
-    assert list(vehicle.rotors.thrust) == [0.0] * 4
+    vehicle = make_vehicle("cf2", heated(0.5, time=0.1, thrust=0.01, own_loss=0.5, own_time=0.1))
+    for _ in range(300):
+        run(vehicle, [65535, 0, 30000, 65535], 10)
+        assert min(vehicle.rotors.thrust) >= 0.0
+        # no motor is colder than cold
+        assert max(vehicle.rotors.thrust) <= 2.0 * steady(vehicle, 65535)
 
 
 def test_efficiency_scales_thrust_and_torque(make_vehicle: Make, run: Make) -> None:
