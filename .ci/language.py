@@ -23,7 +23,8 @@ ROOT = Path(__file__).resolve().parents[1]
 
 PHRASES = {
     r"\b(?:nobody|somebody|someone|whoever|whomever|no one)\b": "name the component",
-    r"(?<![\w'])(?:Who|who) (?:is|are|was|were|does|do|did|has|have|wants?|asks?|needs?|sends?|may|can|flies|dies|died|makes?|"
+    r"(?<![\w'])(?:Who|who) (?:is|are|was|were|does|do|did|has|have|wants?|asks?|needs?|sends?|may|can|flies|"
+    r"dies|died|makes?|"
     r"gets?|shall|must|answers?|reads?|writes?|waits?|knows?|comes?|came|left|speaks?|talks?)\b": "name the component",
     r"\b(?:those|the ones?|they) (?:who|that) (?:know|want|ask|need|wait|listen)\b": "name the component",
     r"\banew\b": "again, restart, reset",
@@ -37,7 +38,7 @@ PHRASES = {
     r"\bmade anew\b|\bstarted anew\b": "recreated, restarted",
     r"\bmany a\b|\bsuch a one\b|\bnone of ours\b|\bnone other\b": "plain words",
     r"\bfor ever\b": "forever, indefinitely",
-    r"\b(?:at|the) (?:least|most) (?:of|distance|speed|voltage|time|rate|height|battery)\b": "min, max, minimum, maximum",
+    r"\b(?:at|the) (?:least|most) (?:of|distance|speed|voltage|time|rate|height|battery)\b": "min, max",
     r"\bwaited for no more\b|\bwaited for\b": "timeout, wait for",
     r"\bmend(?:s|ed|ing)?\b": "fix, repair",
     r"\bbefall(?:s|en)?\b|\bhenceforth\b|\bthereof\b|\bwherein\b|\bwhereof\b|\blest\b|\bhitherto\b": "plain words",
@@ -45,7 +46,7 @@ PHRASES = {
 }
 """What is counted, and what to write instead."""
 
-LIMITS = {"docs": 2.0, "package": 60.0, "core": 25.0, "tests": 60.0}
+LIMITS = {"docs": 2.0, "package": 45.0, "core": 26.0, "tests": 60.0}
 """Most phrases per 10,000 words, by area."""
 
 _PATTERN = re.compile("|".join(f"(?P<p{i}>{phrase})" for i, phrase in enumerate(PHRASES)))

@@ -14,7 +14,8 @@ from crazychoir_fw.onboard import core
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [ROOT / "README.md", ROOT / "ARCHITECTURE.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-TUTORIALS = [*sorted((ROOT / "docs/tutorials").glob("*.md")), *sorted((ROOT / "docs/api").glob("*.md"))]  # done by test_tutorials.py
+# test_tutorials.py executes them
+TUTORIALS = [*sorted((ROOT / "docs/tutorials").glob("*.md")), *sorted((ROOT / "docs/api").glob("*.md"))]
 
 
 def blocks(page, language):

@@ -11,7 +11,7 @@ import pytest
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGES = [DOCS / "first_flight.md", *sorted((DOCS / "tutorials").glob("*.md"))]
-BLOCK = re.compile(r'^```(\w+)([^\n]*)\n(.*?)^```', flags=re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```", flags=re.MULTILINE | re.DOTALL)
 NEEDS = {"rehearsal": "cflib", "campaign": "scipy", "ros": "rclpy"}
 """Library without which a page cannot be done."""
 
@@ -20,7 +20,8 @@ def call(line, folder):
     """Start a command line of a page; `&&` and a final `&` as in a shell."""
     words = [shlex.quote(sys.executable), "-m", "crazychoir_fw"]
     line = re.sub(r"\bcrazychoir (?=\w)", " ".join(words) + " ", line)
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, [str(DOCS.parent), os.environ.get("PYTHONPATH")]))}
+    paths = [str(DOCS.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
     return subprocess.Popen(
         line.removesuffix("&") if line.endswith(" &") else line,
         shell=True, cwd=folder, env=environment, text=True, stdout=-1, stderr=subprocess.STDOUT, start_new_session=True,

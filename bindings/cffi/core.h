@@ -60,6 +60,7 @@
 #include "crazyflie.h"
 #include "deck_facts.h"
 #include "faults.h"
+#include "flight_reading.h"
 #include "flight_start.h"
 #include "library/library.h"
 #include "loader/library_host.h"

@@ -13,11 +13,11 @@ import yaml
 from pydantic import Field, ValidationError
 
 from crazychoir_fw.campaign.design import DESIGNS, MAX_FLIGHTS, check_correlation, correlate, shares
-from crazychoir_fw.mission.distributions import read_distribution
 from crazychoir_fw.campaign.spread import Varied, default_spread
 from crazychoir_fw.common.constraints import choice, number, switch, whole
 from crazychoir_fw.common.errors import MissionError
 from crazychoir_fw.firmware.checkout import VARIABLE
+from crazychoir_fw.mission.distributions import read_distribution
 from crazychoir_fw.mission.documents import read_all, read_file
 from crazychoir_fw.mission.fleet import Layout
 from crazychoir_fw.mission.loader import load_mission, sentence_of

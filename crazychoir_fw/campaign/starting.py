@@ -9,9 +9,9 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from crazychoir_fw.campaign.campaign import backend_of
-from crazychoir_fw.mission.distributions import Distribution
 from crazychoir_fw.campaign.spread import Varied, default_spread
 from crazychoir_fw.common.errors import StateError
+from crazychoir_fw.mission.distributions import Distribution
 from crazychoir_fw.mission.loader import load_mission
 from crazychoir_fw.mission.schema import LayeredMission, Mission
 

@@ -55,7 +55,7 @@ class Inputs:
 
     @property
     def named(self) -> list[Path]:
-        """The files that somebody named, for people."""
+        """The files that the user named, for people."""
         checkout = [self._checkout] if self._checkout is not None else []
         return [self._mission, *sorted(self._apps), *checkout]
 

@@ -57,7 +57,9 @@ def from_policy(
     policy: Annotated[Path, typer.Argument(help="Policy: .npz, .onnx, .zip (Stable-Baselines3) or .pt (torch).")],
     out: Annotated[Path, typer.Option(help="Folder to write to.")] = Path("policy_app"),
     name: Annotated[str, typer.Option(help="Name of the C file and of its parameters.")] = "policy",
-    task: Annotated[str | None, typer.Option(help="What it was trained for, if the file does not say: Hover, ...")] = None,
+    task: Annotated[
+        str | None, typer.Option(help="What it was trained for, if the file does not say: Hover, ...")
+    ] = None,
     rate_hz: Annotated[int | None, typer.Option(help="How often it acts, if not as that task says.")] = None,
     normalization: Annotated[
         Path | None, typer.Option(help="Archive (.npz) with mean and var, if the network has none within.")

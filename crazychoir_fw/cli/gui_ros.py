@@ -21,7 +21,7 @@ class OverRos:
     """How the page takes part in a flight over ROS 2."""
 
     joins: bool
-    """Whether somebody else has started the flight."""
+    """Whether another host has started the flight."""
     processes: str = "per-node"
     domain: int | None = None
     speed: float = 1.0
@@ -34,7 +34,7 @@ def show_over_ros(mission: LayeredMission, how: OverRos, show: Callable[[Session
     Args:
         mission: The mission.
         how: Whether processes are started, and how.
-        show: Serves the page of a session until somebody closes it.
+        show: Serves the page of a session until it is closed.
 
     Raises:
         CrazychoirError: If rclpy is missing, or the mission cannot be flown so.

@@ -1,4 +1,4 @@
-"""Keeps a flight that somebody watches at the pace of the clock on the wall."""
+"""Keeps a watched flight at the pace of the clock on the wall."""
 
 import time
 

@@ -24,7 +24,7 @@ def answer_to(command: dict[str, Any], address: str, headers: dict[str, str]) ->
     except urllib.error.HTTPError as error:
         body = error.read()
         refusal = _text_of(body)
-        if error.headers.get_content_type() == "text/plain":  # who may not ask at all is told so
+        if error.headers.get_content_type() == "text/plain":  # a client without access gets the reason as plain text
             refusal = body.decode(errors="replace").strip()[:300]
         complain(refusal or f"what answers at {address} is no page of crazychoir gui: status {error.code}")
         raise typer.Exit(1 if refusal else BAD_INPUT) from None

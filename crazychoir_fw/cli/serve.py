@@ -188,7 +188,7 @@ def _serve(mission: "Mission", request: ServeRequest, stream: "LogStream | None"
 
         view = open_view(request.view, lambda line: console.print(line, soft_wrap=True, markup=False))
     world = build_world(mission, request.threads, visuals=request.view is not None)
-    # without a folder nobody could read it, and it grows with every packet
+    # without a folder it could not be read, and it grows with every packet
     if request.out is None or not request.keeps_journal:
         world.stop_journal(_NO_JOURNAL)
     server = world.serve(
@@ -211,7 +211,7 @@ def _serve(mission: "Mission", request: ServeRequest, stream: "LogStream | None"
             flushes = Flushes(stream, recorder.flush, lambda: ())
             recorder.sample()
             world.agenda.every(recorder.ticks_per_sample, recorder.sample)
-        # a page waits for somebody who opens it, and drones do not move before
+        # a page waits for its first browser, and drones do not move before
         picture = _Picture(show, world) if show is not None else None
         announce(server, mission, request.host, request.speed, request.seconds)
         if request.clients:
@@ -277,7 +277,7 @@ class _Picture:
         self._world = world
         self._began = 0.0
         self.show()
-        # opening a window takes time that nobody shall wait for
+        # opening a window takes time that clients shall not wait for
         self._began = time.perf_counter()
 
     def show(self) -> None:

@@ -15,7 +15,7 @@ UriBase = Annotated[
     ),
 ]
 PROCESSES = "per-node"
-"""What `Processes` is if nobody says otherwise."""
+"""What `Processes` is unless an option says otherwise."""
 Processes = Annotated[
     str,
     typer.Option(
@@ -27,7 +27,7 @@ Restart = Annotated[bool, typer.Option("--restart", help="With --ros, start proc
 
 
 def need_ros(**given: bool) -> None:
-    """Refuse options that count with --ros only: nobody should fly otherwise than he asked for.
+    """Refuse options that count with --ros only: a flight must not ignore an option.
 
     Args:
         given: By option, whether it is there.

@@ -30,7 +30,7 @@ def open_page(say: Callable[[str], None], patience_s: float = PATIENCE_S) -> Ite
 
     Args:
         say: Called with one line that has the address.
-        patience_s: How long the first sample waits until somebody has opened the page (s).
+        patience_s: How long the first sample waits until a browser has opened the page (s).
 
     Raises:
         MissingLibraryError: If NiceGUI is not installed.

@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Collection, Iterable, Iterator
 from pathlib import Path
 
-WAKE_UP = 1000  # [ms]; also looks this often, for file systems that tell nobody of changes
+WAKE_UP = 1000  # [ms]; also looks this often, for file systems that report no changes
 QUIET = 50  # [ms] without a change: editors write a file in several steps
 
 Stamps = dict[Path, tuple[int, int] | None]
@@ -53,7 +53,7 @@ def stamps(files: Iterable[Path]) -> Stamps:
 
 
 def _with_untouched(before: Stamps, now: Stamps, began: int) -> Stamps:
-    """Return the stamps from before an attempt, with those of files that the attempt made count but nobody wrote."""
+    """Return the stamps from before an attempt, with those of files that the attempt made count but no editor wrote."""
     return {path: stamp for path, stamp in now.items() if stamp is None or stamp[0] < began} | before
 
 

@@ -46,7 +46,7 @@ class CompileError(BuildError):
 
 
 class LinkError(BuildError):
-    """Objects do not fit together; the text names the symbols and who needs them."""
+    """Objects do not fit together; the text names the symbols and the objects that need them."""
 
 
 class MessageError(CrazychoirError, ValueError):

@@ -51,7 +51,7 @@ def load_module(name: str, what: str) -> ModuleType:
 
     Args:
         name: The module; a file is executed again each time, so that what was saved runs.
-        what: Who asks, for messages.
+        what: The caller, for messages.
 
     Raises:
         UnknownNameError: If there is no such module or file.

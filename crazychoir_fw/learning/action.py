@@ -187,7 +187,5 @@ class Motors(Action):
         port.hold_motors(commands)
 
 
-KINDS: dict[str, type[Action]] = {
-    kind.kind: kind for kind in (ThrustRates, Attitude, Velocity, Residual, Motors)
-}
+KINDS: dict[str, type[Action]] = {kind.kind: kind for kind in (ThrustRates, Attitude, Velocity, Residual, Motors)}
 """The kinds by name."""

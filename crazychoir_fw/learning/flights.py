@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.learning.dice import episode_keys, mixed, uniforms
-from crazychoir_fw.learning.reading import Floats, Reading
+from crazychoir_fw.learning.reading import Floats, Motion, Reading
 from crazychoir_fw.learning.start_bank import StartBank
 from crazychoir_fw.learning.swarm_port import SwarmPort
 from crazychoir_fw.learning.tasks.task import Task
@@ -103,9 +103,14 @@ class Flights:
 
     def start(self, which: ArrayLike) -> None:
         """Begin the next episode of some flights, by their numbers; `reading` is up to date."""
+        if self.begin(which):
+            self.reading = self._read()
+
+    def begin(self, which: ArrayLike) -> bool:
+        """Begin the next episode of some flights, and leave `reading` as it was; return whether there are any."""
         chosen = np.ascontiguousarray(which, np.int32)
         if not len(chosen):
-            return
+            return False
         if len(chosen) == len(self):
             # the looks around of the onboard software go by simulated time
             self.world.data.time = 0.0
@@ -133,7 +138,7 @@ class Flights:
         self._action[chosen] = 0.0
         self._previous[chosen] = 0.0
         self._plan[chosen] = self.task.plan(keys)
-        self.reading = self._read()
+        return True
 
     def _move_bodies(self, chosen: NDArray[np.int32], rows: NDArray, patterns: NDArray[np.int32]) -> None:
         """Put bodies where their drones are, with the mass of their patterns."""
@@ -189,14 +194,15 @@ class Flights:
     def _read(self) -> Reading:
         port, task = self.port, self.task
         seconds = self._steps * (1.0 / task.rate_hz)
+        found = port.read(task.ticks)
         return Reading(
-            estimate=port.estimate(),
+            estimate=Motion(*(found[name].copy() for name in ("position", "velocity", "rotation", "rates"))),
             truth=port.truth(),
-            specific_force=port.specific_force(),
+            specific_force=found["specific_force"].copy(),
             ranges=port.ranges(),
-            battery_voltage=port.battery_voltage(),
-            is_out=port.is_out(),
-            is_touching=port.is_touching(task.ticks),
+            battery_voltage=found["battery_voltage"].copy(),
+            is_out=found["is_out"] != 0,
+            is_touching=found["is_touching"] != 0,
             reference=task.reference(self._plan, seconds),
             action=self._action.copy(),
             previous_action=self._previous.copy(),

@@ -67,23 +67,23 @@ class Sb3Flights(VecEnv):
         """Close the window, if there is one."""
         self.vector.close()
 
-    def get_attr(self, attr_name: str, indices: None | int | Sequence[int] = None) -> list[Any]:
+    def get_attr(self, attr_name: str, indices: int | Sequence[int] | None = None) -> list[Any]:
         """Return an attribute of the environment, once per flight."""
         return [getattr(self.vector, attr_name, None)] * len(list(self._get_indices(indices)))
 
-    def set_attr(self, attr_name: str, value: Any, indices: None | int | Sequence[int] = None) -> None:
+    def set_attr(self, attr_name: str, value: Any, indices: int | Sequence[int] | None = None) -> None:
         """Set an attribute of the environment."""
         del indices
         setattr(self.vector, attr_name, value)
 
     def env_method(
-        self, method_name: str, *args: Any, indices: None | int | Sequence[int] = None, **kwargs: Any
+        self, method_name: str, *args: Any, indices: int | Sequence[int] | None = None, **kwargs: Any
     ) -> list[Any]:
         """Call a method of the environment, once."""
         found = getattr(self.vector, method_name)(*args, **kwargs)
         return [found] * len(list(self._get_indices(indices)))
 
-    def env_is_wrapped(self, wrapper_class: Any, indices: None | int | Sequence[int] = None) -> list[bool]:
+    def env_is_wrapped(self, wrapper_class: Any, indices: int | Sequence[int] | None = None) -> list[bool]:
         """Return False for each: nothing is wrapped."""
         del wrapper_class
         return [False] * len(list(self._get_indices(indices)))

@@ -1,5 +1,6 @@
-"""All drones of a world as arrays: what an environment reads of them, and how it commands them, in calls that do not
-grow with their number in Python.
+"""All drones of a world as arrays: what an environment reads of them, and how it commands them.
+
+No call loops over drones in Python.
 """
 
 from __future__ import annotations
@@ -12,12 +13,10 @@ from numpy.typing import NDArray
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.learning.reading import Floats, Motion, rotation_of
+from crazychoir_fw.learning.reading import Floats, Motion
 from crazychoir_fw.onboard.core import check
 from crazychoir_fw.simulation import World
 
-_RADIANS = np.float32(np.pi / 180.0)
-_GRAVITY = np.float32(9.81)  # [m/s^2] in a g, as on board
 _FARTHEST = 4.0  # [m], of the multi-ranger
 
 
@@ -43,6 +42,15 @@ def _dtype_of(kind: Any) -> np.dtype[Any]:
     return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": ffi.sizeof(kind)})
 
 
+_READING = np.dtype(
+    [
+        *(("position", "f4", 3), ("velocity", "f4", 3), ("rotation", "f4", 9), ("rates", "f4", 3)),
+        *(("specific_force", "f4", 3), ("battery_voltage", "f4"), ("is_out", "i4"), ("is_touching", "i4")),
+    ]
+)
+assert _READING.itemsize == ffi.sizeof("cf_flight_reading_t")
+
+
 class SwarmPort:
     """Views of the memory of all drones of a world, which must fly the built-in provider."""
 
@@ -62,20 +70,12 @@ class SwarmPort:
         self.structs = ffi.new("cf_t *[]", [drone.struct for drone in world.drones])
         """The drones for C."""
 
-        estimate = _place("onboard.estimator.estimate")
-        self._position = self._floats(estimate + ffi.offsetof("state_t", "position") + 4, 3)
-        self._velocity = self._floats(estimate + ffi.offsetof("state_t", "velocity") + 4, 3)
-        self._quat_xyzw = self._floats(estimate + ffi.offsetof("state_t", "attitudeQuaternion"), 4)
-        data = _place("onboard.sensors.data")
-        self._gyro = self._floats(data + ffi.offsetof("sensorData_t", "gyro"), 3)
-        self._acc = self._floats(data + ffi.offsetof("sensorData_t", "acc"), 3)
-        self._voltage = self._view(_place("vehicle.battery.voltage"), np.float32)
-        self._fault = self._view(_place("onboard.fault"), np.int32)
-        self._state = self._view(_place("onboard.supervisor.state"), np.int32)
-        self._tick = self._view(_place("onboard.tick"), np.uint32)
-        self._contact_tick = self._view(_place("contacts.tick"), np.uint32)
-        self._contact_count = self._view(_place("contacts.count"), np.uint8)
-        self._ranges = self._floats_of("onboard.decks.ranger.ranges", np.uint16, lib.CF_RANGE_COUNT)
+        self._readings = np.zeros(self._count, _READING)
+        self._for_c = ffi.cast("cf_flight_reading_t *", ffi.from_buffer(self._readings))
+        self._const_structs = ffi.cast("const cf_t *const *", self.structs)
+        has_deck = bool(world.drones[0].struct.config.vehicle.rangers.has_multiranger)
+        self._ranges = self._rows(_place("onboard.decks.ranger.ranges"), np.uint16, lib.CF_RANGE_COUNT)
+        self._ranges = self._ranges if has_deck else None
 
         self.qpos = self._motion(world.data.qpos, [drone.qpos_address for drone in world.drones], 7)
         """Poses: position (m, world) and quaternion (w, x, y, z), shape (N, 7)."""
@@ -106,10 +106,6 @@ class SwarmPort:
         cells = self._memory[offset : offset + size * width].view(dtype)
         return as_strided(cells, shape=(self._count, size), strides=(self._stride, width))
 
-    def _floats_of(self, path: str, dtype: Any, size: int) -> NDArray[Any] | None:
-        has_deck = bool(self._world.drones[0].struct.config.vehicle.rangers.has_multiranger)
-        return self._rows(_place(path), dtype, size) if has_deck else None
-
     def _motion(self, values: NDArray[np.float64], addresses: list[int], size: int) -> NDArray[np.float64]:
         distances = set(np.diff(addresses).tolist()) or {size}
         if len(distances) != 1:
@@ -119,21 +115,31 @@ class SwarmPort:
 
     # ------------------------------------------------------------------------------------- reading
 
-    def estimate(self) -> Motion:
-        """Return what the drones believe after the tick that ended: the controllers see it in the next one."""
-        quat_wxyz = self._quat_xyzw[:, (3, 0, 1, 2)]
-        return Motion(
-            self._position.copy(), self._velocity.copy(), rotation_of(quat_wxyz), self._gyro * _RADIANS
-        )
+    def read(self, ticks: int) -> NDArray[Any]:
+        """Read all drones after the tick that ended; the controllers see it in the next one.
+
+        Args:
+            ticks: How long a contact counts (ms).
+
+        Returns:
+            The members of ``cf_flight_reading_t`` as a structured array, shape (N,), valid until the next call.
+        """
+        lib.cf_read_flights(self._const_structs, self._count, ticks, self._for_c)
+        return self._readings
+
+    def estimate(self, ticks: int = 1) -> Motion:
+        """Return what the drones believe after the tick that ended."""
+        found = self.read(ticks)
+        return Motion(*(found[name].copy() for name in ("position", "velocity", "rotation", "rates")))
 
     def truth(self) -> Motion:
         """Return where the drones are."""
         pose, twist = self.qpos.astype(np.float32), self.qvel.astype(np.float32)
-        return Motion(pose[:, :3], twist[:, :3], rotation_of(pose[:, 3:]), twist[:, 3:])
-
-    def specific_force(self) -> Floats:
-        """Return what the accelerometers measured last (m/s^2, body), shape (N, 3)."""
-        return self._acc * _GRAVITY
+        rotation = np.empty((self._count, 9), np.float32)
+        quats = ffi.cast("const double *", self.qpos[0, 3:].ctypes.data)
+        distance = self.qpos.strides[0] // self.qpos.itemsize
+        lib.cf_rotations_of(quats, self._count, distance, ffi.cast("float *", rotation.ctypes.data))
+        return Motion(pose[:, :3], twist[:, :3], rotation, twist[:, 3:])
 
     def ranges(self) -> Floats | None:
         """Return front, back, up, left, right of the multi-rangers (m, at most 4), shape (N, 5); None without decks."""
@@ -141,19 +147,6 @@ class SwarmPort:
             return None
         sides = (lib.CF_RANGE_FRONT, lib.CF_RANGE_BACK, lib.CF_RANGE_UP, lib.CF_RANGE_LEFT, lib.CF_RANGE_RIGHT)
         return np.minimum(self._ranges[:, sides].astype(np.float32) / np.float32(1000.0), np.float32(_FARTHEST))
-
-    def battery_voltage(self) -> Floats:
-        """Return voltages (V), shape (N,)."""
-        return self._voltage.copy()
-
-    def is_out(self) -> NDArray[np.bool_]:
-        """Return which drones the core or the supervisor has stopped, shape (N,)."""
-        is_stopped = (self._state == lib.supervisorStateCrashed) | (self._state == lib.supervisorStateLocked)
-        return is_stopped | (self._fault != 0)
-
-    def is_touching(self, ticks: int) -> NDArray[np.bool_]:
-        """Return which drones touched anything in the latest so many ticks, shape (N,)."""
-        return (self._contact_count > 0) & (self._tick - self._contact_tick < ticks)
 
     # ---------------------------------------------------------------------------------- commanding
 
@@ -168,9 +161,7 @@ class SwarmPort:
             mode[axis] = modes.get(axis, 0)
         rows = self.setpoints if self._chosen is None else self.setpoints[self._chosen]
         numbers, count = ffi.from_buffer("int32_t[]", self._numbers), len(self._numbers)
-        taken = lib.cf_send_setpoints(
-            self.structs, numbers, count, ffi.from_buffer("uint8_t[]", rows), self._status
-        )
+        taken = lib.cf_send_setpoints(self.structs, numbers, count, ffi.from_buffer("uint8_t[]", rows), self._status)
         if taken < count:
             check(self._status[0], f"{self._world.drones[int(self._numbers[taken])].id}: setpoint")
 

@@ -77,4 +77,4 @@ class HardwareSettings(Section):
     """Further options of the radio handler, see `crazychoir_fw.radio.Options`."""
 
     mocap: MocapSettings | None = None
-    """Motion capture; drones with `mocap` are told their poses by it."""
+    """Motion capture; drones with `mocap` receive their poses from it."""

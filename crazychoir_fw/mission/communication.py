@@ -1,4 +1,4 @@
-"""The key `layers.communication` of a mission file: who talks to whom, and how well."""
+"""The key `layers.communication` of a mission file: the communication graph and its quality."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ AnyGraph = Annotated[
     Annotated[Any, _fixed_graph(), Tag("#fixed")] | Annotated["Graph", Tag("#rule")],
     Discriminator(lambda value: "#rule" if isinstance(value, Mapping | Graph) else "#fixed"),
 ]
-"""Who talks to whom: `complete`, `ring`, `path`, pairs of ids, or a `Graph`."""
+"""Communication graph: `complete`, `ring`, `path`, pairs of ids, or a `Graph`."""
 
 
 class RandomGraph(Section):
@@ -59,7 +59,7 @@ class RandomGraph(Section):
 
 
 class RandomEdges(Section):
-    """Edges that are there or not, drawn anew every few rounds."""
+    """Edges that are there or not, redrawn every few rounds."""
 
     probability: Annotated[float, number(0.0, 1.0)] = 0.8
     """That an edge is there."""
@@ -88,7 +88,7 @@ class Graph(Section):
     """A connected random graph."""
 
     within_distance: Annotated[float, number(0.01, 1000.0, "m")] | None = None
-    """Who is near whom hears whom (m)."""
+    """Distance within which drones receive each other (m)."""
 
     random_edges: RandomEdges | None = None
     """Edges at random."""
@@ -97,7 +97,7 @@ class Graph(Section):
     """Graphs one after the other."""
 
     period: Annotated[float, number(0.001, 1e6, "s")] | None = None
-    """After which a schedule begins anew (s)."""
+    """After which a schedule restarts (s)."""
 
     of: AnyGraph = "complete"
     """The largest graph, for `within_distance` and `random_edges`."""
@@ -121,24 +121,24 @@ class Graph(Section):
 
 
 class Communication(Section):
-    """Who talks to whom, and how."""
+    """The communication graph, and how messages travel."""
 
     graph: AnyGraph = ()
-    """`complete`, `ring`, `path`, pairs of ids, or a graph by rule: `random`, or one that changes. Without it nobody
+    """`complete`, `ring`, `path`, pairs of ids, or a graph by rule: `random`, or one that changes. Without it no drone
     talks."""
 
     directed: Annotated[bool, switch()] = False
-    """Whether a pair [a, b] is heard by b only; otherwise both hear each other."""
+    """Whether messages of a pair [a, b] go from a to b only; otherwise both ways."""
 
     mode: Annotated[str, choice("lockstep", "asynchronous")] = "lockstep"
     """`lockstep` waits in each round until all neighbors were heard, or the deadline is over; `asynchronous` takes what
     has come."""
 
     deadline_s: Annotated[float, number(0.001, 10.0, "s")] = 0.05
-    """Longest wait for a neighbor in a round; who is not heard of then is left out until he is heard again."""
+    """Longest wait for a neighbor in a round; a silent neighbor is left out until its messages arrive again."""
 
     silence_s: Annotated[float, number(0.01, 60.0, "s")] = 0.5
-    """After which a neighbor that is not heard is lost: it is reported, and nobody waits for it. Where simulated time
+    """After which a neighbor that is not heard is lost: it is reported, and no drone waits for it. Where simulated time
     stands still, in lockstep over ROS, by the clock on the wall."""
 
     differentiated_topics: Annotated[bool, switch()] = False

@@ -1,4 +1,4 @@
-"""Who talks to whom in a mission, and how: its graphs, at rest and as they change, and its communicators."""
+"""Communication of a mission: its graphs, at rest and as they change, and its communicators."""
 
 from __future__ import annotations
 
@@ -45,10 +45,10 @@ def schedule_of(
     Args:
         mission: The mission.
         begin: When the flight begins (s).
-        positions: Where all drones are; None: nobody knows.
+        positions: Where all drones are; None: unknown.
 
     Raises:
-        MissionError: If positions are needed and nobody knows them.
+        MissionError: If positions are needed and unknown.
     """
     parts = _parts(mission)
     if not any(_changes(communication) for communication, _ in parts):

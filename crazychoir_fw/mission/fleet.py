@@ -106,7 +106,7 @@ class Settings(Section):
     mission file. Such a drone flies itself: only phases that name it command it."""
 
     motor_ctrl_properties: Annotated[Mapping[str, str | float], plain_properties()] | None = None
-    """What that class is told."""
+    """Properties of that class."""
 
 
 class DroneEntry(Settings):
@@ -147,7 +147,7 @@ def places_in(layout: str, count: int, spacing: float, center: Sequence[float]) 
 
 
 class Layout(Settings):
-    """`drones` as a formation: for swarms that nobody wants to list."""
+    """`drones` as a formation: for swarms that are too large to list."""
 
     count: Annotated[int, whole(1, 10000)]
     """Number of drones; their ids are cf1, cf2, …"""
@@ -229,7 +229,7 @@ def decide(
         wind: Parameters of the vehicles that describe the wind, before both.
 
     Raises:
-        MissionError: If a drone has to fly somebody's own C and carries none.
+        MissionError: If a drone has to fly a user's own C and carries none.
     """
     entries = drones.entries() if isinstance(drones, Layout) else drones
     common = defaults.model_dump(exclude_none=True)
@@ -257,7 +257,7 @@ def _check_unused_properties(entry: DroneEntry, entries: Sequence[DroneEntry]) -
 def _check_out_of_tree(drone: Drone) -> None:
     """Refuse a drone that has to fly C of an app and carries none."""
     for key in ("controller", "estimator"):
-        # a provider with an app in its name was loaded by whoever asks for it
+        # a provider with an app in its name was loaded by the code that asks for it
         if getattr(drone, key) == OUT_OF_TREE and not drone.app and "+" not in drone.provider:
             raise MissionError(
                 f"{drone.id} has {key} '{OUT_OF_TREE}', but no app: name the C file that brings it, for instance "

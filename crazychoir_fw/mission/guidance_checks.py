@@ -40,7 +40,7 @@ def check_names(path: str, wanted: Iterable[str], names: Collection[str]) -> Non
 
 
 def _check_cover(mission: LayeredMission, names: list[str]) -> None:
-    """Refuse drones that nobody decides for, or two."""
+    """Refuse drones without a guidance, or with two."""
     layers = mission.layers
     if not isinstance(layers.decides, list):
         for key in ("drones", "communication"):

@@ -14,7 +14,7 @@ from crazychoir_fw.mission.schema import LayeredMission
 
 
 def check_layers(mission: LayeredMission) -> None:
-    """Refuse names that nobody has, and layers that lack what they need.
+    """Refuse names that no drone has, and layers that lack what they need.
 
     Raises:
         MissionError: With the key and what is allowed.

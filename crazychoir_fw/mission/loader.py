@@ -166,7 +166,7 @@ def _check_fleet(mission: Mission) -> None:
 
 
 def _check_faults(mission: Mission) -> None:
-    """Refuse drones that nobody knows, and faults of what a drone does not have."""
+    """Refuse unknown drones, and faults of what a drone does not have."""
     fleet = {drone.id: drone for drone in mission.fleet}
     for i, entry in enumerate(mission.faults):
         path = f"faults[{i}].{entry.name}"

@@ -45,7 +45,7 @@ class MixedSettings(Section):
     """Whether simulated drones can hit them; the real ones feel nothing of it."""
 
     stale_s: Annotated[float, number(0.05, 10.0, "s")] = 0.5
-    """Age at which a pose from motion capture counts as unknown (s): the body stays then, and is told to be stale."""
+    """Age at which a pose from motion capture counts as unknown (s): the body stays then, and is reported as stale."""
 
 
 def is_real(drone: Any) -> bool:
@@ -56,7 +56,7 @@ def is_real(drone: Any) -> bool:
 def real_part(mission: Any) -> Any:
     """Return a mission of the backend `mixed` with those of its drones only that are reached by radio.
 
-    It is what stands in for them when nobody has any: served by another process.
+    It is what stands in for them when there are none: served by another process.
     """
     if mission.backend != "mixed":
         return mission

@@ -157,7 +157,7 @@ def _everyone_in(plan: FlightPlan, phase: PhaseEntry, path: str) -> set[int]:
 def _selected(plan: FlightPlan, maneuver: Maneuver, path: str) -> list[int]:
     """Return the indices of the drones of a maneuver, in the order of the fleet.
 
-    Who flies itself is only commanded by name.
+    A drone with its own program is only commanded by name.
     """
     if maneuver.drones is None:
         return [i for i, course in enumerate(plan.courses) if not course.flies_itself]

@@ -42,7 +42,7 @@ Radios = list[Annotated[Any, BeforeValidator(_radio)]]
 
 
 def check_radios(radios: Sequence[RadioConfig], drones: Sequence[str]) -> None:
-    """Refuse radios that serve nobody, and drones with two.
+    """Refuse radios that serve no drone, and drones with two.
 
     Args:
         radios: Of a mission.

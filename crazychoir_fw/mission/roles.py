@@ -61,7 +61,7 @@ def follows_trajectory(mission: LayeredMission, i: int) -> bool:
 
 
 def is_only_watched(mission: LayeredMission, i: int) -> bool:
-    """Tell whether nobody here commands a drone, because only motion capture knows it."""
+    """Tell whether no part of this process commands a drone, because only motion capture knows it."""
     drone = mission.fleet[i]
     return mission.backend == "mixed" and drone.uri is None and drone.mocap is not None
 

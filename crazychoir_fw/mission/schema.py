@@ -29,7 +29,7 @@ class Tolerance(Section):
     """How close is close enough."""
 
     endpoint: Annotated[float, number(0.001, 10.0, "m")] = 0.10
-    """Largest distance between where a drone ends and where it was told to end (m)."""
+    """Largest distance between where a drone ends and its last goal (m)."""
 
     waypoint: Annotated[float, number(0.001, 10.0, "m")] = 0.20
     """Largest distance at which a target on the way counts as reached (m)."""
@@ -39,7 +39,7 @@ class Tolerance(Section):
 
 
 class Mission(Section):
-    """A whole flight: who flies, where, and what they do one phase after the other."""
+    """A whole flight: the drones, their starts and the phases in order."""
 
     name: Annotated[str, word(r"\w[\w.-]{0,63}", "a name of at most 64 letters, digits, _, - and .")]
     """Name of the mission and of its output folder."""

@@ -163,7 +163,7 @@ def motor_ctrl_name() -> BeforeValidator:
 def parameter_values() -> BeforeValidator:
     """A mapping from names of onboard parameters to numbers that fit into them.
 
-    Software that is loaded before the flight may bring parameters that nobody knows yet; they are checked then.
+    Software that is loaded before the flight may bring parameters that are not known yet; they are checked then.
     """
     must = "a mapping from onboard parameters to numbers, such as {colAv.enable: 1}"
 

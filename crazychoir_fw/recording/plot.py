@@ -54,7 +54,9 @@ def plot_flight(
     """
     figure = Figure(figsize=(14.0, 9.0), dpi=110, layout="constrained", facecolor="white")
     FigureCanvasAgg(figure)
-    figure.get_layout_engine().set(w_pad=0.08, h_pad=0.06, wspace=0.02)
+    layout = figure.get_layout_engine()
+    assert layout is not None
+    layout.set(w_pad=0.08, h_pad=0.06, wspace=0.02)
     left, right = figure.add_gridspec(1, 2, width_ratios=[1.0, 1.1])
     upper, lower = left.subgridspec(2, 1, height_ratios=[1.25, 1.0])
     rows = right.subgridspec(4, 1, height_ratios=[1.0, 1.0, 1.0, 1.15])
@@ -92,6 +94,9 @@ def plot_flight(
     figure.suptitle(title, fontsize=15, fontweight="bold", color=_INK, parse_math=False)
     axes[0].set_title(_facts(log), fontsize=8, color=_SOFT, loc="right", parse_math=False)
 
+    # savefig would draw the whole page once for the layout alone
+    layout.execute(figure)
+    figure.set_layout_engine(None)
     with replacing(path) as temporary:
         figure.savefig(temporary)
 

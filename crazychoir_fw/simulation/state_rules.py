@@ -97,6 +97,7 @@ _RULES: tuple[tuple[str, Range | None], ...] = (
     ("onboard.failure", _ANY),
     ("onboard.lights.*", _ANY),
     ("vehicle.loco.heard", _ANY),
+    ("vehicle.mocap.*left", _ANY),
     ("injected.*", _ANY),
     ("contacts.*", _ANY),
     ("provider_state.kalman.*", _ANY),

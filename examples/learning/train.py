@@ -4,7 +4,8 @@
     python examples/learning/train.py hover            # some minutes on two cores
     python examples/learning/train.py figure8
 
-Writes out/learning/NAME/: policy.zip (Stable-Baselines3), normalization.pkl, curve.csv and curve.png.
+Writes out/learning/NAME/: policy.npz for `crazychoir app from-policy`, policy.zip (Stable-Baselines3) with
+normalization.npz, curve.csv and curve.png.
 """
 
 import argparse
@@ -19,6 +20,7 @@ from stable_baselines3.common.callbacks import BaseCallback
 from stable_baselines3.common.vec_env import VecNormalize
 
 from crazychoir_fw.learning import Hover, Track
+from crazychoir_fw.learning.policy import read_policy
 from crazychoir_fw.learning.sb3 import Sb3Flights
 
 # real Crazyflies differ; the same block stands in examples/learning/*_campaign.yaml
@@ -53,10 +55,14 @@ class Curve(BaseCallback):
             self.rows.append((self.num_timesteps, time.process_time(), returns, lengths))
             if len(self.rows) % 20 == 0:
                 steps, seconds = self.rows[-1][:2]
-                print(f"{steps:9d} steps, {seconds:5.0f} s of CPU: return {returns:6.2f}, length {lengths:5.0f}", flush=True)
+                print(
+                    f"{steps:9d} steps, {seconds:5.0f} s of CPU: return {returns:6.2f}, length {lengths:5.0f}",
+                    flush=True,
+                )
 
 
 def main() -> None:
+    """Train a policy."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("name", choices=TASKS)
     parser.add_argument("--steps", type=int)
@@ -88,12 +94,14 @@ def main() -> None:
     curve = Curve()
     model.learn(options.steps or steps, callback=curve)
     model.save(folder / "policy.zip")
-    env.save(str(folder / "normalization.pkl"))
+    np.savez(folder / "normalization.npz", mean=env.obs_rms.mean, var=env.obs_rms.var)
+    read_policy(folder / "policy.zip", task, folder / "normalization.npz").save(folder / "policy.npz")
     write_curve(folder, curve.rows, options.name)
     print(f"{folder}: trained in {time.process_time():.0f} s of CPU")
 
 
 def write_curve(folder: Path, rows: list[tuple[int, float, float, float]], name: str) -> None:
+    """Write the learning curve as numbers and as a picture."""
     import matplotlib
 
     matplotlib.use("Agg")

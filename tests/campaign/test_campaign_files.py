@@ -16,11 +16,11 @@ from typer.testing import CliRunner
 from crazychoir_fw.campaign import identity as known_by
 from crazychoir_fw.campaign.campaign import Variant, check_ends, load_campaign
 from crazychoir_fw.campaign.design import correlate, shares
-from crazychoir_fw.mission.distributions import read_distribution
 from crazychoir_fw.campaign.identity import identity_of, named_files
 from crazychoir_fw.campaign.starting import written
 from crazychoir_fw.cli import app
 from crazychoir_fw.common.errors import MissionError
+from crazychoir_fw.mission.distributions import read_distribution
 from crazychoir_fw.mission.loader import load_mission
 
 

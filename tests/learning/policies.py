@@ -22,7 +22,7 @@ def network(observation=None, action=None, hidden=(32, 24), activations=("tanh",
             (0.1 * gain * rng.standard_normal(b)).astype(np.float32),
             kind,
         )
-        for n, (a, b, kind) in enumerate(zip(sizes, sizes[1:], kinds))
+        for n, (a, b, kind) in enumerate(zip(sizes, sizes[1:], kinds, strict=False))
     ]
     mean = rng.uniform(-0.3, 0.3, observation.size).astype(np.float32)
     factor = rng.uniform(0.3, 2.0, observation.size).astype(np.float32)

@@ -66,7 +66,8 @@ def test_a_vector_environment_is_so_many_single_ones():
         a, *numbers_a, infos_a = ours.step(action)
         b, *numbers_b, infos_b = theirs.step(action)
         assert np.array_equal(a, b)
-        assert all(np.array_equal(x.astype(np.float32), y.astype(np.float32)) for x, y in zip(numbers_a, numbers_b))
+        for x, y in zip(numbers_a, numbers_b, strict=True):
+            assert np.array_equal(x.astype(np.float32), y.astype(np.float32))
         assert ("final_obs" in infos_a) == ("final_obs" in infos_b)
         if "final_obs" in infos_a:
             mask = infos_a["_final_obs"]

@@ -1,4 +1,4 @@
-"""What was trained is what is flashed: the exported C against the policy in NumPy, state by state and in whole flights."""
+"""What was trained is what is flashed: the exported C against the policy in NumPy, by states and in whole flights."""
 
 import ctypes
 import subprocess
@@ -13,8 +13,8 @@ from crazychoir_fw.common.errors import CrazychoirError, RangeError
 from crazychoir_fw.learning import Attitude, Hover, Motors, Observation, Residual, ThrustRates, Track, Velocity
 from crazychoir_fw.learning.policy import Layer, Policy, cost_of, read_policy, write_app
 from crazychoir_fw.learning.policy.reading import layers_of
-from crazychoir_fw.learning.swarm_port import SwarmPort
 from crazychoir_fw.learning.reading import Motion, Reading, Reference, rotation_of
+from crazychoir_fw.learning.swarm_port import SwarmPort
 from crazychoir_fw.simulation import DroneConfig, World
 from tests.learning.policies import ALL, network
 
@@ -27,7 +27,8 @@ HARNESS = """
 void controllerPidInit(void) {{}}
 bool controllerPidTest(void) {{ return true; }}
 static setpoint_t seen;
-void controllerPid(control_t *c, const setpoint_t *s, const sensorData_t *d, const state_t *t, const stabilizerStep_t n) {{
+void controllerPid(control_t *c, const setpoint_t *s, const sensorData_t *d, const state_t *t,
+                   const stabilizerStep_t n) {{
   (void)c; (void)d; (void)t; (void)n;
   seen = *s;
 }}
@@ -311,7 +312,10 @@ def test_the_cost_counts_every_product():
         (lambda f: write_app(network(Observation(("rates", "battery"))), f), "it sees 'battery'"),
         (lambda f: write_app(network(), f, "My Policy"), "name is 'My Policy'"),
         (lambda f: network(hidden=(4,), activations=("sigmoid",)), "allowed: tanh, relu, none"),
-        (lambda f: Policy([Layer(np.eye(3, dtype=np.float32), np.zeros(3, np.float32))], Observation(), Motors()), "22"),
+        (
+            lambda f: Policy([Layer(np.eye(3, dtype=np.float32), np.zeros(3, np.float32))], Observation(), Motors()),
+            "22",
+        ),
         (lambda f: read_policy(f / "none.npz"), "does not exist"),
         (lambda f: read_policy(f / "p.txt"), "a policy ends with"),
     ],
@@ -355,4 +359,3 @@ def test_from_policy_needs_neither_gymnasium_nor_torch(tmp_path):
     )
     subprocess.run([sys.executable, "-c", code], check=True)
     assert (tmp_path / "policy.c").is_file()
-

@@ -76,7 +76,8 @@ def test_a_crash_lets_the_drone_fall_and_the_others_fly_to_the_end(tmp_path):
     result = fly(load_mission(tmp_path / "m.yaml"))
     assert [sentence[:2] for sentence in result.failures] == ["a:"]
     assert "hit wall" in result.failures[0]
-    np.testing.assert_allclose(result.log.signals["sim.z"][-1], 0.0, atol=0.05)  # one fell, the other has landed
+    # one fell, and may lie on its edge, where its middle is 6 cm high; the other has landed
+    np.testing.assert_allclose(result.log.signals["sim.z"][-1], 0.0, atol=0.065)
     assert result.log.signals["sim.x"][-1, 1] == pytest.approx(0.8, abs=0.1)
 
 

@@ -15,4 +15,3 @@ BASES = ("Starts", "SwarmTask", "Task")
 def names() -> list[str]:
     """Return the names of the tasks."""
     return [name for name in __all__ if name not in BASES]
-

@@ -50,7 +50,9 @@ class SwarmTask(Task):
 
     def drone_config(self, name: str) -> DroneConfig:
         """Return the drone of the task; others are there for it."""
-        return DroneConfig(name, (0.0, 0.0, 1.0), platform=self.platform, positioning=self.positioning, decks=self.decks)
+        return DroneConfig(
+            name, (0.0, 0.0, 1.0), platform=self.platform, positioning=self.positioning, decks=self.decks
+        )
 
     def _angles(self, count: int) -> Doubles:
         return 2.0 * np.pi * np.arange(count) / self.drones

@@ -1,4 +1,4 @@
-"""The key `layers`: what decides, plans and controls, and who talks to whom."""
+"""The key `layers`: guidance, planning, control and communication."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Layers(Section):
     """Rounds per second (Hz)."""
 
     command_timeout_s: Annotated[float, number(0.02, 10.0, "s")] = 0.2
-    """After which a simulated drone that nobody commands any more stays where it is, by its planner on board:
+    """After which a simulated drone without commands stays where it is, by its planner on board:
     a layer of it in another process was killed. Over the radio its handler has a time-out of its own."""
 
     odometry: Annotated[str, choice(*ODOMETRY)] = "estimate"
@@ -33,7 +33,7 @@ class Layers(Section):
     velocity comes from a derivative filter."""
 
     communication: Communication = Communication()
-    """Who talks to whom."""
+    """The communication graph."""
 
     decides: GuidanceEntries = Field(alias="guidance")
     """What decides: one for all, or a list of which each entry names its `drones`."""

@@ -36,17 +36,17 @@ class SafetyLayer(Section):
     """Of accelerations: largest one, along x and along y (m/s^2)."""
 
     max_braking_acceleration: Annotated[float, number(1e-3, 10.0, "m/s^2")] | None = None
-    """Of accelerations: deceleration of who must brake (m/s^2)."""
+    """Of accelerations: deceleration of a drone that must brake (m/s^2)."""
 
     max_velocity: Annotated[float, number(1e-3, 10.0, "m/s")] | None = None
     """Of velocities: largest one, along x and along y (m/s)."""
 
     max_braking_velocity: Annotated[float, number(1e-3, 10.0, "m/s")] | None = None
-    """Of velocities: speed at which who is too near backs off (m/s)."""
+    """Of velocities: speed at which a drone that is too near backs off (m/s)."""
 
     keep_right: Annotated[float, number(0.0, 10.0)] = 1.0
     """Which part of what the filter takes away goes to the right: drones that block each other turn about each other.
-    0 is the filter alone, behind which they may wait for ever."""
+    0 is the filter alone, behind which they may wait forever."""
 
     options: Options = Field(default_factory=dict)
     """Further keyword arguments of the class."""

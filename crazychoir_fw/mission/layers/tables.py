@@ -29,10 +29,10 @@ class TasksLayer(Section):
     """How often tasks are drawn: once at START, then after each completion."""
 
     deadline: Annotated[float, number(0.1, 60.0, "s")] = 1.0
-    """Who does not ask for its tasks for so long after a new list counts as gone (s)."""
+    """A drone that does not request its tasks for so long after a new list counts as lost (s)."""
 
     patience: Annotated[float, number(1.0, 3600.0, "s")] = 30.0
-    """After so long without a completion tasks are assigned anew (s)."""
+    """After so long without a completion tasks are reassigned (s)."""
 
 
 class RequestEntry(Section):
@@ -58,7 +58,7 @@ class DeliveryLayer(Section):
     """What is to be brought where."""
 
     deadline: Annotated[float, number(0.1, 60.0, "s")] = 1.0
-    """Who does not ask for its list for so long counts as gone (s)."""
+    """A drone that does not request its list for so long counts as lost (s)."""
 
     patience: Annotated[float, number(1.0, 3600.0, "s")] = 30.0
-    """After so long without a pickup or a delivery routes are planned anew (s)."""
+    """After so long without a pickup or a delivery routes are replanned (s)."""

@@ -37,7 +37,7 @@ class Fault(ABC):
     """How long it lasts (s); without it, to the end."""
 
     drones: Sequence[str] | None = constrained(names(), None)
-    """Ids of the drones that it befalls; without it, all."""
+    """Ids of the drones with the fault; without it, all."""
 
     def __post_init__(self) -> None:
         for member in fields(self):

@@ -47,7 +47,7 @@ class FaultSchedule:
             world.agenda.keep(world.tick)
 
     def check(self, fault: Fault) -> list[Drone]:
-        """Return the drones that a fault befalls.
+        """Return the drones with the fault.
 
         Raises:
             UnknownNameError: If it names a drone that does not exist.
