@@ -22,7 +22,7 @@ _DRAFT = "https://json-schema.org/draft/2020-12/schema"
 class _Generator(GenerateJsonSchema):
     """Knows the constraints of `common.constraints`; what only a function checks is left open."""
 
-    ignored_warning_kinds = frozenset({"skipped-choice", "non-serializable-default"})
+    ignored_warning_kinds = {"skipped-choice", "non-serializable-default"}  # noqa: RUF012 (the base class has it so)
 
     def is_instance_schema(self, schema: schemas.IsInstanceSchema) -> JsonSchemaValue:
         return {}

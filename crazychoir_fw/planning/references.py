@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from crazychoir_fw.common.errors import RangeError
+from crazychoir_fw.common.finite import are_finite
 from crazychoir_fw.common.messages import Reference
 
 KINDS = ("position", "acceleration", "fullstate")
@@ -40,7 +41,7 @@ class TrajHandlerStrategy:
             raise RangeError(f"{self.topic}: {name} has shape {np.shape(wanted)}, allowed: (..., 3)")
         parts = (reference.position, reference.velocity, reference.acceleration, reference.jerk)
         parts += (reference.yaw, reference.yaw_rate)
-        if not all(part is None or np.isfinite(part).all() for part in parts):
+        if not are_finite(*(np.asarray(part, float) for part in parts if part is not None)):
             raise RangeError(f"{self.topic}: the reference holds numbers that are not finite")
         if self.kind == "fullstate":
             self._reference = replace(reference)

@@ -46,6 +46,31 @@ class Frame(NamedTuple):
     size: int
 
 
+def write_fully(file: int, part: Any, offset: int) -> int:
+    """Write contiguous memory into a file at an offset (bytes), and return the offset behind it."""
+    view = memoryview(part)
+    if view.nbytes:
+        view = view.cast("B")
+    while view:
+        count = os.pwrite(file, view, offset)
+        view, offset = view[count:], offset + count
+    return offset
+
+
+def read_fully(file: int, offset: int, rows: NDArray[Any]) -> None:
+    """Fill contiguous memory out of a file, from an offset (bytes) on.
+
+    Raises:
+        OSError: If the file ends before.
+    """
+    view = memoryview(rows.data).cast("B") if rows.nbytes else memoryview(b"")
+    while view:
+        count = os.preadv(file, [view], offset)
+        if count == 0:
+            raise OSError("the log was cut by another process")
+        view, offset = view[count:], offset + count
+
+
 class LogStream:
     """Appends frames to a file. A frame that cannot be written is no error of the flight: `failure` says why."""
 
@@ -127,12 +152,7 @@ class LogStream:
             offset: Where (bytes).
             rows: What is filled, contiguous.
         """
-        view = memoryview(rows.data).cast("B") if rows.nbytes else memoryview(b"")
-        while view:
-            count = os.preadv(self._file, [view], offset)
-            if count == 0:
-                raise OSError(f"{self.path} was cut by somebody else")
-            view, offset = view[count:], offset + count
+        read_fully(self._file, offset, rows)
 
     def sync(self) -> None:
         """Have the disk keep what is written, through a power cut as well; another thread waits for the disk."""
@@ -159,10 +179,7 @@ class LogStream:
 
     def _write(self, parts: Iterable[Any]) -> None:
         for part in parts:
-            view = memoryview(part)
-            while view:
-                count = os.pwrite(self._file, view, self._end)
-                view, self._end = view[count:], self._end + count
+            self._end = write_fully(self._file, part, self._end)
 
     def _sync(self) -> None:
         while not self._is_closed:

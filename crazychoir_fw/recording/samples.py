@@ -4,18 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from crazychoir_fw.recording.growing_block import GrowingBlock
-from crazychoir_fw.recording.log_stream import Frame, LogStream, StreamFile, fields_of
+from crazychoir_fw.recording.log_stream import Frame, StreamFile, fields_of
 
 Column = Callable[[str], NDArray[Any]]
 """Returns a field of some samples, shape (rows, ...)."""
 
 Fields = Mapping[str, tuple[Sequence[int], DTypeLike]]
+
+
+class RowStore(Protocol):
+    """Where rows go that are not in memory any more: a `LogStream` or a `SpillFile`."""
+
+    def append(self, kind: bytes, section: int, parts: Sequence[Any]) -> Frame | None:
+        """Write rows; None: they are not taken."""
+
+    def read_into(self, offset: int, rows: NDArray[Any]) -> None:
+        """Read rows back."""
 
 
 class Samples:
@@ -28,8 +38,8 @@ class Samples:
             fields: Shape and type of each field of a row.
         """
         self._blocks = {name: GrowingBlock(shape, dtype) for name, (shape, dtype) in fields.items()}
-        self._stream: LogStream | None = None
-        self._written: list[tuple[int, int]] = []  # rows, and where they are
+        self._written: list[tuple[int, RowStore, int]] = []  # rows, and where they are
+        self._row_bytes = sum(block.row_bytes for block in self._blocks.values())
         self._count = 0
 
     def __len__(self) -> int:
@@ -38,7 +48,7 @@ class Samples:
     @property
     def bytes_in_memory(self) -> int:
         """What the rows that no stream has take (bytes)."""
-        return sum(len(block) * block.row_bytes for block in self._blocks.values())
+        return (len(self) - self._count) * self._row_bytes
 
     @property
     def description(self) -> list[list[Any]]:
@@ -49,7 +59,7 @@ class Samples:
         """Return the fields of another row, to be filled."""
         return {name: block.add() for name, block in self._blocks.items()}
 
-    def write(self, stream: LogStream, section: int) -> None:
+    def write(self, stream: RowStore, section: int) -> None:
         """Move the rows to a stream, and forget them; if it takes them not, they stay."""
         rows = len(self) - self._count
         if not rows:
@@ -57,8 +67,7 @@ class Samples:
         frame = stream.append(b"R", section, [piece for block in self._blocks.values() for piece in block.filled()])
         if frame is None:
             return
-        self._stream = stream
-        self._written.append((rows, frame.offset))
+        self._written.append((rows, stream, frame.offset))
         self._count += rows
         for block in self._blocks.values():
             block.clear()
@@ -73,9 +82,8 @@ class Samples:
                 break
             skipped += each.row_bytes
         row = 0
-        for count, offset in self._written:
-            assert self._stream is not None
-            self._stream.read_into(offset + skipped * count, column[row : row + count])
+        for count, stream, offset in self._written:
+            stream.read_into(offset + skipped * count, column[row : row + count])
             row += count
         for piece in block.filled():
             column[row : row + len(piece)] = piece

@@ -24,11 +24,13 @@ from crazychoir_fw.recording.log_stream import LogStream
 from crazychoir_fw.recording.record_output import TAKEN_BACK, RecordOutput
 from crazychoir_fw.recording.samples import Fields, Samples
 from crazychoir_fw.recording.signals import EXTRA, scenery_of, signals_of
+from crazychoir_fw.recording.spill_file import SpillFile
 from crazychoir_fw.simulation.stage import scenery_columns
 from crazychoir_fw.simulation.swarm_views import swarm_parts
 from crazychoir_fw.simulation.world import World
 
 _FLUSH_BYTES = 1 << 24
+_SPILL_BYTES = 1 << 26  # in memory, without a stream; a thousand drones at 100 Hz fill them in half a second
 
 
 class FlightRecorder:
@@ -60,6 +62,7 @@ class FlightRecorder:
         self._journal: Journal | None = None  # of the world; another one after a return to a snapshot
         self._was_taken_back = False
         self._output: RecordOutput | None = None
+        self._spill = SpillFile()
 
     def sample(self, extra: Mapping[str, NDArray[Any]] | None = None) -> None:
         """Take one sample of the present instant.
@@ -78,11 +81,17 @@ class FlightRecorder:
         row["requests"][...] = len(self._world.journal)
         for name in self._extra:
             row[EXTRA + name][:] = extra[name]  # type: ignore[index]
-        if self._output is not None and self._samples.bytes_in_memory > _FLUSH_BYTES:
-            self.flush()  # at hundred times real time half a second of wall time is much
+        self._make_room(self._samples)
         if self._journal is not self._world.journal:
             self._was_taken_back = self._journal is not None
             self._journal = self._world.journal
+
+    def _make_room(self, samples: Samples) -> None:
+        """Move samples out of memory when there are many: memory that is used again costs less than new memory."""
+        if self._output is not None and samples.bytes_in_memory > _FLUSH_BYTES:
+            self.flush()  # at hundred times real time half a second of wall time is much
+        elif samples.bytes_in_memory > _SPILL_BYTES:
+            samples.write(self._spill, 0)
 
     def _make_samples(self, extra: tuple[str, ...]) -> Samples:
         self._extra = extra

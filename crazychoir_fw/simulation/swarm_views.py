@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.simulation.world import World
 
 
-_GAP = 64  # [bytes] between variables that are copied along: a line of the cache costs less than a call
+_GAP = 12  # [bytes] between variables that are copied along: they cost less than another stretch
 _WORD = 4  # [bytes] to which stretches are widened, so that readers of a copy may take it word by word
 
 

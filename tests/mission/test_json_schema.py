@@ -42,7 +42,7 @@ UP = {"name": "up", "drones": {"count": 2}, "flight": FLIGHT}
     "change",
     [
         {"flight": [{"takeoff": {"height": 1000.0}}]},
-        {"flight": [{"takeoff": {"heigth": 1.0}}]},
+        {"flight": [{"takeoff": {"heihgt": 1.0}}]},
         {"flight": [{"fly": {}}]},
         {"flight": [{"hover": {"duration": 1.0}, "land": {}}]},
         {"flight": []},

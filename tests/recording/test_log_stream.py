@@ -175,11 +175,11 @@ def test_a_journal_that_forgot_requests_says_so_in_its_copies(world, tmp_path):
 
 
 def test_rows_are_flushed_when_they_take_much_memory(world, tmp_path, monkeypatch):
-    monkeypatch.setattr("crazychoir_fw.simulation.recorder._FLUSH_BYTES", 50_000)
+    monkeypatch.setattr("crazychoir_fw.simulation.recorder._FLUSH_BYTES", 25_000)
     stream = LogStream(tmp_path / "log.stream")
     recorder = FlightRecorder(world)
     recorder.write_to(stream, {})
     recorder.run(0.2)
     assert len(StreamFile(stream.path).of(b"R", 0)) > 1
-    assert recorder._samples.bytes_in_memory <= 50_000
+    assert recorder._samples.bytes_in_memory <= 25_000
     stream.close()

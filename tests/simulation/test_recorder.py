@@ -1,10 +1,13 @@
+import errno
+import os
+
 import numpy as np
 import pytest
 from worlds import make_world
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.recording.signals import roll_pitch_yaw_deg
-from crazychoir_fw.simulation import FlightRecorder
+from crazychoir_fw.simulation import FlightRecorder, recorder
 from crazychoir_fw.simulation.swarm_views import swarm_views
 
 
@@ -71,3 +74,37 @@ def test_compressed_signals_are_as_new_as_the_others(count):
             short, full = log.signals[f"{group}Z.{name}"], log.signals[f"{group}.{name}"]
             np.testing.assert_array_equal(short, np.trunc(full * np.float32(1000.0)))
         assert np.all(log.signals[f"{group}Z.z"][-1] > 450)
+
+
+def signals_of_a_flight():
+    world = make_world(3, seed=4)
+    flown = FlightRecorder(world)
+    flown.run(0.8)
+    return flown, flown.finish().signals
+
+
+def assert_equal_signals(one, other):
+    assert one.keys() == other.keys()
+    for name, signal in one.items():
+        assert signal.tobytes() == other[name].tobytes(), name
+
+
+def test_a_long_flight_moves_out_of_memory_and_comes_back_bit_by_bit(monkeypatch):
+    _, kept = signals_of_a_flight()
+    monkeypatch.setattr(recorder, "_SPILL_BYTES", 50_000)
+    flown, spilled = signals_of_a_flight()
+    assert flown._samples.bytes_in_memory <= 50_000
+    assert_equal_signals(kept, spilled)
+
+
+def test_a_disk_without_room_leaves_a_long_flight_in_memory(monkeypatch):
+    _, kept = signals_of_a_flight()
+
+    def refuse(*_):
+        raise OSError(errno.ENOSPC, "no space left on device")
+
+    monkeypatch.setattr(recorder, "_SPILL_BYTES", 50_000)
+    monkeypatch.setattr(os, "pwrite", refuse)
+    flown, signals = signals_of_a_flight()
+    assert flown._samples.bytes_in_memory > 300_000
+    assert_equal_signals(kept, signals)

@@ -10,7 +10,10 @@ from crazychoir_fw.simulation import DroneConfig, World
 
 def on_the_floor_believing_in_heading_zero(yaw: float, positioning: str = "mocap") -> tuple:
     """Return a world and its drone, which lies with this yaw (rad) and has just restarted its filter at yaw 0."""
-    world = World([DroneConfig("cf1", (0.0, 0.0), yaw_deg=float(np.degrees(yaw)), positioning=positioning)], seed=1)
+    # the page has the deviations of the firmware, not those that a client sets
+    told = {"mocap_std": 0.01, "mocap_attitude_std": 4.5e-3}
+    config = DroneConfig("cf1", (0.0, 0.0), yaw_deg=float(np.degrees(yaw)), positioning=positioning, attributes=told)
+    world = World([config], seed=1)
     world.wait_until_ready()
     drone = world.drones[0]
     drone.param["kalman.initialYaw"] = 0.0

@@ -80,43 +80,59 @@ class DoubleIntegratorCBF(BarrierFilter):
             offset: From others to oneself (m), shape (..., 2).
             closing: Velocity relative to others (m/s), shape (..., 2).
         """
-        length = np.linalg.norm(offset, axis=-1)
-        return self._barriers(length, self._approach(offset, closing))
+        length, _, approach = _geometry(offset, closing)
+        return self._barriers(length, approach)
 
     def _barriers(self, length: Array, approach: Array) -> Array:
         return approach + np.sqrt(2.0 * self.max_acceleration * self.kappa * np.maximum(length - self.distance, 0.0))
 
-    @staticmethod
-    def _approach(offset: Array, closing: Array) -> Array:
-        """Return how fast distances grow (m/s), shape (...)."""
-        return np.sum(unit(offset) * closing, axis=-1)
-
     def rows(self, offset: Array, closing: Array) -> tuple[Array, Array]:
         """Return normals (..., 2) and right sides (...) of the half-planes of accelerations that are safe (m/s^2)."""
-        length = np.linalg.norm(offset, axis=-1)
+        return self._rows(closing, *_geometry(offset, closing))[:2]
+
+    def _rows(self, closing: Array, length: Array, away: Array, approach: Array) -> tuple[Array, Array, Array]:
+        """Return normals, right sides and barriers of neighbors, see `_geometry`."""
         known = np.isfinite(length)
-        away = unit(offset)
-        approach = self._approach(offset, closing)
         h = self._barriers(length, approach)
+        vx, vy = closing[..., 0], closing[..., 1]
         brake = 2.0 * self.max_acceleration * self.kappa
         with np.errstate(divide="ignore", invalid="ignore"):
-            across = (np.sum(closing**2, axis=-1) - approach**2) / length
+            across = (vx * vx + vy * vy - approach**2) / length
             slowing = brake * approach / (2.0 * np.sqrt(brake * (length - self.distance)))
             if self.legacy:
                 slowing = slowing * np.sqrt(2.0)
             b = 0.5 * (self.gamma * h**3 + across + slowing)
         too_near = length <= self.distance
         # divided by the distance: normals of length 1 and right sides in m/s^2
-        return -away, np.where(known, np.where(too_near, 0.0, b), np.inf)
+        return -away, np.where(known, np.where(too_near, 0.0, b), np.inf), h
 
     def _safe(
         self, desired: Array, velocity: Array, offset: Array, closing: Array
     ) -> tuple[Array, NDArray[np.bool_], Array]:
-        h = self.barriers(offset, closing)
-        A, b = self.rows(offset, closing)
+        A, b, h = self._rows(closing, *_geometry(offset, closing))
         safe, found = nearest(desired, A, b, self.max_acceleration)
         # within the distance, h < 0 says that they come nearer; beyond it, that they may no longer be able to stop
         braking = np.any(h < 0.0, axis=1) | ~found
         speed = np.linalg.norm(velocity, axis=-1, keepdims=True)
         brake = np.where(speed > _AT_REST, -self.max_braking_acceleration * unit(velocity), 0.0)
         return np.where(braking[:, None], brake, safe), braking, h
+
+
+def _geometry(offset: Array, closing: Array) -> tuple[Array, Array, Array]:
+    """Return distances (m), directions away from others and how fast distances grow (m/s).
+
+    Component by component: reductions over two numbers take most of the time of a filter of ten drones.
+
+    Args:
+        offset: From others to oneself (m), shape (..., 2); infinite where nobody is.
+        closing: Velocity relative to others (m/s), shape (..., 2).
+
+    Returns:
+        Shapes (...), (..., 2) and (...).
+    """
+    x, y = offset[..., 0], offset[..., 1]
+    length = np.sqrt(x * x + y * y)
+    is_direction = (length > 0.0) & np.isfinite(length)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        away = np.where(is_direction[..., None], offset / length[..., None], 0.0)
+    return length, away, away[..., 0] * closing[..., 0] + away[..., 1] * closing[..., 1]
