@@ -1,4 +1,4 @@
-/* clang-format off: long tables, and a text that is written by a program */
+/* clang-format off */
 /* A learned policy as a controller of the firmware's app layer.
  *
  * from examples/learning/train.py hover; written by `crazychoir app from-policy`. Do not edit: write it again.
