@@ -33,6 +33,7 @@ TRUTH = {
     "battery.resistance": 0.18,
 }
 OWN = {"rotors.thrust_scale": 0.95, "trim.torque": (4.0e-4, -3.0e-4, 5.0e-5)}
+CAMERAS = {"mocap_latency_ms": 30, "mocap_std": 0.01}  # the deviation that the firmware has from the factory
 LOGS = {
     **{f"motor_motor_m{i}": f"motor.m{i}" for i in (1, 2, 3, 4)},
     **{f"est_stateEstimate_{name}": f"stateEstimate.{name}" for name in ("x", "y", "z", "vx", "vy", "vz")},
@@ -65,7 +66,7 @@ def record(path, seconds=14.0, course=target, thrust_max=None):
         "cf1",
         vehicle={**TRUTH, **OWN},
         positioning="mocap_position",
-        attributes={"mocap_latency_ms": 30},
+        attributes=CAMERAS,
         noise=0.5,
     )
     world = World([config], visuals=False)

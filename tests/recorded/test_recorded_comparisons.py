@@ -67,7 +67,7 @@ def test_older_builds_fly_with_their_own_largest_thrust(older_flight, true_vehic
     found = replay_motors(flight, phases)
     assert found.thrust_max == 0.1125
     tuning = tune(flight, phases, true_vehicle)
-    drone = {"positioning": "mocap_position", "mocap_latency_ms": 30}
+    drone = {"positioning": "mocap_position", "mocap_latency_ms": 30, "mocap_std": 0.01}
     assert abs(fly_again(flight, phases, true_vehicle, tuning, drone, found.thrust_max).thrust_percent) < 0.5
     assert fly_again(flight, phases, true_vehicle, tuning, drone).thrust_percent < -5.0
 
@@ -90,7 +90,7 @@ def test_plant_without_the_moment_of_flight_does_not(synthetic, true_vehicle):
 
 def test_chain_flies_the_same_path(synthetic, true_vehicle):
     tuning = tune(*synthetic, true_vehicle)
-    drone = {"positioning": "mocap_position", "mocap_latency_ms": 30}
+    drone = {"positioning": "mocap_position", "mocap_latency_ms": 30, "mocap_std": 0.01}
     chain = fly_again(*synthetic, true_vehicle, tuning, drone)
     assert chain.path_rms_m < 0.01
     assert abs(chain.lag_s) < 0.006
@@ -102,7 +102,8 @@ def test_chain_flies_the_same_path(synthetic, true_vehicle):
 
 def test_another_vehicle_flies_another_path(synthetic, true_vehicle):
     tuning = tune(*synthetic, true_vehicle)
-    chain = fly_again(*synthetic, true_vehicle, tuning, {"positioning": "mocap", "mocap_latency_ms": 8})
+    poses = {"positioning": "mocap", "mocap_latency_ms": 8, "mocap_std": 0.01, "mocap_attitude_std": 4.5e-3}
+    chain = fly_again(*synthetic, true_vehicle, tuning, poses)
     assert chain.path_rms_m > 0.015
 
 
