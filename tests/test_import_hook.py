@@ -2,7 +2,7 @@
 
 import subprocess
 import sys
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 import pytest
 
@@ -31,6 +31,27 @@ def test_code_runs_around_and_after_the_first_import(tmp_path, monkeypatch):
     assert type(prepared_toy.__loader__).__name__ == "SourceFileLoader"
     at_import("prepared_toy", around, lambda: seen.calls.append("at once"))
     assert seen.calls[-1] == "at once"
+
+
+class AsksAllOthers:
+    """Finds modules as tools do that count lines: by asking all finders but itself."""
+
+    def find_spec(self, name, path, target=None):
+        specs = (finder.find_spec(name, path, target) for finder in sys.meta_path if finder is not self)
+        return next((spec for spec in specs if spec is not None), None)
+
+
+def test_finders_that_ask_each_other_come_to_an_end(tmp_path, monkeypatch):
+    (tmp_path / "counted_toy.py").write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(sys, "meta_path", list(sys.meta_path))
+    called = []
+    at_import("counted_toy", nullcontext, lambda: called.append("after"))
+    sys.meta_path.insert(0, AsksAllOthers())
+    import counted_toy
+
+    assert counted_toy.__loader__ is not None
+    assert called == ["after"]
 
 
 def run(code):
