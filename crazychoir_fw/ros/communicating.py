@@ -53,5 +53,5 @@ class CommunicatingNode(LayerNode):
 
     @property
     def is_connected(self) -> bool:
-        """Whether somebody is at the other end of all topics of its communicator."""
+        """Whether every topic of its communicator has a publisher and a subscriber in another node."""
         return self.transport is None or self.transport.is_connected

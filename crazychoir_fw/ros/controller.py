@@ -33,10 +33,10 @@ class CrazyflieController(PoseTriggered, LayerNode):
 
     Nothing is sent before the pose is known, nor when it is older than the parameter ``pose_timeout`` (s). A reference
     at rest is held; one that moves or accelerates the drone is given up when none has come for ``reference_timeout``
-    (s): whoever sent it is gone, and the drone stays where it is until the next one. A subclass makes the plain
-    controller, or whoever has one hands it over.
+    (s): its publisher counts as gone, and the drone holds its position until the next reference. A subclass makes the
+    plain controller, or the caller passes one as `controller`.
 
-    A law that raises says so on ``failure``, and commands no more; see `crazychoir_fw.ros.layer_failure`.
+    A law that raises is reported on ``failure``, and the node stops sending; see `crazychoir_fw.ros.layer_failure`.
 
     Under simulated time each pose that is due makes a step, with its own stamp, so that results do not depend on which
     of pose and clock comes first; where poses come slower than commands, or in real time, the clock does.
@@ -89,7 +89,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
         self._has_new_reference = False
         self._reference_time: float | None = None  # [s], of the step that followed the latest one first
         self._is_idle = False
-        self._latest = -np.inf  # [s], of the times at which it worked
+        self._latest = -np.inf  # [s], time of the latest step
         self._longest_step = CLOSE * min(made.periods)
         self._commands = self.announce(self.command_topic)
         handler = made.traj_handler
@@ -128,7 +128,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
         self._has_new_reference = True
 
     def _take_idle(self, message: Bool) -> None:
-        """A guidance says whether its drone rests, and then sends no references."""
+        """Store whether the guidance is idle; an idle guidance sends no references."""
         self._is_idle = message.data
 
     def take_pose(self, pose: Pose) -> None:
@@ -157,7 +157,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
             self.send_input(twist)
 
     def _mind_references(self, now: float) -> None:
-        """Give a reference up that nobody renews, once."""
+        """Clear a moving reference once when none has come for ``reference_timeout``."""
         if self._has_new_reference:
             self._has_new_reference, self._reference_time = False, now
             return

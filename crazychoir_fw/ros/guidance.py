@@ -1,7 +1,7 @@
-"""Guidance laws as ROS 2 nodes: one node around any law, made of what the law says of itself.
+"""Guidance laws as ROS 2 nodes: one node class around any law, built from the options that the law declares.
 
 ``crazychoir_fw.ros.NAME`` is the node of our law of that name, with the class names and arguments of the paper's
-listings; `law_node` makes that of yours. What a round is and who is silent: see `crazychoir_fw.ros.guidance_node`.
+listings; `law_node` makes that of yours. For rounds and silent neighbors see `crazychoir_fw.ros.guidance_node`.
 """
 
 from __future__ import annotations

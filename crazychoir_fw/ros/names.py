@@ -18,10 +18,10 @@ from trajectory_msgs.msg import JointTrajectory, MultiDOFJointTrajectoryPoint
 from visualization_msgs.msg import Marker, MarkerArray
 
 NAMESPACE_PATTERN = "agent_{i}"
-"""Namespace of drone i where nobody names another."""
+"""Default namespace of drone i."""
 
 WORLD_FRAME = "world"
-"""Frame of markers and mocap poses, and fixed frame of the rviz configuration: nobody has to broadcast it."""
+"""Frame of markers and mocap poses, and fixed frame of the rviz configuration; it needs no broadcast."""
 ODOM_FRAME = "odom"
 BODY_FRAME = "base_link"
 
@@ -63,13 +63,13 @@ def qos(depth: int) -> QoSProfile:
 
 
 LATEST = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
-"""Of what is said once, also for those who come later."""
+"""Latched: a subscriber that joins late receives the latest message."""
 
 LAST_BUTTON = "last_button"
-"""Topic (`std_msgs/String`, latched) on which a flight says what was pressed last, to all or to one drone."""
+"""Topic (`std_msgs/String`, latched) with the latest button of a flight, of all drones or of one."""
 
 FAILURE = "failure"
-"""Topic (`std_msgs/String`, latched) on which a layer of a drone says that it has failed, a sentence."""
+"""Topic (`std_msgs/String`, latched) with the failure of a layer of a drone, see `crazychoir_fw.ros.layer_failure`."""
 
 ODOM = Topic(
     "odom", Odometry, 10, 10, "pose and velocity (m, m/s, world), attitude (xyzw), angular velocity (rad/s, body)"
@@ -101,7 +101,7 @@ STOP = Topic("/stop", Empty, 10, 10, "button: motors off")
 START = Topic("/experiment_trigger", Empty, 10, 10, "button: the experiment starts")
 
 BUTTONS: Mapping[str, Topic] = MappingProxyType({"takeoff": TAKEOFF, "land": LAND, "stop": STOP, "start": START})
-"""Swarm-wide buttons by what they are called in Python."""
+"""Swarm-wide buttons by their names in Python."""
 
 REFERENCES: Mapping[str, Topic] = MappingProxyType(
     {"position": POSITION, "acceleration": ACCELERATION, "fullstate": FULLSTATE}

@@ -114,7 +114,7 @@ class LayerNode(Node):
 
         Args:
             name: Name.
-            default: Value if nobody gives one; None: there is none, and None is returned.
+            default: Value of a parameter that is not set; None: no default, and None is returned.
             description: What ``ros2 param describe`` says; with units.
             kind: bool, int, float, str, or a list of one of them, such as ``list[float]``; None is that of the default.
             low: Least allowed number.
@@ -242,8 +242,8 @@ class LayerNode(Node):
     ) -> Subscription:
         """Subscribe to a line of the table.
 
-        A message that the callback refuses with an error of this package is told to the log, at most once per second,
-        and left out: what others send must not end this node.
+        A message that the callback rejects with an error of this package is logged, at most once per second, and
+        dropped: messages of other nodes must not end this node.
 
         Args:
             topic: The line.
@@ -290,7 +290,7 @@ class LayerNode(Node):
         return self.create_subscription(topic.type, name, guarded, profile, callback_group=callback_group, raw=raw)
 
     def guarded(self, callback: Callable[[Any], None], name: str) -> Callable[[Any], None]:
-        """Return a callback whose errors of this package are told to the log, as those of a topic."""
+        """Wrap a callback, so that errors of this package are logged with the name of a topic."""
 
         def guarded(message: Any) -> None:
             try:

@@ -68,7 +68,7 @@ class Host(Protocol):
         """Fly to a point."""
 
     def advance(self, seconds: float) -> None:
-        """Let time go on."""
+        """Advance simulated time."""
 
     def stop(self, indices: Sequence[int]) -> None:
         """Motors off."""
@@ -76,27 +76,27 @@ class Host(Protocol):
 
 @dataclass(frozen=True)
 class Pace:
-    """How fast simulated time goes on."""
+    """How fast simulated time advances."""
 
     speed: float | None = 1.0
     """Simulated seconds per second; None is as fast as possible."""
     lockstep: bool = False
-    """Whether each step waits until everybody who lives has answered the last odometry."""
+    """Whether each step waits until all parties that are not silent have answered the last odometry."""
     deadline: float = 2.0
-    """Longest wait in a step (s, wall clock); who has not answered then counts as silent."""
+    """Longest wait in a step (s, wall clock); a party that has not answered by then counts as silent."""
     unattended: bool = False
-    """Whether time goes on although nobody listens. In real time it always does."""
+    """Whether time advances without subscribers. In real time it always does."""
 
 
 class CommandInbox:
     """The latest commands of drones on ``cmd_vel``."""
 
     def __init__(self, node: SimulationNode, count: int) -> None:
-        """Listen to so many drones."""
+        """Subscribe to the commands of `count` drones."""
         self._node = node
         self._linear, self._angular = np.zeros((count, 3)), np.zeros((count, 3))
         self.is_new = np.zeros(count, bool)
-        """Who has sent one since the last look, shape (N,)."""
+        """Whether each drone has a command since the last `take`, shape (N,)."""
         for i in range(count):
             node.listen_to_bytes(CMD_VEL, self._taker(i), node.topic_of(i, CMD_VEL.name))
 
@@ -113,7 +113,7 @@ class CommandInbox:
         return take
 
     def take(self, wanted: Any = True) -> tuple[NDArray[np.intp], Twist]:
-        """Return who has sent commands since the last call, of those wanted, and these, arrays of shape (n, 3)."""
+        """Return the wanted drones with commands since the last call, and these commands, arrays of shape (n, 3)."""
         indices = np.flatnonzero(self.is_new & wanted)
         self.is_new[:] = False
         return indices, Twist(self._linear[indices], self._angular[indices])
@@ -122,7 +122,7 @@ class CommandInbox:
 class SimulationNode(LayerNode):
     """The drones of a world as topics.
 
-    What lets it go on is `step`, called by `run` at the pace that was asked for.
+    Each `step` advances it; `run` calls that at the chosen pace.
     """
 
     def __init__(
@@ -144,7 +144,7 @@ class SimulationNode(LayerNode):
         Args:
             host: What flies.
             command: What the drones take: ``fpqr``, ``frpy`` or ``vel`` on ``cmd_vel``, ``xyz`` on ``traj_params``;
-                None: whoever made the node takes commands, and buttons.
+                None: the owner of the node subscribes to commands and buttons.
             rate: Odometry per simulated second (Hz), a divisor of 1000.
             pace: How fast time goes on.
             answers: In lockstep, topics (``cmd_vel``, ``acceleration``, …, or ``guidance`` on ``answered``) by whose
@@ -172,9 +172,9 @@ class SimulationNode(LayerNode):
         self.last_step_wall = 0.0
         """When the latest odometry went out (s, steady clock)."""
         self.while_waiting: Callable[[], None] = lambda: None
-        """Called now and then while answers are waited for."""
+        """Called at least every 50 ms while answers are pending."""
         self.latencies: list[float] | None = None
-        """From an odometry to the command that answers it (s, wall), if somebody put a list here."""
+        """Times from an odometry to the command that answers it (s, wall); None records nothing."""
         self._kind = command
         self._all_answered = Future()
         self._stopping = False
@@ -185,11 +185,11 @@ class SimulationNode(LayerNode):
             answers = {} if command in (None, "xyz") else {CMD_VEL.name: range(count)}
         self.answers = Answers((i, topic) for topic, drones in answers.items() for i in drones)
         for topic, drones in answers.items():
-            if topic != CMD_VEL.name:  # which is heard anyway
+            if topic != CMD_VEL.name:  # `CommandInbox` subscribes to that
                 for i in drones:
                     self._listen_for_answers(i, topic)
         self.commands = None if command in (None, "xyz") else CommandInbox(self, count)
-        """What was heard on ``cmd_vel``."""
+        """Commands received on ``cmd_vel``."""
         if command is not None:
             self._subscribe_topics(count)
         self._looked = -1e9
@@ -342,7 +342,7 @@ class SimulationNode(LayerNode):
         return self._is_time(executor)
 
     def _must_hold(self) -> bool:
-        """Whether nobody would see time pass."""
+        """Whether to hold time, since no node receives it."""
         if self.pace.unattended or (self.pace.speed is not None and not self.pace.lockstep):
             return False
         if self.pace.lockstep:
@@ -378,7 +378,7 @@ class SimulationNode(LayerNode):
             return True
         now = time.monotonic()
         period = self.period / self.pace.speed
-        # who is late does not hurry afterwards
+        # after a long delay the schedule restarts, without catching up
         if self._due is None or now - self._due > 10.0 * period:
             self._due = now
         if now < self._due:
@@ -389,7 +389,7 @@ class SimulationNode(LayerNode):
 
 
 def work_off(executor: Any) -> None:
-    """Work on what has come so far, and wait for nothing."""
+    """Process all pending events, and wait for no others."""
     # a task queues up behind all events that are there
     done: list[bool] = []
     executor.create_task(lambda: done.append(True))
