@@ -73,8 +73,8 @@ def ask_for(node: Node, service: str, name: str, is_armed: bool, spin: Callable[
         node: Node that creates the client.
         service: Full name of the service.
         name: ``arm`` or ``reboot``.
-        is_armed: What ``arm`` asks for.
-        spin: Lets the node work for a moment.
+        is_armed: Value of the request ``arm``: True arms, False disarms.
+        spin: Spins the node once.
 
     Raises:
         StateError: If no response comes before the timeout, or the server refuses the request.
@@ -103,7 +103,7 @@ def request_once(name: str, is_armed: bool, drones: Sequence[str], domain: int |
 
     Args:
         name: ``arm`` or ``reboot``.
-        is_armed: What ``arm`` asks for.
+        is_armed: Value of the request ``arm``: True arms, False disarms.
         drones: Namespaces, such as ``agent_0``; all that are found if empty.
         domain: ROS domain; None is that of ``ROS_DOMAIN_ID``.
 

@@ -99,7 +99,7 @@ class Buttons(LayerNode):
 
 
 def press_once(button: str, domain: int | None = None, timeout: float = 5.0) -> int:
-    """Press a button from a process that has no nodes otherwise. Returns how many nodes heard it.
+    """Press a button from a process that has no nodes otherwise. Returns the number of subscribers.
 
     Args:
         button: ``takeoff``, ``land``, ``stop`` (pressed at once) or ``start``.

@@ -64,9 +64,9 @@ class CrazyflieController(PoseTriggered, LayerNode):
             pose_handler: Where poses come from, see `crazychoir_fw.ros.pose_sources`.
             pose_topic: Topic of the pose.
             pose_callback: Called after each pose; a filter such as `Estimator` fills in the velocities.
-            command_sender: What the command consists of.
+            command_sender: Strategy that composes the command.
             traj_handler: Which references are followed, and on which topic; None follows none.
-            controller: A plain controller, in place of what the subclass would make of the two before.
+            controller: A plain controller; the default is made by the subclass from the two arguments before.
             agent_id: Number of the drone; None asks parameter and namespace.
             parameters: Values of parameters.
             context: Context of rclpy.
@@ -75,7 +75,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
             RangeError: If a part is missing or a parameter is outside its range.
             UnknownNameError: If there is no such source of poses.
         """
-        # first: a part that is missing must not leave half a node behind
+        # before the node exists: an error for a missing part must not leave a half-made node
         made = self.make_controller(command_sender, traj_handler) if controller is None else controller
         super().__init__("controller", agent_id=agent_id, parameters=parameters, context=context)
         self.controller: plain.CrazyflieController = made
@@ -106,7 +106,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
     def make_controller(
         self, command_sender: SenderStrategy | None, traj_handler: ReferenceHandler | None
     ) -> plain.CrazyflieController:
-        """Return the plain controller; a subclass of this template says which one."""
+        """Return the plain controller; a subclass overrides this."""
         raise NotImplementedError(f"{type(self).__name__}: give it a controller, or override make_controller")
 
     @property
@@ -189,7 +189,7 @@ def _is_at_rest(reference: Reference) -> bool:
 
 
 class LawController(CrazyflieController):
-    """A node around a class of plain controllers, whose arguments follow those that say where poses come from."""
+    """A node around a class of plain controllers; its arguments follow those of the pose source."""
 
     law: ClassVar[Any]
     """Class of the plain controller."""

@@ -34,7 +34,7 @@ _TELL_EVERY = 0.05  # [s], wall
 
 
 def _maybe(value: Any) -> float:
-    """Return a number; JSON has null for what is not known."""
+    """Return a number; null in JSON is NaN."""
     number = math.nan if value is None else float(value)
     if math.isinf(number):
         raise ValueError("must be finite")
@@ -52,21 +52,21 @@ class ToldDrone(BaseModel):
     presses: int = 0
     """How many buttons the host has carried out for it."""
     position: Vector
-    """Where it is (m, world)."""
+    """Position (m, world)."""
     orientation: tuple[Maybe, Maybe, Maybe, Maybe]
     """Quaternion xyzw."""
     velocity: Vector
     """(m/s, world)."""
     reference: Vector | None = None
-    """What it follows (m, world)."""
+    """Position of its reference (m, world)."""
     failure: str = ""
-    """Why it flies no more."""
+    """Reason why its flight ended; empty without one."""
     supervisor: str = ""
     battery_v: Maybe = math.nan
     estimate_error_m: Maybe = math.nan
     link: str = ""
     trouble: str = ""
-    """What is wrong with the drone itself."""
+    """Fault of the drone itself; empty without one."""
 
 
 class ToldStates(BaseModel):

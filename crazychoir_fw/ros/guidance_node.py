@@ -5,7 +5,7 @@ message makes the node decide. A round with missing messages ends at its deadlin
 wall clock, since simulated time may stand still while a simulation waits for this node.
 
 Neighbors that stop or resume sending are reported on ``lost_neighbors`` (`std_msgs/String`, "lost agent_3",
-"rejoined agent_3") and in the log. A guidance that raises is reported on ``failure``, and is not called again; see
+"rejoined agent_3") and in the log. A guidance that raises is reported on ``failure``, and decides no more; see
 `crazychoir_fw.ros.layer_failure`.
 """
 

@@ -1,7 +1,7 @@
-"""A mission whose layers live in other processes: phases, commands, log and verdict here, decisions over topics.
+"""A mission with layers in other processes: phases, commands, log and verdict here, outputs of layers over topics.
 
-The flight is that of the runner in one process (`Experiment`), only that guidance, planning and control of each drone
-are asked by topics: odometry goes out, commands come in, round by round.
+The flight is that of the runner in one process (`Experiment`), but guidance, planning and control of each drone
+are reached by topics: odometry goes out, commands come in, round by round.
 """
 
 from __future__ import annotations
@@ -79,9 +79,9 @@ class HostedExperiment(TopicExperiment):
 
         Args:
             mission: The mission.
-            backend: Where the drones are.
+            backend: The backend of the drones.
             executor: Executor that spins the node.
-            pace: How fast time goes on.
+            pace: How fast simulated time advances.
             observe: Called after every round.
             context: Context of rclpy.
         """
@@ -203,7 +203,7 @@ class HostedExperiment(TopicExperiment):
 
         Args:
             reading: See `names_from`.
-            parts: What each of them does.
+            parts: The layers of each process.
         """
         self._parts = {part.name: part for part in parts}
 

@@ -31,7 +31,7 @@ class JoinedDrones:
     """The drones of a joined flight, as the page sees a backend."""
 
     is_real_time = True
-    """Time goes on whatever the page does."""
+    """The page does not control time."""
     is_over_ros = True
 
     def __init__(
@@ -121,15 +121,15 @@ class JoinedDrones:
         return bool(arming_services.served_on(self._node, arming_services.ARM))
 
     def arm(self, index: int, is_armed: bool) -> None:
-        """Ask for a drone to be armed or disarmed.
+        """Request to arm or disarm a drone.
 
         Raises:
-            StateError: If it is not; the text says why.
+            StateError: If the request fails; the text gives the reason.
         """
         self._ask_for(index, arming_services.ARM, is_armed)
 
     def reboot(self, index: int) -> str:
-        """Ask for a drone to be rebooted; returns what to expect. See `arm`."""
+        """Request the reboot of a drone; returns the message of the response. See `arm`."""
         return self._ask_for(index, arming_services.REBOOT)
 
     def _ask_for(self, index: int, name: str, is_armed: bool = False) -> str:

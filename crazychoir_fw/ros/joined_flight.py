@@ -42,7 +42,7 @@ _ROUND_S = 0.02  # [s], wall, of listening in a round
 _TOLD_S = 3.0  # [s], wall, after which a host without states counts as one that never publishes any
 _SETTLE_S = 1.0  # [s], wall, without a new subscriber, after which discovery is complete
 _SILENT_S = 10.0  # [s], wall
-_HEARD_S = 10.0  # [s], wall, within which a host has heard a button
+_HEARD_S = 10.0  # [s], wall: timeout of a host for a button
 _MAX_LOGS = 2000
 _WARNING = 30  # of rcl_interfaces/Log
 _ALSO_EVENTS = ("lost agent", "rejoined agent", "stays where it is")  # what hosts publish as events, too
@@ -243,7 +243,7 @@ class JoinedFlight:
         self.events.append(Event(self.time, kind, drone, text))
 
     def close(self) -> None:
-        """Leave the flight, which goes on."""
+        """Leave the flight, which continues."""
         self._executor.shutdown()
         self.node.destroy_node()
         rclpy.try_shutdown(context=self._context)
@@ -318,7 +318,7 @@ class JoinedFlight:
         if self._logs == _MAX_LOGS:
             self._note("log", "nodes log much: the rest is on /rosout")
 
-    # ---------------------------------------------------------------- without a host that tells
+    # ---------------------------------------------------------------- without states of a host
 
     def _watch_topics(self) -> None:
         """Subscribe to the topics of drones, guidance, planners and radio nodes."""

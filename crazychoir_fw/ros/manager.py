@@ -78,7 +78,7 @@ def free_domain() -> int:
 
 
 def check(mission: Any, options: RosOptions) -> LayeredMission:
-    """Refuse what cannot fly as processes.
+    """Check that a mission can fly as processes.
 
     Raises:
         MissionError: If the mission has no layers.
@@ -108,7 +108,7 @@ def fly_as_processes(
         quiet: Whether nothing is printed of the processes.
 
     Raises:
-        MissionError: If a process cannot make its nodes as the mission says.
+        MissionError: If a process cannot make the nodes of the mission.
     """
     domain = free_domain() if options.domain is None else options.domain
     os.environ["ROS_DOMAIN_ID"] = str(domain)

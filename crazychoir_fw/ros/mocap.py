@@ -49,7 +49,7 @@ class MocapSimulator(LayerNode):
 
         Args:
             agents: Numbers of the drones; None is 0 to the parameter ``N``.
-            config: How well the system sees, where parameters say nothing; None has the numbers of the vehicle model.
+            config: Defaults of the parameters; None takes those of the vehicle model.
             pose_topic: Topic of the odometry, in the namespace of each drone.
             topic: Where poses go, with {d} for the number of a drone.
             namespace_pattern: Namespace of drone i.

@@ -1,6 +1,6 @@
 """The table of topics (docs/reference/crazychoir.md#2.2): names, message types and queue depths, in one place.
 
-Names without a leading slash live in the namespace of a drone, ``agent_{i}``.
+Names without a leading slash are relative to the namespace of a drone, ``agent_{i}``.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Topic:
     """One line of the table."""
 
     name: str
-    """Relative names live in the namespace of the node."""
+    """Relative names are in the namespace of the node."""
     type: type
     """Message class."""
     publish_depth: int
@@ -39,7 +39,7 @@ class Topic:
     subscribe_depth: int
     """How many messages a subscriber keeps."""
     meaning: str
-    """What is in it: units, frame."""
+    """Content, with units and frame."""
 
     @property
     def publish_qos(self) -> QoSProfile:

@@ -17,7 +17,7 @@ TABLE = "table"
 
 @dataclass(frozen=True)
 class Part:
-    """What one process does: some layers of some drones."""
+    """The layers and drones of one process."""
 
     name: str
     agents: tuple[int, ...]
@@ -75,7 +75,7 @@ def reference_answers(mission: Any, i: int) -> bool:
 
 
 def one_command(mission: Any) -> str:
-    """Return what all drones are commanded by: fpqr, frpy, vel or xyz.
+    """Return the command of all drones: fpqr, frpy, vel or xyz.
 
     Raises:
         MissionError: If they are commanded in different ways.

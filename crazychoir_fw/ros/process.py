@@ -37,7 +37,7 @@ from crazychoir_fw.ros.topic_experiment import READY
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
 
 NOT_MADE = os.EX_CONFIG
-"""Exit code of a process whose nodes cannot be made as the mission says."""
+"""Exit code of a process that cannot make the nodes of the mission."""
 
 _LOOK_EVERY = 0.05  # [s], wall: period of the check for all partners
 _LOOK_AT_CLOCK = 0.5  # [s], wall: period of the check for a publisher of the clock
@@ -67,12 +67,12 @@ def make_nodes(
         mission: The mission.
         part: Which of its layers.
         lockstep: Whether guidance answers each tick.
-        patience: How long a guidance waits for neighbors while simulated time stands still (s, wall); None: as long
-            as the mission says, `communication.silence_s`.
+        patience: How long a guidance waits for neighbors while simulated time stands still (s, wall); None:
+            `communication.silence_s` of the mission.
         context: Context of rclpy.
 
     Raises:
-        CrazychoirError: If a layer cannot be made as the mission says.
+        CrazychoirError: If a layer of the mission cannot be made.
     """
     nodes: list[Node] = []
     if TABLE in part.layers:
@@ -201,7 +201,7 @@ def take_leave(executor: Any | None, nodes: Iterable[Node], context: Context) ->
     shared memory would leak half a megabyte of it.
     """
     for node in nodes:
-        with suppress(Exception):  # the context may be gone already
+        with suppress(Exception):  # the context may be shut down already
             executor.remove_node(node)
             node.destroy_node()
     if executor is not None:

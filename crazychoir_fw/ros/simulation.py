@@ -1,7 +1,7 @@
 """`SimulationNode`: one node for a world of drones, whatever their number.
 
-Each drone has the topics of the table: it takes ``cmd_vel`` or ``traj_params`` and says ``odom``; ``/clock`` is
-simulated time.
+Each drone has the topics of the table: it subscribes to ``cmd_vel`` or ``traj_params`` and publishes ``odom``;
+``/clock`` is simulated time.
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.odometry import OdometryTopics
 
 KINDS = ("fpqr", "frpy", "vel", "xyz")
-_LOOK_EVERY = 0.25  # [s], wall: who listens
+_LOOK_EVERY = 0.25  # [s], wall: period of the check for subscribers
 
 
 class Host(Protocol):
-    """What the node lets fly: `PluginHost`, or a backend of experiments."""
+    """The simulation behind the node: `PluginHost`, or a backend of experiments."""
 
     names: Sequence[str]
 
@@ -142,11 +142,11 @@ class SimulationNode(LayerNode):
         """Make the node; nothing moves yet.
 
         Args:
-            host: What flies.
-            command: What the drones take: ``fpqr``, ``frpy`` or ``vel`` on ``cmd_vel``, ``xyz`` on ``traj_params``;
+            host: The simulation behind the node.
+            command: Kind of the commands: ``fpqr``, ``frpy`` or ``vel`` on ``cmd_vel``, ``xyz`` on ``traj_params``;
                 None: the owner of the node subscribes to commands and buttons.
             rate: Odometry per simulated second (Hz), a divisor of 1000.
-            pace: How fast time goes on.
+            pace: How fast simulated time advances.
             answers: In lockstep, topics (``cmd_vel``, ``acceleration``, …, or ``guidance`` on ``answered``) by whose
                 messages drones answer each odometry, with the numbers of these drones; all with ``cmd_vel`` by default.
             imu: Whether ``imu`` is published, if the host knows it.
@@ -223,7 +223,7 @@ class SimulationNode(LayerNode):
         self.create_subscription(kind, self.topic_of(index, topic), lambda _: self.answer(party), 10, raw=True)
 
     def _idle_taker(self, index: int) -> Callable[[Bool], None]:
-        """A guidance says whether its drone shall rest: motors off, whatever its controller asks for."""
+        """Return the callback of ``idle``: motors off while a guidance is idle, whatever its controller commands."""
 
         def take(message: Bool) -> None:
             if message.data and not self._idle[index]:
@@ -242,7 +242,7 @@ class SimulationNode(LayerNode):
         return take
 
     def answer(self, party: tuple[int, str]) -> None:
-        """Take note that a party has answered the latest odometry."""
+        """Record that a party has answered the latest odometry."""
         if self.answers.take(party):
             self.get_logger().warning(f"{self.host.names[party[0]]}: answers again on {party[1]}")
         if self.answers.is_complete and not self._all_answered.done():
@@ -268,7 +268,7 @@ class SimulationNode(LayerNode):
     # ---------------------------------------------------------------- time
 
     def step(self) -> None:
-        """Hand the commands over that have come, go on by one period, and say how things are."""
+        """Pass new commands to the host, advance by one period, and publish the state."""
         if self.commands is not None:
             indices, twist = self.commands.take(False if self._stopped else ~self._idle)
             if indices.size:
@@ -281,7 +281,7 @@ class SimulationNode(LayerNode):
         self.publish()
 
     def publish(self) -> None:
-        """Say how things are: odometry first, then the clock, on which nodes begin to work."""
+        """Publish the state: odometry first, then the clock, which triggers the nodes."""
         self.answers.ask()
         pose, now = self.host.poses(), self.host.time
         self.last_step_wall = time.perf_counter()
@@ -306,7 +306,7 @@ class SimulationNode(LayerNode):
             publisher.publish(pose_to_pose_stamped(Pose(place, attitude, time=now)))
 
     def publish_clock(self) -> None:
-        """Say what time it is."""
+        """Publish the time of the host."""
         self._clock_publisher.publish(CLOCK.type(clock=to_stamp(self.host.time)))
 
     def run(self, executor: Any, until: float | None = None) -> None:
@@ -322,17 +322,17 @@ class SimulationNode(LayerNode):
                 self.step()
 
     def exchange(self, executor: Any) -> None:
-        """Say how things are and work on messages until the next step may be made."""
+        """Publish the state, and process messages until the next step may be made."""
         self.publish()
         while not self._stopping and self.context.ok() and not self.is_due(executor):
             pass
 
     def finish(self) -> None:
-        """Let `run` return."""
+        """Make `run` return."""
         self._stopping = True
 
     def is_due(self, executor: Any) -> bool:
-        """Work on messages for a while; return whether the next step may be made."""
+        """Process messages for a short time; return whether the next step may be made."""
         if self._must_hold():
             executor.spin_once(timeout_sec=0.02)
             self._due = None

@@ -80,7 +80,7 @@ class RemoteCommunicator:
         self.in_neighbors, self.out_neighbors = tuple(in_neighbors), tuple(out_neighbors)
         self.statistics = Statistics()
         self.round_ms: dict[str, float] | None = None
-        """How long its rounds took (ms, wall): from its message until all others were there; mean and longest."""
+        """How long its rounds took (ms, wall): from sending its message to receiving all others; mean and max."""
 
     def take(self, told: dict[str, Any]) -> None:
         """Store published statistics; raises KeyError, TypeError or ValueError for anything else."""
@@ -109,7 +109,7 @@ class StatisticsCollector:
             self._node.get_logger().warning(f"{STATISTICS}: {error!r}", throttle_duration_sec=1.0)
 
     def ask(self, agents: Sequence[int], work: Callable[[], None]) -> None:
-        """Ask for the latest, and wait for the answers of these agents, for a few seconds at most.
+        """Request the latest statistics, and wait for those of these agents, up to a timeout of a few seconds.
 
         Args:
             agents: Numbers of the agents that can still answer.

@@ -1,8 +1,8 @@
 """Tables of work as ROS 2 nodes, and how guidance asks them: dynamic task assignment, pickup and delivery.
 
-The table announces each list on ``/optimization_trigger`` (`std_msgs/Int64`, its label, latched). Each agent asks for
-its own by the service ``/agent_{i}/task_list`` and says by ``/agent_{i}/task_completion`` that it has done what comes
-next (both `std_srvs/Trigger`; the list is JSON in the message). It publishes its plan on
+The table announces each list on ``/optimization_trigger`` (`std_msgs/Int64`, its label, latched). Each agent requests
+its own by the service ``/agent_{i}/task_list``, and reports its next task as completed by the service
+``/agent_{i}/task_completion`` (both `std_srvs/Trigger`; the list is JSON in the message). It publishes its plan on
 ``/agent_{i}/task_report``, and the table publishes events on ``/happenings`` (both `std_msgs/String`, JSON). The report
 also carries tasks that were completed after the table had made a newer list.
 

@@ -172,6 +172,6 @@ class SplinePosition(Spline):
 
 
 class MinimumSnap(FullStateTrajHandler):
-    """The curve of least snap through the points."""
+    """The minimum-snap curve through the points."""
 
     plain_class = plain.MinimumSnap
