@@ -20,8 +20,8 @@ except ModuleNotFoundError as error:
         "or source an installation of ROS 2"
     ) from error
 
-# Nodes under the names of the paper, and the strategies that its listings hand to them. Looked up when they are asked
-# for, so that a process imports what it uses.
+# Nodes under the names of the paper, and the strategies that its listings pass to them. The import is deferred
+# to first use, so that a process imports only modules that it uses.
 _NAMES_IN = {
     "crazychoir_fw.control": (
         "AttitudeControl AttitudeCtrlStrategy FPQRSender FRPYSender FlatnessAccelerationCtrl FlatnessPositionCtrl "

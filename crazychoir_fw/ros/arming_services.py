@@ -1,4 +1,4 @@
-"""What a drone on the floor needs, as services of its namespace: ``arm`` (`std_srvs/SetBool`), ``reboot`` (`Trigger`).
+"""Services that a drone on the floor needs, in its namespace: ``arm`` (`std_srvs/SetBool`), ``reboot`` (`Trigger`).
 
 The host serves them where there is onboard software. The page calls them, and `crazychoir ros arm` from a terminal.
 """
@@ -33,9 +33,9 @@ def serve_arming_services(node: Any, agents: Sequence[Agent], access: Access) ->
     """Serve ``arm`` and ``reboot`` of every drone, if they have onboard software.
 
     Args:
-        node: Whose services they are; a `LayerNode`.
+        node: The `LayerNode` that serves them.
         agents: The drones.
-        access: What a backend lets one do.
+        access: Arms and reboots drones of the backend.
     """
     if not access.has_software:
         return
@@ -67,17 +67,17 @@ def served_on(node: Node, name: str) -> list[str]:
 
 
 def ask_for(node: Node, service: str, name: str, is_armed: bool, spin: Callable[[], None]) -> str:
-    """Call a service of care; returns its answer.
+    """Call the service ``arm`` or ``reboot`` of a drone; returns the message of its response.
 
     Args:
-        node: Who asks.
+        node: Node that creates the client.
         service: Full name of the service.
         name: ``arm`` or ``reboot``.
-        is_armed: What ``arm`` asks for.
-        spin: Lets the node work for a moment.
+        is_armed: Value of the request ``arm``: True arms, False disarms.
+        spin: Spins the node once.
 
     Raises:
-        StateError: If nobody answers in time, or the answer is no.
+        StateError: If no response comes before the timeout, or the server refuses the request.
     """
     client = node.create_client(TYPES[name], service)
     try:
@@ -103,12 +103,12 @@ def request_once(name: str, is_armed: bool, drones: Sequence[str], domain: int |
 
     Args:
         name: ``arm`` or ``reboot``.
-        is_armed: What ``arm`` asks for.
+        is_armed: Value of the request ``arm``: True arms, False disarms.
         drones: Namespaces, such as ``agent_0``; all that are found if empty.
         domain: ROS domain; None is that of ``ROS_DOMAIN_ID``.
 
     Raises:
-        StateError: If nobody serves it, or a drone says no; the others have been asked.
+        StateError: If no node serves it, or a drone refuses; all other drones are still called.
         UnknownNameError: If a drone is not among those found.
     """
     context = Context()
@@ -140,7 +140,7 @@ def request_once(name: str, is_armed: bool, drones: Sequence[str], domain: int |
 
 
 def _found(node: Node, name: str, spin: Callable[[], None]) -> dict[str, str]:
-    """Return who serves it, by namespace; a swarm is not found all at once."""
+    """Return the services found, by namespace; discovery of a swarm takes several rounds."""
     begin = since = time.monotonic()
     found: list[str] = []
     while time.monotonic() - begin < _FIND_S and not (found and time.monotonic() - since > _SETTLE_S):

@@ -1,7 +1,7 @@
 """The buttons of a swarm, on topics and as services: take-off, land, stop, start.
 
 ``/takeoff``, ``/land``, ``/stop`` and ``/experiment_trigger`` are topics of `std_msgs/Empty`; the node `Buttons` serves
-`std_srvs/Trigger` under the same names, for whoever wants an answer.
+`std_srvs/Trigger` under the same names, for clients that need a response.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from crazychoir_fw.ros.node import LayerNode
 
 
 def serve_trigger(node: Node, name: str, work: Callable[[], None], message: str) -> Any:
-    """Serve a `std_srvs/Trigger` that does some work and says so."""
+    """Serve a `std_srvs/Trigger` that calls `work` and responds with `message`."""
 
     def answer(_: Any, response: Any) -> Any:
         work()
@@ -35,7 +35,7 @@ def serve_trigger(node: Node, name: str, work: Callable[[], None], message: str)
 
 
 class Buttons(LayerNode):
-    """Presses the swarm-wide buttons, for itself and for whoever calls its services."""
+    """Publishes the swarm-wide buttons, on calls of its methods and of its services."""
 
     def __init__(self, *, services: bool = True, context: Context | None = None) -> None:
         """Make the node ``buttons``.
@@ -65,16 +65,16 @@ class Buttons(LayerNode):
         return int(self._publishers_of[button].get_subscription_count())
 
     def press_when_heard(self, button: str, timeout: float = 5.0, settle: float = 0.3, urgent: bool = False) -> int:
-        """Wait until somebody listens, and press a button once. Returns how many listened.
+        """Wait for a subscriber, and press a button once. Returns the number of subscribers.
 
         Args:
             button: Which one.
-            timeout: Longest wait for the first listener (s, wall clock).
-            urgent: Whether it is pressed for the first listeners at once, and for the others as they are found.
-            settle: How long no further listener must have come (s, wall clock): a swarm is not found all at once.
+            timeout: Longest wait for the first subscriber (s, wall clock).
+            urgent: Whether it is pressed at once for the first subscriber, and again for each one discovered later.
+            settle: Time without a new subscriber after which discovery counts as complete (s, wall clock).
 
         Raises:
-            StateError: If nobody listens.
+            StateError: If no node subscribes before the timeout.
         """
         deadline = time.monotonic() + timeout
         count, since = 0, time.monotonic()
@@ -99,15 +99,15 @@ class Buttons(LayerNode):
 
 
 def press_once(button: str, domain: int | None = None, timeout: float = 5.0) -> int:
-    """Press a button from a process that has no nodes otherwise. Returns how many nodes heard it.
+    """Press a button from a process that has no nodes otherwise. Returns the number of subscribers.
 
     Args:
         button: ``takeoff``, ``land``, ``stop`` (pressed at once) or ``start``.
         domain: ROS domain; None is that of ``ROS_DOMAIN_ID``.
-        timeout: Longest wait for the first listener (s, wall clock).
+        timeout: Longest wait for the first subscriber (s, wall clock).
 
     Raises:
-        StateError: If nobody listens.
+        StateError: If no node subscribes before the timeout.
         UnknownNameError: If there is no such button.
     """
     context = Context()

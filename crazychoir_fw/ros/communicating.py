@@ -1,4 +1,4 @@
-"""What a node needs whose guidance talks to neighbors: topics of a communicator, and the parameters that name them."""
+"""Nodes with a guidance that communicates: topics of a communicator, and the parameters that name them."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class CommunicatingNode(LayerNode):
         disturb: Callable[[Any], Any] | None = None,
         **options: Any,
     ) -> Any:
-        """Return a communicator over topics of this node; `disturb` makes of its transport what is to be used."""
+        """Return a communicator over topics of this node; `disturb` wraps its transport."""
         self.make_transport(kind.reliable)
         transport = self.transport if disturb is None else disturb(self.transport)
         topic = self.namespace_pattern.replace("{i}", "{agent}") + "/communicator"
@@ -53,5 +53,5 @@ class CommunicatingNode(LayerNode):
 
     @property
     def is_connected(self) -> bool:
-        """Whether somebody is at the other end of all topics of its communicator."""
+        """Whether every topic of its communicator has a publisher and a subscriber in another node."""
         return self.transport is None or self.transport.is_connected

@@ -4,8 +4,8 @@ Topics are those of docs/reference/crazychoir.md#17.2: ``/agent_{i}/communicator
 with one topic per receiver. A message is a ``std_msgs/UInt8MultiArray`` whose only dimension is labeled with the number
 of the round.
 
-Reliable topics are volatile, unlike the original's: whoever comes late would first be told all rounds that are over,
-and takes over the label of the others anyway.
+Reliable topics are volatile, unlike the original's. With transient-local durability an agent that joins late would
+first receive all past rounds; it adopts the round label of its neighbors anyway.
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ class RosTransport(Transport):
         """Use a node.
 
         Args:
-            node: Whose publishers and subscriptions carry the messages.
-            reliable: Whether what is subscribed to is asked for reliably; best effort hears both kinds of publishers.
+            node: Node that owns the publishers and subscriptions.
+            reliable: Whether subscriptions request reliable delivery; best effort matches both kinds of publishers.
         """
         self._node = node
         self._qos = RELIABLE if reliable else BEST_EFFORT
         self._publishers: dict[str, Publisher] = {}
         self._subscriptions: dict[tuple[str, Receiver], Subscription] = {}
         self.when_received: list[Callable[[], None]] = []
-        """Called after each message, for users who wait for no one but are told."""
+        """Callbacks after each received message, for nodes that do not block on a round."""
 
     def advertise(self, topic: str, *, reliable: bool = True) -> None:
         """Make the publisher of a topic."""
@@ -63,13 +63,13 @@ class RosTransport(Transport):
         self._publishers[topic] = self._node.create_publisher(UInt8MultiArray, _absolute(topic), qos)
 
     def publish(self, topic: str, label: int, data: Any) -> None:
-        """Send bytes of a round to all who subscribed to the topic."""
+        """Send bytes of a round to all subscribers of the topic."""
         if topic not in self._publishers:
             self.advertise(topic)
         self._publishers[topic].publish(labeled_bytes(label, data))
 
     def subscribe(self, topic: str, callback: Receiver) -> None:
-        """Have ``callback(label, data)`` called for every message; one without label is told to the log."""
+        """Have ``callback(label, data)`` called for every message; a message without label is logged and dropped."""
 
         def receive(raw: bytes) -> None:
             try:
@@ -86,14 +86,14 @@ class RosTransport(Transport):
         )
 
     def unsubscribe(self, topic: str, callback: Receiver) -> None:
-        """Let `callback` be called no more."""
+        """Remove the subscription of `callback`."""
         subscription = self._subscriptions.pop((topic, callback), None)
         if subscription is not None:
             self._node.destroy_subscription(subscription)
 
     @property
     def is_connected(self) -> bool:
-        """Whether somebody is at the other end of every topic."""
+        """Whether every publisher has a subscriber, and every subscription a publisher."""
         return all(one.get_subscription_count() for one in self._publishers.values()) and all(
             one.get_publisher_count() for one in self._subscriptions.values()
         )

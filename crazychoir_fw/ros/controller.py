@@ -33,10 +33,10 @@ class CrazyflieController(PoseTriggered, LayerNode):
 
     Nothing is sent before the pose is known, nor when it is older than the parameter ``pose_timeout`` (s). A reference
     at rest is held; one that moves or accelerates the drone is given up when none has come for ``reference_timeout``
-    (s): whoever sent it is gone, and the drone stays where it is until the next one. A subclass makes the plain
-    controller, or whoever has one hands it over.
+    (s): its publisher counts as gone, and the drone holds its position until the next reference. A subclass makes the
+    plain controller, or the caller passes one as `controller`.
 
-    A law that raises says so on ``failure``, and commands no more; see `crazychoir_fw.ros.layer_failure`.
+    A law that raises is reported on ``failure``, and the node stops sending; see `crazychoir_fw.ros.layer_failure`.
 
     Under simulated time each pose that is due makes a step, with its own stamp, so that results do not depend on which
     of pose and clock comes first; where poses come slower than commands, or in real time, the clock does.
@@ -64,9 +64,9 @@ class CrazyflieController(PoseTriggered, LayerNode):
             pose_handler: Where poses come from, see `crazychoir_fw.ros.pose_sources`.
             pose_topic: Topic of the pose.
             pose_callback: Called after each pose; a filter such as `Estimator` fills in the velocities.
-            command_sender: What the command consists of.
+            command_sender: Strategy that composes the command.
             traj_handler: Which references are followed, and on which topic; None follows none.
-            controller: A plain controller, in place of what the subclass would make of the two before.
+            controller: A plain controller; the default is made by the subclass from the two arguments before.
             agent_id: Number of the drone; None asks parameter and namespace.
             parameters: Values of parameters.
             context: Context of rclpy.
@@ -75,7 +75,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
             RangeError: If a part is missing or a parameter is outside its range.
             UnknownNameError: If there is no such source of poses.
         """
-        # first: a part that is missing must not leave half a node behind
+        # before the node exists: an error for a missing part must not leave a half-made node
         made = self.make_controller(command_sender, traj_handler) if controller is None else controller
         super().__init__("controller", agent_id=agent_id, parameters=parameters, context=context)
         self.controller: plain.CrazyflieController = made
@@ -89,7 +89,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
         self._has_new_reference = False
         self._reference_time: float | None = None  # [s], of the step that followed the latest one first
         self._is_idle = False
-        self._latest = -np.inf  # [s], of the times at which it worked
+        self._latest = -np.inf  # [s], time of the latest step
         self._longest_step = CLOSE * min(made.periods)
         self._commands = self.announce(self.command_topic)
         handler = made.traj_handler
@@ -106,7 +106,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
     def make_controller(
         self, command_sender: SenderStrategy | None, traj_handler: ReferenceHandler | None
     ) -> plain.CrazyflieController:
-        """Return the plain controller; a subclass of this template says which one."""
+        """Return the plain controller; a subclass overrides this."""
         raise NotImplementedError(f"{type(self).__name__}: give it a controller, or override make_controller")
 
     @property
@@ -128,7 +128,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
         self._has_new_reference = True
 
     def _take_idle(self, message: Bool) -> None:
-        """A guidance says whether its drone rests, and then sends no references."""
+        """Store whether the guidance is idle; an idle guidance sends no references."""
         self._is_idle = message.data
 
     def take_pose(self, pose: Pose) -> None:
@@ -157,7 +157,7 @@ class CrazyflieController(PoseTriggered, LayerNode):
             self.send_input(twist)
 
     def _mind_references(self, now: float) -> None:
-        """Give a reference up that nobody renews, once."""
+        """Clear a moving reference once when none has come for ``reference_timeout``."""
         if self._has_new_reference:
             self._has_new_reference, self._reference_time = False, now
             return
@@ -189,7 +189,7 @@ def _is_at_rest(reference: Reference) -> bool:
 
 
 class LawController(CrazyflieController):
-    """A node around a class of plain controllers, whose arguments follow those that say where poses come from."""
+    """A node around a class of plain controllers; its arguments follow those of the pose source."""
 
     law: ClassVar[Any]
     """Class of the plain controller."""

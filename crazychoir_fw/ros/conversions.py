@@ -1,4 +1,4 @@
-"""Plain data to ROS messages and back. What is no finite number or of the wrong size is refused by name.
+"""Plain data to ROS messages and back. Values that are not finite or of the wrong size raise an error with their name.
 
 One drone at a time: arrays of shape (3,). Times are seconds of the node's clock.
 """
@@ -27,7 +27,7 @@ from crazychoir_fw.ros.names import BODY_FRAME, ODOM_FRAME, REFERENCES, WORLD_FR
 Array = NDArray[np.float64]
 
 _TYPES = get_typestore(Stores.ROS2_JAZZY)
-_LITTLE_ENDIAN = b"\x00\x01\x00\x00"  # CDR: what bytes of a message begin with
+_LITTLE_ENDIAN = b"\x00\x01\x00\x00"  # CDR: first bytes of a message
 _TWIST_BYTES = len(_LITTLE_ENDIAN) + 6 * 8
 _UInt8MultiArray, _MultiArrayLayout, _MultiArrayDimension = (
     _TYPES.types[f"std_msgs/msg/{name}"] for name in ("UInt8MultiArray", "MultiArrayLayout", "MultiArrayDimension")
@@ -46,12 +46,12 @@ def _name_of(kind: type) -> str:
 
 
 def from_bytes(data: bytes, kind: type) -> Any:
-    """Return what has the fields of a kind of message, lists of numbers as arrays; rclpy takes 3 times as long."""
+    """Decode a message of a type, with lists of numbers as arrays; rclpy takes 3 times as long."""
     return _TYPES.deserialize_cdr(data, _name_of(kind))
 
 
 def to_bytes(message: Any, kind: type) -> bytes:
-    """Return what has the fields of a kind of message as bytes."""
+    """Encode an object with the fields of a message type as bytes."""
     return bytes(_TYPES.serialize_cdr(message, _name_of(kind)))
 
 
@@ -143,7 +143,7 @@ def _sec_nanosec(name: str, time: float) -> dict[str, int]:
 
 
 def _fill_pose(message: Any, place: Any, pose: Pose, frame_id: str) -> None:
-    """Fill the header of a message, and place and attitude somewhere in it; what is not known stays as it is."""
+    """Fill the header of a message, and the position and attitude of `place`; unknown values keep their defaults."""
     message.header.frame_id = frame_id
     if pose.time is not None:
         message.header.stamp = to_stamp(pose.time)
@@ -155,7 +155,7 @@ def _fill_pose(message: Any, place: Any, pose: Pose, frame_id: str) -> None:
 
 
 def pose_to_odometry(pose: Pose, frame_id: str = ODOM_FRAME, child_frame_id: str = BODY_FRAME) -> Odometry:
-    """Return a pose as odometry; its time becomes the stamp, and what is not known stays zero (identity attitude).
+    """Return a pose as odometry; its time becomes the stamp, and unknown values stay zero (identity attitude).
 
     Raises:
         RangeError: If a number is not finite, or the pose has no position.
@@ -232,7 +232,7 @@ def reference_to_message(reference: Reference, kind: str) -> Vector3 | MultiDOFJ
     """Return a reference as the message of its kind: "position", "acceleration" or "fullstate".
 
     Raises:
-        RangeError: If a number is not finite, or the reference lacks what the kind needs.
+        RangeError: If a number is not finite, or the reference lacks a value that the kind needs.
         UnknownNameError: If there is no such kind.
     """
     _check_kind(kind)
@@ -334,7 +334,7 @@ def joint_trajectory_to_points(message: JointTrajectory) -> list[TrajectoryPoint
 
 
 def labeled_bytes(label: int, data: bytes) -> bytes:
-    """Return bytes as those of a `UInt8MultiArray` of one dimension, whose label is a number in words."""
+    """Wrap bytes in an encoded `UInt8MultiArray` of one dimension, with a decimal number as label."""
     layout = _MultiArrayLayout([_MultiArrayDimension(str(label), len(data), len(data))], 0)
     return to_bytes(_UInt8MultiArray(layout, np.frombuffer(data, np.uint8)), UInt8MultiArray)
 

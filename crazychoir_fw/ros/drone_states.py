@@ -1,7 +1,7 @@
-"""What a host says of its drones to whoever watches a flight: `/drone_states` some times a second, and `/events`.
+"""State of all drones and events of a flight, published by its host: `/drone_states` at a fixed rate, and `/events`.
 
-Topics of the table say where drones are, and no more; which phase a drone is in, how its battery is, and what has
-happened is known to the host alone. Both are `std_msgs/String` with JSON in it.
+The topics of each drone carry its pose only; its phase, its battery and the events are known to the host alone. Both
+topics are `std_msgs/String` with JSON.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ STATES = "/drone_states"
 EVENTS = "/events"
 STATES_QOS = qos(1)
 EVENTS_QOS = QoSProfile(depth=1000, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
-"""Who comes later hears what has happened before."""
+"""Transient local: a subscriber that joins late receives all past events."""
 
 _TELL_EVERY = 0.05  # [s], wall
 
 
 def _maybe(value: Any) -> float:
-    """Return a number; JSON has null for what is not known."""
+    """Return a number; null in JSON is NaN."""
     number = math.nan if value is None else float(value)
     if math.isinf(number):
         raise ValueError("must be finite")
@@ -46,31 +46,31 @@ Vector = tuple[Maybe, Maybe, Maybe]
 
 
 class ToldDrone(BaseModel):
-    """What a host says of a drone."""
+    """State of a drone, as its host publishes it."""
 
     phase: DronePhase
     presses: int = 0
     """How many buttons the host has carried out for it."""
     position: Vector
-    """Where it is (m, world)."""
+    """Position (m, world)."""
     orientation: tuple[Maybe, Maybe, Maybe, Maybe]
     """Quaternion xyzw."""
     velocity: Vector
     """(m/s, world)."""
     reference: Vector | None = None
-    """What it follows (m, world)."""
+    """Position of its reference (m, world)."""
     failure: str = ""
-    """Why it flies no more."""
+    """Reason why its flight ended; empty without one."""
     supervisor: str = ""
     battery_v: Maybe = math.nan
     estimate_error_m: Maybe = math.nan
     link: str = ""
     trouble: str = ""
-    """What is wrong with the drone itself."""
+    """Fault of the drone itself; empty without one."""
 
 
 class ToldStates(BaseModel):
-    """What a host says of all drones at a time (s)."""
+    """State of all drones at a time (s), as their host publishes it."""
 
     mission: str
     backend: str
@@ -86,16 +86,16 @@ class _ToldEvent(BaseModel):
 
 
 class StateTeller:
-    """Lets a host say how its drones are; while nobody listens, it looks now and then whether somebody does."""
+    """Publishes states and events of a host; states are composed only while `/drone_states` has a subscriber."""
 
     def __init__(self, node: Any, experiment: Any, mission: Any, access: Access, presses: Callable[[int], int]) -> None:
-        """Begin to tell.
+        """Make the publishers and start the timer.
 
         Args:
-            node: Whose publishers are used; a timer on the clock of the wall is made there.
+            node: Node that owns the publishers and a timer on the wall clock.
             experiment: The flight.
-            mission: What it flies.
-            access: What is known of its drones.
+            mission: The mission flown.
+            access: State and true pose of its drones.
             presses: Returns how many buttons were carried out for a drone.
         """
         self._experiment = experiment
@@ -139,10 +139,10 @@ class StateTeller:
 
 
 def read_states(text: str) -> ToldStates:
-    """Return what a host says.
+    """Parse a message of `/drone_states`.
 
     Raises:
-        RangeError: If that are no states of drones.
+        RangeError: If the text does not hold states of drones.
     """
     try:
         return ToldStates.model_validate_json(text)
@@ -151,7 +151,7 @@ def read_states(text: str) -> ToldStates:
 
 
 def read_event(text: str) -> Event:
-    """Return something that happened.
+    """Parse a message of `/events`.
 
     Raises:
         RangeError: If it is no event.
@@ -165,7 +165,7 @@ def read_event(text: str) -> Event:
 
 
 def _plain(value: Any) -> Any:
-    """Return what JSON does not know as what it knows."""
+    """Convert NumPy values and sets, and anything else, to types that JSON has."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     return sorted(value) if isinstance(value, set | frozenset) else str(value)

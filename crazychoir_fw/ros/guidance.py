@@ -1,7 +1,7 @@
-"""Guidance laws as ROS 2 nodes: one node around any law, made of what the law says of itself.
+"""Guidance laws as ROS 2 nodes: one node class around any law, built from the options that the law declares.
 
 ``crazychoir_fw.ros.NAME`` is the node of our law of that name, with the class names and arguments of the paper's
-listings; `law_node` makes that of yours. What a round is and who is silent: see `crazychoir_fw.ros.guidance_node`.
+listings; `law_node` makes that of yours. For rounds and silent neighbors see `crazychoir_fw.ros.guidance_node`.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ class LawNode(GuidanceNode):
         return made
 
     def _value(self, name: str, option: Option) -> Any:
-        """Return what an argument or a parameter says; what no parameter can hold comes from arguments alone."""
+        """Return the value of an option: from its parameter, or from the arguments if no parameter can hold it."""
         value = self._given.get(name, option.default)
         if option.type is None or not _is_plain(value) or self.has_parameter(name):
             return value
@@ -102,7 +102,7 @@ class LawNode(GuidanceNode):
         return Law
 
     def evaluate_input(self, neigh_data: dict[int, Pose]) -> NDArray[np.float64]:
-        """Return what a feedback law asks for, shape (3,), given the poses of neighbors; may be overridden."""
+        """Return the input of a feedback law, shape (3,), from the poses of neighbors; may be overridden."""
         method = self.law.evaluate_input
         if getattr(method, "__isabstractmethod__", False):
             raise NotImplementedError(f"{type(self).__name__}: override evaluate_input")

@@ -1,11 +1,12 @@
 """The node around any guidance.
 
-A round is never waited for in a callback: it begins with a pose, messages of neighbors come in as they come, and
-whichever completes it lets the node decide. A round whose messages do not come ends at its deadline: by the clock of
-ROS, and also by the clock on the wall, since simulated time may stand still while a simulation waits for this node.
+No callback blocks on a round. A pose begins the round, each callback adds the message of a neighbor, and the last
+message makes the node decide. A round with missing messages ends at its deadline: by the clock of ROS, and also by the
+wall clock, since simulated time may stand still while a simulation waits for this node.
 
-Who is silent is told on ``lost_neighbors`` (`std_msgs/String`, "lost agent_3", "rejoined agent_3") and to the log.
-A guidance that raises says so on ``failure``, and decides no more; see `crazychoir_fw.ros.layer_failure`.
+Neighbors that stop or resume sending are reported on ``lost_neighbors`` (`std_msgs/String`, "lost agent_3",
+"rejoined agent_3") and in the log. A guidance that raises is reported on ``failure``, and decides no more; see
+`crazychoir_fw.ros.layer_failure`.
 """
 
 from __future__ import annotations
@@ -33,8 +34,8 @@ ANSWERED = "answered"
 """Topic on which a guidance answers each tick in lock step."""
 
 _SAME_PRESS = 0.05  # [s]
-_MISSED = 0.5  # of the patience: so long nobody waits for neighbors unless one is behind
-_LOOK_EVERY = 0.05  # [s], wall: at rounds that wait
+_MISSED = 0.5  # of the patience: threshold of `RoundResync`, to detect that this node is a round behind
+_LOOK_EVERY = 0.05  # [s], wall: period of the timeout check of an open round
 
 Build = Callable[["GuidanceNode"], Any]
 """Makes the plain guidance of a node, once its parameters and topics are there."""
@@ -43,8 +44,8 @@ Build = Callable[["GuidanceNode"], Any]
 class GuidanceNode(PoseTriggered, CommunicatingNode):
     """Wires a guidance to topics: pose and buttons in, references and trajectories out.
 
-    Those of `crazychoir_fw.ros.guidance` derive from it. Whoever has a plain guidance, hands a function that makes it
-    to `build`.
+    The nodes of `crazychoir_fw.ros.guidance` derive from it. For a plain guidance, pass a function that makes it as
+    `build`.
     """
 
     def __init__(
@@ -86,7 +87,7 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
         self.guidance: Any = build(self)
         """The plain guidance."""
         self._guard = LayerGuard(self, self.guidance, self._answer)  # no step waits for it
-        # otherwise its rounds last over many steps, and no step waits for one
+        # a guidance without this pace has rounds that span many steps, and no step waits for one
         is_paced = getattr(self.guidance, "is_paced_by_rounds", True)
         self._has_rounds = hasattr(self.guidance, "begin_round") and is_paced
         self._in_round = False
@@ -147,7 +148,7 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
     # ---------------------------------------------------------------- in
 
     def _see(self, other: int, pose: Pose) -> None:
-        """Tell the guidance where a drone is that it watches."""
+        """Pass the pose of a watched drone to the guidance."""
         if self._guard.failure is None:
             with self._guard:
                 self.guidance.see(other, pose)
@@ -173,7 +174,7 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
         """Press a button: ``takeoff``, ``land``, ``stop``, ``start``."""
         now, before = self._time.now(), self._last_press
         if before is not None and before[0] == button and now - before[1] < _SAME_PRESS:
-            return  # it was heard both ways
+            return  # the same press came on the swarm-wide topic and on that of the drone
         self._last_press = (button, now)
         method = getattr(self.guidance, button, None)
         if method is not None and self._guard.failure is None:
@@ -181,7 +182,7 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
                 method(now)
 
     def _take_last_button(self, message: String) -> None:
-        """Who was started in the middle of a flight, joins it."""
+        """Press the latest button of the flight, so that a node started in mid-flight joins it."""
         if self._last_press is None and message.data in BUTTONS:
             self.press(message.data)
 
@@ -256,7 +257,7 @@ class GuidanceNode(PoseTriggered, CommunicatingNode):
             self._statistics.round_ends(now)
 
     def _answer(self) -> None:
-        """Answer the step, in lockstep."""
+        """Publish the answer to the current step, in lockstep only."""
         if self._answers is not None:
             self._answers.publish(Empty())
 

@@ -1,7 +1,7 @@
-"""A mission whose layers live in other processes: phases, commands, log and verdict here, decisions over topics.
+"""A mission with layers in other processes: phases, commands, log and verdict here, outputs of layers over topics.
 
-The flight is that of the runner in one process (`Experiment`), only that guidance, planning and control of each drone
-are asked by topics: odometry goes out, commands come in, round by round.
+The flight is that of the runner in one process (`Experiment`), but guidance, planning and control of each drone
+are reached by topics: odometry goes out, commands come in, round by round.
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ from crazychoir_fw.ros.topic_experiment import TopicExperiment
 
 _COMMANDS = (("control", "cmd_vel"), ("avoidance", "cmd_vel"))
 _COMMANDERS = ("controller", "collision_avoidance")  # nodes that answer with commands
-_HOLD_S = 0.5  # [s], within which it comes to rest
+_HOLD_S = 0.5  # [s], duration of the maneuver that stops a drone without commands
 _SHORTEST_LANDING_S = 1.0
-_DESCENT_SPEED = 0.4  # [m/s], of a drone that nobody but the host lands
+_DESCENT_SPEED = 0.4  # [m/s], of a drone that the host lands for lack of a layer
 _WARM_UP_ROUNDS = 10
 _WARM_UP_S = 20.0  # [s], wall, at most
-_PAUSE_S = 0.3  # [s], wall: the longest round while somebody has not been heard of
+_PAUSE_S = 0.3  # [s], wall: the longest round while a node has not answered yet
 
 
 def names_from(reading: int) -> list[str]:
@@ -79,9 +79,9 @@ class HostedExperiment(TopicExperiment):
 
         Args:
             mission: The mission.
-            backend: Where the drones are.
-            executor: What the node is worked on by.
-            pace: How fast time goes on.
+            backend: The backend of the drones.
+            executor: Executor that spins the node.
+            pace: How fast simulated time advances.
             observe: Called after every round.
             context: Context of rclpy.
         """
@@ -106,7 +106,7 @@ class HostedExperiment(TopicExperiment):
         super().__init__(node, executor, mission, backend, agents, groups, observe=observe)
         self._command_timeout = mission.layers.command_timeout_s
         self._held: set[int] = set()
-        self._guidance_ended: set[int] = set()  # whose process is gone, so that no button reaches it
+        self._guidance_ended: set[int] = set()  # drones whose guidance process has ended, so that no button reaches it
         self._parts: dict[str, Part] = {}
         self._look_for_deaths: Callable[[], None] = lambda: None
         self._listen(mission, remote, kind)
@@ -149,13 +149,13 @@ class HostedExperiment(TopicExperiment):
         return StatisticsCollector(self.node, communicators)
 
     def communication(self) -> dict[str, Any] | None:
-        """See `Experiment`; asks the processes, and takes what was told last by those that are gone."""
+        """See `Experiment`; queries the live processes, and uses the latest statistics of those that have ended."""
         alive = [agent.index for agent in self.agents if agent.index not in self._guidance_ended]
         self._statistics.ask(alive, lambda: self._executor.spin_once(timeout_sec=0.05))
         return super().communication()
 
     def _hear_of(self, message: String) -> None:
-        """Something happened at a table."""
+        """Record an event of a table as an event of the flight."""
         try:
             told = json.loads(message.data)
             agent = told["agent"]
@@ -177,7 +177,7 @@ class HostedExperiment(TopicExperiment):
                     self._bring_down(agent)
 
     def cannot_divert(self, agent: Agent) -> str | None:
-        """See `Experiment`: its controller is elsewhere, and listens to its guidance."""
+        """See `Experiment`: its controller is another process, and follows its guidance."""
         if self.backend.is_real_time or self._remote is None:
             return (
                 f"{agent.name}: follows its guidance, which is another process; over the radio it can be sent "
@@ -199,11 +199,11 @@ class HostedExperiment(TopicExperiment):
     # ---------------------------------------------------------------- rounds
 
     def watch_deaths(self, reading: int, parts: Sequence[Part]) -> None:
-        """Wait no more for processes that have ended.
+        """Watch for processes that end, and drop their nodes from the lockstep.
 
         Args:
             reading: See `names_from`.
-            parts: What each of them does.
+            parts: The layers of each process.
         """
         self._parts = {part.name: part for part in parts}
 
@@ -215,7 +215,7 @@ class HostedExperiment(TopicExperiment):
         self.node.while_waiting = self._look_for_deaths = look
 
     def _has_ended(self, part: Part) -> None:
-        """A process is gone: nobody waits for it, and the log says so."""
+        """Drop a process that has ended from the lockstep, and log it."""
         for i in part.agents:
             for layer, topic in (("guidance", ANSWERED), *_COMMANDS):
                 if layer in part.layers:
@@ -229,7 +229,7 @@ class HostedExperiment(TopicExperiment):
         )
 
     def _layer_failed(self, i: int, message: String) -> None:
-        """Land a drone one of whose layers has raised, and wait for no command of it."""
+        """Land a drone with a layer that has raised, and drop its commands from the lockstep."""
         agent = self.agents[i]
         node, reason = heard_failure(message)
         if node in _COMMANDERS:
@@ -245,12 +245,12 @@ class HostedExperiment(TopicExperiment):
                 self._remote.unheard.difference_update(part.agents)
 
     def warm_up(self) -> None:
-        """Say a few times how things are, while the drones rest, so that everybody knows pose and time.
+        """Publish time and poses for a few rounds while the drones rest, so that every node receives them.
 
-        Afterwards everybody is waited for. The number of rounds is always the same, so that the flight is.
+        Afterwards each step waits for all nodes. The number of rounds is fixed, so that flights are reproducible.
         """
         answers, deadline = self.node.answers, time.monotonic() + _WARM_UP_S
-        # the time comes first, so that nobody takes the first pose for an old one
+        # the time comes first, so that no node takes the first pose for a stale one
         self.node.publish_clock()
         pause = time.monotonic() + _PAUSE_S
         while time.monotonic() < pause:
@@ -267,25 +267,25 @@ class HostedExperiment(TopicExperiment):
             answers.expect_all()
 
     def _decide(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
-        """Take what guidance elsewhere has asked for since the last round."""
+        """Take the outputs received from guidance processes since the last round."""
         for agent in agents:
             guidance: RemoteGuidance = agent.guidance
             if guidance.is_new or guidance.lost is not agent.lost:
-                guidance.is_new = not agent.is_up  # who rests takes nothing, and is asked again
+                guidance.is_new = not agent.is_up  # a resting drone takes no reference, so the reference stays new
                 self._take(agent, guidance.step(now), poses, now)
 
     def step(self) -> None:
         """See `TopicExperiment`."""
-        # who waits for nobody looks here
+        # without lockstep there is no wait, and `while_waiting` is not called
         self._look_for_deaths()
         super().step()
         if self._remote is not None and not self.backend.is_real_time:
             self._hold_whom_nobody_commands(self._remote.commanded)
 
     def _hold_whom_nobody_commands(self, commanded: NDArray[np.float64]) -> None:
-        """Let drones stay where they are by their planner on board, once nobody has commanded them for a while.
+        """Hold drones in place by their onboard planner once their latest command is older than the timeout.
 
-        Over the radio the handler minds silence; simulated drones would fall, or fly on as they were told last.
+        Over the radio the handler has this timeout; simulated drones would fall, or keep their last command.
         """
         now = self.time
         for agent in self.agents:
@@ -306,7 +306,7 @@ class HostedExperiment(TopicExperiment):
                     )
 
     def _bring_down(self, agent: Agent) -> None:
-        """Land a drone by its planner on board, since nobody else does."""
+        """Land a drone by its onboard planner, when no layer lands it."""
         if not agent.is_up or agent.failure is not None:
             return
         if self._remote is not None:

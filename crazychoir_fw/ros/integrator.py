@@ -26,7 +26,7 @@ _MAX_BEHIND = 0.1  # [s], that a paused process makes up for
 class CrazyflieIntegrator(LayerNode):
     """Node ``integrator``: ``cmd_vel`` in, ``odom`` out, with stamps and frames.
 
-    It follows the clock of ROS; with `publish_clock` it makes simulated time itself, for all others.
+    It follows the clock of ROS; with `publish_clock` it is the source of simulated time for all nodes.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class CrazyflieIntegrator(LayerNode):
             self.every(integration_freq, self._tick)
 
     def _starts(self, numbers: Sequence[int], given: Any) -> np.ndarray:
-        """Return where the drones start (m, world), shape (N, 3): as the parameter says, as given, or drawn."""
+        """Return where the drones start (m, world), shape (N, 3): from the parameter, as given, or drawn."""
         start = self.declare(
             "init_pos", None, "start (m, world): x, y, z of each drone", list[float], length=3 * len(numbers)
         )

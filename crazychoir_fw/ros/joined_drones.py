@@ -1,4 +1,4 @@
-"""The drones of a flight that others fly: where they are, and how, as its host says, or else their own topics."""
+"""The drones of a flight in other processes: pose and state, from its host, or else from the drones' own topics."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.pose_sources import pose_subscribe
 
 NEWEST = QoSProfile(depth=1, reliability=QoSReliabilityPolicy.BEST_EFFORT)
-"""Of what is old when the next comes."""
+"""For topics of which only the newest message counts."""
 
-_SELF_TOLD_S = 1.0  # [s], wall, since its odometry, after which a drone's own is used
+_SELF_TOLD_S = 1.0  # [s], wall: age of ``odom`` from which ``cf_odom`` is used
 
 
 class JoinedDrones:
     """The drones of a joined flight, as the page sees a backend."""
 
     is_real_time = True
-    """Time goes on whatever the page does."""
+    """The page does not control time."""
     is_over_ros = True
 
     def __init__(
@@ -45,10 +45,10 @@ class JoinedDrones:
         """Know where the drones of a mission begin.
 
         Args:
-            node: Who listens.
-            mission: What is flown.
-            close: Ends it.
-            spin: Lets the node work for a moment, while somebody waits for an answer.
+            node: Node that subscribes.
+            mission: The mission flown.
+            close: Leaves the flight.
+            spin: Spins the node once, while a call waits for its response.
             stop_now: Presses STOP of drones, from any thread.
         """
         self._node, self._spin = node, spin
@@ -58,21 +58,21 @@ class JoinedDrones:
         self.states = [DroneState(link="not heard yet") for _ in self.names]
         self.time = 0.0
         self.heard_wall = -np.inf
-        """When one of them was heard last (s, wall)."""
+        """Time of the latest message of any of them (s, wall)."""
         self.is_silent = False
         count = len(self.names)
         position = np.array(starts_of(mission), float).reshape(count, 3)
         orientation = np.tile((0.0, 0.0, 0.0, 1.0), (count, 1))
-        # who is not heard yet stands where the mission has it
+        # until its first message a drone is at its start of the mission
         self._pose = Pose(position, orientation, np.zeros((count, 3)), np.zeros((count, 3)), 0.0)
         self._odom_wall = np.full(count, -np.inf)
 
     def poses(self) -> Pose:
-        """Return where they were heard last, arrays of shape (N, ...)."""
+        """Return the latest poses received, arrays of shape (N, ...)."""
         return self._pose
 
     def place(self, i: int, pose: Pose) -> None:
-        """Put a drone where it is; numbers that are none change nothing."""
+        """Store the pose of a drone; fields with NaN or infinity are ignored."""
         self.heard_wall = wall.monotonic()
         for name in ("position", "orientation", "velocity", "angular"):
             new = getattr(pose, name)
@@ -82,7 +82,7 @@ class JoinedDrones:
             self.time = self._pose.time = pose.time
 
     def watch_topics(self) -> None:
-        """Listen to each drone, where no host says how they are: to its odometry, and what radio nodes say of it."""
+        """Subscribe to odometry, battery and radio state of each drone, where no host publishes states."""
         for i in range(len(self.names)):
             for topic in (ODOM, CF_ODOM):
                 where, take = self._node.topic_of(i, topic.name), self._pose_taker(i, topic is ODOM)
@@ -91,7 +91,7 @@ class JoinedDrones:
 
     def _pose_taker(self, i: int, is_odom: bool) -> Callable[[Pose], None]:
         def take(pose: Pose) -> None:
-            # what drones over the radio say of themselves is used where nothing better is known
+            # the drone's own estimate is used while there is no ``odom``
             if is_odom or wall.monotonic() - self._odom_wall[i] > _SELF_TOLD_S:
                 self.place(i, pose)
             if is_odom:
@@ -111,25 +111,25 @@ class JoinedDrones:
         node.create_subscription(String, node.topic_of(i, "radio_state"), lambda m: change(link=m.data), 10)
 
     def state(self, index: int) -> DroneState:
-        """Return how a drone is, as far as the host tells."""
+        """Return the state of a drone, as far as it was received."""
         state = self.states[index]
         return DroneState(state.supervisor, state.battery_v, link="silent") if self.is_silent else state
 
     @property
     def is_cared_for(self) -> bool:
-        """Whether somebody arms and reboots drones."""
+        """Whether a node serves ``arm`` for drones."""
         return bool(arming_services.served_on(self._node, arming_services.ARM))
 
     def arm(self, index: int, is_armed: bool) -> None:
-        """Ask for a drone to be armed or disarmed.
+        """Request to arm or disarm a drone.
 
         Raises:
-            StateError: If it is not; the text says why.
+            StateError: If the request fails; the text gives the reason.
         """
         self._ask_for(index, arming_services.ARM, is_armed)
 
     def reboot(self, index: int) -> str:
-        """Ask for a drone to be rebooted; returns what to expect. See `arm`."""
+        """Request the reboot of a drone; returns the message of the response. See `arm`."""
         return self._ask_for(index, arming_services.REBOOT)
 
     def _ask_for(self, index: int, name: str, is_armed: bool = False) -> str:

@@ -1,6 +1,6 @@
-"""A flight that others fly, seen and steered by topics, with the face of an `Experiment` for the page.
+"""A flight in other processes, watched and steered by topics, with the interface of an `Experiment` for the page.
 
-A round of it is a while of listening.
+A round spins the node for a fixed time.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ from crazychoir_fw.ros.process import make_executor
 from crazychoir_fw.ros.remote import RemoteGuidance
 
 JOIN_S = 30.0
-"""Longest wait for a flight that somebody else has started (s, wall)."""
+"""Longest wait for a flight that another process has started (s, wall)."""
 
 _ROUND_S = 0.02  # [s], wall, of listening in a round
-_TOLD_S = 3.0  # [s], wall, after which a host that says nothing of its drones is one that never does
-_SETTLE_S = 1.0  # [s], wall, without anybody new, after which all are found
+_TOLD_S = 3.0  # [s], wall, after which a host without states counts as one that never publishes any
+_SETTLE_S = 1.0  # [s], wall, without a new subscriber, after which discovery is complete
 _SILENT_S = 10.0  # [s], wall
-_HEARD_S = 10.0  # [s], wall, within which a host has heard a button
+_HEARD_S = 10.0  # [s], wall: timeout of a host for a button
 _MAX_LOGS = 2000
 _WARNING = 30  # of rcl_interfaces/Log
-_ALSO_EVENTS = ("lost agent", "rejoined agent", "stays where it is")  # what hosts tell as events, too
+_ALSO_EVENTS = ("lost agent", "rejoined agent", "stays where it is")  # what hosts publish as events, too
 _UP_M = 0.15  # above its start, a drone flies
 _NAMES = {"takeoff": "TAKE-OFF", "land": "LAND", "stop": "STOP", "start": "START"}
 
@@ -57,7 +57,7 @@ class JoinedFlight:
         """Make the node ``page``, which listens to a flight of a mission.
 
         Args:
-            mission: What is flown there.
+            mission: The mission flown there.
             domain: ROS domain; None is that of ``ROS_DOMAIN_ID``.
 
         Raises:
@@ -80,7 +80,7 @@ class JoinedFlight:
         self._begun_wall, self._told_wall = wall.monotonic(), -np.inf
         self._presses = [0] * count
         self._expected: dict[int, tuple[int, float]] = {}
-        """What a host will have carried out, and when it was asked (s, wall), of drones whose button was pressed."""
+        """By drone: the number of presses that the host must reach, and the time of the latest press (s, wall)."""
         self._own_presses = dict.fromkeys(BUTTONS, 0)
         self._was_stopped = self._is_silent = self._watches_topics = False
         self._logs, self._latest = 0, 0.0
@@ -108,7 +108,7 @@ class JoinedFlight:
         """Press ``/takeoff``, or that of single drones.
 
         Raises:
-            StateError: If nobody listens.
+            StateError: If no node subscribes to the topic.
             UnknownNameError: If there is no such drone.
         """
         self._press("takeoff", drones, DronePhase.FLYING)
@@ -146,7 +146,7 @@ class JoinedFlight:
         if button == "stop":
             self._was_stopped = True
         elif phase is DronePhase.FLYING and self._was_stopped and not self.is_hosted:
-            # a simulation without a host of ours takes commands only when it is asked to
+            # after STOP, a simulation without a host takes commands only after a call of /resume
             self._was_stopped = False
             if self._resume.service_is_ready():
                 self._resume.call_async(Trigger.Request())
@@ -165,7 +165,7 @@ class JoinedFlight:
             raise StateError(f"nobody listens to {publisher.topic_name} on ROS domain {self.domain}")
 
     def _stop_now(self, indices: list[int]) -> None:
-        """Press STOP of drones from any thread; the flight presses it once more, and minds the answers."""
+        """Publish STOP of drones from any thread; the flight presses it once more, and tracks the host's count."""
         for i in indices:
             self._buttons["stop", i].publish(Empty())
 
@@ -178,18 +178,18 @@ class JoinedFlight:
 
     @property
     def is_hosted(self) -> bool:
-        """Whether the host says how its drones are."""
+        """Whether a host publishes the states of its drones."""
         return wall.monotonic() - self._told_wall < _TOLD_S
 
     def wait_until_found(self, timeout: float, is_over: Callable[[], bool] = lambda: False) -> None:
-        """Wait until the flight is heard, and its nodes hear the page.
+        """Wait for messages of the flight, and until its nodes subscribe to the page's topics.
 
         Args:
             timeout: Longest wait (s, wall).
-            is_over: Whether nobody waits for it any more.
+            is_over: Whether to stop waiting.
 
         Raises:
-            CrazychoirError: If no flight of this mission is heard in time.
+            CrazychoirError: If no flight of this mission is found before the timeout.
         """
         found, since = 0, self._begun_wall
         while not is_over():
@@ -243,12 +243,12 @@ class JoinedFlight:
         self.events.append(Event(self.time, kind, drone, text))
 
     def close(self) -> None:
-        """Leave the flight, which goes on."""
+        """Leave the flight, which continues."""
         self._executor.shutdown()
         self.node.destroy_node()
         rclpy.try_shutdown(context=self._context)
 
-    # ---------------------------------------------------------------- what is heard
+    # ---------------------------------------------------------------- what is received
 
     def _guarded(self, take: Callable[[str], None]) -> Callable[[String], None]:
         def guarded(message: String) -> None:
@@ -260,7 +260,7 @@ class JoinedFlight:
         return guarded
 
     def _pressed(self, button: str) -> None:
-        """A button of all drones was heard: of this page, or of somebody else."""
+        """Take a swarm-wide button, pressed by this page or by another node."""
         if button == "stop":
             self._was_stopped = True
         if self._own_presses[button] > 0:
@@ -291,7 +291,7 @@ class JoinedFlight:
         self._presses[i] = told.presses
         expected, asked = self._expected.get(i, (0, 0.0))
         if told.presses >= expected or wall.monotonic() - asked > _HEARD_S:
-            # what was said before the host heard the button is old
+            # states that the host published before it received the button are stale
             self._expected.pop(i, None)
             agent.phase = told.phase
         agent.failure = told.failure or None
@@ -306,7 +306,7 @@ class JoinedFlight:
         self.events.append(read_event(text))
 
     def _take_log(self, message: Log) -> None:
-        """What a node logs goes to the console, but for what the host tells as an event."""
+        """Show log messages of nodes in the console, except those that the host publishes as events, too."""
         is_told = self.is_hosted and any(words in message.msg for words in _ALSO_EVENTS)
         if message.name == self.node.get_name() or is_told or self._logs >= _MAX_LOGS:
             return
@@ -318,10 +318,10 @@ class JoinedFlight:
         if self._logs == _MAX_LOGS:
             self._note("log", "nodes log much: the rest is on /rosout")
 
-    # ---------------------------------------------------------------- without a host that tells
+    # ---------------------------------------------------------------- without states of a host
 
     def _watch_topics(self) -> None:
-        """Listen to what drones, guidance, planners and radio nodes say."""
+        """Subscribe to the topics of drones, guidance, planners and radio nodes."""
         self._watches_topics = True
         self.backend.watch_topics()
         for agent in self.agents:
@@ -348,16 +348,16 @@ class JoinedFlight:
         return take
 
     def _guess(self, agent: Agent) -> None:
-        """Find out the phase from height and buttons; a host that is not ours does not tell it."""
+        """Derive the phase from height and buttons, without states of a host."""
         height = self.backend.poses().position[agent.index, 2] - agent.floor
         if agent.phase is DronePhase.LANDING and height < TOUCHDOWN_M:
             agent.phase = DronePhase.LANDED
         elif agent.phase is DronePhase.GROUND and height > _UP_M:
-            agent.phase = DronePhase.FLYING  # somebody had it take off before the page was there
+            agent.phase = DronePhase.FLYING  # it took off before the page joined
 
 
 class _Controlled:
-    """The controllers of all drones, somewhere else."""
+    """The controllers of all drones, in other processes."""
 
     def __init__(self, count: int, kind: str) -> None:
         self.indices = np.arange(count)
@@ -365,7 +365,7 @@ class _Controlled:
 
 
 def _agent(mission: Any, i: int) -> Agent:
-    """Return a drone with layers that are somewhere else."""
+    """Return a drone with layers in other processes."""
     planner: Any = object() if "planning" in layers_of_drone(mission, i) else None
     agent = Agent(i, names_of(mission)[i], RemoteGuidance.of(mission, i), planner)
     agent.begin_at(np.array(starts_of(mission)[i], float))
@@ -375,16 +375,16 @@ def _agent(mission: Any, i: int) -> Agent:
 def join(
     mission: Any, domain: int | None = None, timeout: float = JOIN_S, is_over: Callable[[], bool] = lambda: False
 ) -> JoinedFlight:
-    """Return a flight on a ROS domain that has been found.
+    """Find a flight on a ROS domain, and return it.
 
     Args:
-        mission: What is flown there.
+        mission: The mission flown there.
         domain: ROS domain; None is that of ``ROS_DOMAIN_ID``.
         timeout: Longest wait (s, wall).
-        is_over: Whether nobody waits for it any more.
+        is_over: Whether to stop waiting.
 
     Raises:
-        CrazychoirError: If no flight of this mission is heard in time.
+        CrazychoirError: If no flight of this mission is found before the timeout.
     """
     flight = JoinedFlight(mission, domain)
     try:

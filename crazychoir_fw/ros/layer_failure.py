@@ -1,4 +1,4 @@
-"""A layer that raises in a node: told once, by topic and log. The node goes on without it, and the drone is landed."""
+"""A layer that raises in a node: reported once, by topic and log. The node runs on without it; the drone is landed."""
 
 from __future__ import annotations
 
@@ -13,14 +13,15 @@ from std_msgs.msg import String
 from crazychoir_fw.common.user_code import USER_ERRORS, describe
 from crazychoir_fw.ros.names import FAILURE, LATEST
 
-_LONGEST = 300  # characters of a sentence that is heard from others
+_LONGEST = 300  # characters kept of a reason received from another node
 
 
 class LayerGuard:
-    """A context around each call of a layer: swallows what a user's code raises, and tells it.
+    """A context around each call of a layer: suppresses what a user's code raises, and reports it.
 
-    It goes to ``failure`` (`std_msgs/String`, latched) in the namespace of the drone, as JSON: ``node``, its name, and
-    ``reason``, a sentence with class, error, file and line. Hosts of flights and `RadioHandler` nodes land the drone.
+    The error goes to ``failure`` (`std_msgs/String`, latched) in the namespace of the drone, as JSON: the name ``node``
+    and ``reason``, a sentence with class, error, file and line. Hosts of flights and `RadioHandler` nodes land the
+    drone.
     """
 
     def __init__(self, node: Node, layer: object, when_failed: Callable[[], None] = lambda: None) -> None:
@@ -29,13 +30,13 @@ class LayerGuard:
         # made before it is needed: another participant may take seconds to discover a publisher
         self._publisher = node.create_publisher(String, FAILURE, LATEST)
         self.failure: str | None = None
-        """What it raised first, a sentence; None while it works."""
+        """The first error, as a sentence; None while there is none."""
 
     def __enter__(self) -> None:
         """Begin a call."""
 
     def __exit__(self, kind: Any, error: BaseException | None, trace: TracebackType | None) -> bool:
-        """End a call; True swallows the error."""
+        """End a call; True suppresses the error."""
         if not isinstance(error, USER_ERRORS):
             return False
         if self.failure is None:

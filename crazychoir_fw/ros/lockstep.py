@@ -1,4 +1,4 @@
-"""Who must have answered before simulated time goes on, so that results do not depend on the speed of a machine."""
+"""Answers that each step of simulated time waits for, so that results do not depend on the speed of the machine."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ Party = tuple[int, str]
 """Number of a drone, and the topic on which its node answers."""
 
 MOURNING_S = 1.0
-"""For how long nobody who has ended is believed to answer (s, wall): it is on the way since before, and whoever is
-started again takes longer."""
+"""Time after the end of a process in which its answers are ignored (s, wall): they were sent before it ended, since a
+restart takes longer."""
 
 
 @dataclass
 class Answers:
-    """Everybody who answers each odometry with a message, such as a controller with ``cmd_vel``.
+    """Parties that answer each odometry with a message, such as a controller with ``cmd_vel``.
 
-    A party is waited for from its first message on. Who does not answer in time counts as silent, is waited for no
-    more, and is so again as soon as it is heard.
+    Steps wait for a party from its first message on. A party that misses the deadline counts as silent: steps do not
+    wait for it until its next message.
     """
 
     parties: Iterable[Party]
     heard: set[Party] = field(default_factory=set)
-    """Who has ever answered."""
+    """Parties that have answered at least once."""
     silent: set[Party] = field(default_factory=set)
-    """Who was waited for in vain, and has not been heard since."""
+    """Parties that missed a deadline or have ended, and have not answered since."""
     clock: Callable[[], float] = time.monotonic
 
     def __post_init__(self) -> None:
@@ -35,15 +35,15 @@ class Answers:
         self._ended: dict[Party, float] = {}
 
     def expect_all(self) -> None:
-        """From now on everybody is waited for, also who has not answered yet."""
+        """Expect answers of all parties from now on, also of those that have not answered yet."""
         self.heard = set(self.parties)
 
     def ask(self) -> None:
-        """A new odometry goes out: everybody who lives is waited for."""
+        """Begin to wait for all parties that are not silent, as an odometry goes out."""
         self._waiting = self.heard - self.silent
 
     def take(self, party: Party) -> bool:
-        """Somebody answers. Returns whether he had been silent."""
+        """Take the answer of a party. Returns whether it had been silent."""
         if party in self._ended:
             if self.clock() - self._ended[party] < MOURNING_S:
                 return False
@@ -57,23 +57,23 @@ class Answers:
 
     @property
     def is_complete(self) -> bool:
-        """Whether nobody is waited for."""
+        """Whether no answer is pending."""
         return not self._waiting
 
     @property
     def is_anybody_there(self) -> bool:
-        """Whether at least one lives."""
+        """Whether at least one party is not silent."""
         return len(self.heard) > len(self.silent)
 
     @property
     def missing(self) -> frozenset[Party]:
-        """Who has not been heard of at all."""
+        """Parties that have never answered."""
         return frozenset(self.parties) - self.heard
 
     def bury(self, party: Party) -> None:
-        """Somebody is known to have ended: he is waited for no more until heard again.
+        """Mark a party whose process has ended as silent, until its next message after `MOURNING_S`.
 
-        What he said before may still be under way; it must not bring him back, or everybody would wait for the dead.
+        Messages from before its end may still arrive. They must not end its silence, or each step would wait for it.
         """
         self._ended[party] = self.clock()
         if party in self.heard:
@@ -81,7 +81,7 @@ class Answers:
             self._waiting.discard(party)
 
     def give_up(self) -> list[Party]:
-        """Wait no longer. Returns who is silent from now on."""
+        """Stop waiting. Returns the parties that are silent from now on."""
         late = sorted(self._waiting)
         self.silent |= self._waiting
         self._waiting = set()

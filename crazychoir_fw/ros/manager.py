@@ -1,8 +1,8 @@
 """`crazychoir fly MISSION.yaml --ros`: the processes of a mission, started, watched and ended.
 
-One process has the drones (simulation, integrator or radio), presses the buttons of `flight`, writes and judges, as the
-runner in one process does. The layers live in the others, one per drone and layer or one per drone, or all with the
-drones.
+The host process has the drones (simulation, integrator or radio), presses the buttons of `flight`, writes the log and
+judges the flight, as the runner in one process does. The layers run in other processes, one per drone and layer or one
+per drone, or all in the host.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ class RosOptions:
     processes: str = "per-node"
     """One of `PROCESSES`."""
     domain: int | None = None
-    """ROS domain; None takes one that nobody seems to use."""
+    """ROS domain; None picks one that seems to be free."""
     speed: float | None = None
     """Simulated seconds per second; None is as fast as all can answer."""
     lockstep: bool = True
-    """Whether simulated time waits for everybody's answer."""
+    """Whether simulated time waits for the answers of all nodes."""
     deadline: float = 2.0
     """Longest wait for an answer (s, wall)."""
     patience: float | None = None
@@ -55,15 +55,15 @@ class RosOptions:
     restart: bool = False
     """Whether processes that end are started again."""
     folder: Path | None = None
-    """Where ``processes.json`` is written, which says who is which process."""
+    """Folder of ``processes.json``, which maps names to process ids."""
     parts: tuple[Part, ...] = ()
     """All processes beside the host."""
     deaths: int | None = None
-    """Pipe from which the host learns who has ended."""
+    """File descriptor of a pipe from which the host reads the names of ended processes."""
 
 
 def free_domain() -> int:
-    """Return a ROS domain that nobody on this machine seems to use."""
+    """Return a ROS domain that seems to be free on this machine."""
     chosen = random.SystemRandom()
     for _ in range(50):
         domain = chosen.randint(1, _LARGEST_DOMAIN)
@@ -78,7 +78,7 @@ def free_domain() -> int:
 
 
 def check(mission: Any, options: RosOptions) -> LayeredMission:
-    """Refuse what cannot fly as processes.
+    """Check that a mission can fly as processes.
 
     Raises:
         MissionError: If the mission has no layers.
@@ -108,7 +108,7 @@ def fly_as_processes(
         quiet: Whether nothing is printed of the processes.
 
     Raises:
-        MissionError: If a process cannot make its nodes as the mission says.
+        MissionError: If a process cannot make the nodes of the mission.
     """
     domain = free_domain() if options.domain is None else options.domain
     os.environ["ROS_DOMAIN_ID"] = str(domain)
@@ -160,7 +160,7 @@ class _Flight:
             for child in supervisor.watch(1.0):
                 if child.name == HOST:
                     return int(child.process.exitcode or 0)
-                if child.process.exitcode == NOT_MADE and child.starts == 1:  # later, others are in the air
+                if child.process.exitcode == NOT_MADE and child.starts == 1:  # on a restart, others fly already
                     raise MissionError(f"{self._mission.name}: {child.name} cannot be made, see what it said")
                 os.write(writing, f"{child.name}\n".encode())
                 supervisor.say(
@@ -184,10 +184,10 @@ def how(code: int | None) -> str:
 
 @contextmanager
 def hosting(options: RosOptions) -> Iterator[Callable[..., Any]]:
-    """Give what makes the experiment of mission, backend and observer, its layers found and warmed up.
+    """Yield a function that makes the experiment of mission, backend and observer, its layers found and warmed up.
 
     Raises:
-        CrazychoirError: If processes do not come up.
+        CrazychoirError: If processes are not found before the timeout, or one has ended.
     """
     import rclpy
     from rclpy.context import Context
@@ -204,7 +204,7 @@ def hosting(options: RosOptions) -> Iterator[Callable[..., Any]]:
     pace = Pace(options.speed, options.lockstep, options.deadline, unattended=True)
 
     def look() -> None:
-        """Nobody need wait for a process that will not come; those that are started again are read over."""
+        """Raise if a process has ended; with `restart` only drain the pipe."""
         ended = [] if options.deaths is None else names_from(options.deaths)
         if ended and not options.restart:
             raise CrazychoirError(f"{ended[0]} has ended before the flight began, see what it said")

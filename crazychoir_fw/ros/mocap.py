@@ -31,7 +31,7 @@ _UNITS = {
 class MocapSimulator(LayerNode):
     """Node ``mocap`` of the whole swarm: odometry of all drones in, poses as motion capture would publish them out.
 
-    Time is that of the stamps of the odometry, so that simulations may run at any speed. What is lost is not published.
+    Time is that of the stamps of the odometry, so that simulations may run at any speed. Dropouts are not published.
     """
 
     def __init__(
@@ -49,7 +49,7 @@ class MocapSimulator(LayerNode):
 
         Args:
             agents: Numbers of the drones; None is 0 to the parameter ``N``.
-            config: How well the system sees, where parameters say nothing; None has the numbers of the vehicle model.
+            config: Defaults of the parameters; None takes those of the vehicle model.
             pose_topic: Topic of the odometry, in the namespace of each drone.
             topic: Where poses go, with {d} for the number of a drone.
             namespace_pattern: Namespace of drone i.
@@ -64,7 +64,7 @@ class MocapSimulator(LayerNode):
         config = MocapConfig.default() if config is None else config
         values = {f.name: self.declare(f.name, float(getattr(config, f.name)), _UNITS[f.name]) for f in fields(config)}
         self.systems = {i: SimulatedMocap(MocapConfig(**values), seed=seed, first=i) for i in agents or range(count)}
-        """What sees each drone."""
+        """Simulated motion capture of each drone, by its number."""
         for i, system in self.systems.items():
             publisher = self.announce(MOCAP_POSE, topic.format(d=i))
             pose_subscribe("pubsub", self.topic_of(i, pose_topic), self, self._taker(system, publisher))
@@ -82,7 +82,7 @@ class MocapSimulator(LayerNode):
 class MocapOdometry(LayerNode):
     """Node ``mocap_odometry`` of one drone: poses of motion capture in, ``odom`` with velocities out.
 
-    While the drone is lost nothing is published, and that is told to the log.
+    While the drone is lost, the node publishes nothing, and logs the loss.
     """
 
     def __init__(

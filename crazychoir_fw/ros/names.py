@@ -1,6 +1,6 @@
 """The table of topics (docs/reference/crazychoir.md#2.2): names, message types and queue depths, in one place.
 
-Names without a leading slash live in the namespace of a drone, ``agent_{i}``.
+Names without a leading slash are relative to the namespace of a drone, ``agent_{i}``.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from trajectory_msgs.msg import JointTrajectory, MultiDOFJointTrajectoryPoint
 from visualization_msgs.msg import Marker, MarkerArray
 
 NAMESPACE_PATTERN = "agent_{i}"
-"""Namespace of drone i where nobody names another."""
+"""Default namespace of drone i."""
 
 WORLD_FRAME = "world"
-"""Frame of markers and mocap poses, and fixed frame of the rviz configuration: nobody has to broadcast it."""
+"""Frame of markers and mocap poses, and fixed frame of the rviz configuration; it needs no broadcast."""
 ODOM_FRAME = "odom"
 BODY_FRAME = "base_link"
 
@@ -31,7 +31,7 @@ class Topic:
     """One line of the table."""
 
     name: str
-    """Relative names live in the namespace of the node."""
+    """Relative names are in the namespace of the node."""
     type: type
     """Message class."""
     publish_depth: int
@@ -39,7 +39,7 @@ class Topic:
     subscribe_depth: int
     """How many messages a subscriber keeps."""
     meaning: str
-    """What is in it: units, frame."""
+    """Content, with units and frame."""
 
     @property
     def publish_qos(self) -> QoSProfile:
@@ -63,13 +63,13 @@ def qos(depth: int) -> QoSProfile:
 
 
 LATEST = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
-"""Of what is said once, also for those who come later."""
+"""Latched: a subscriber that joins late receives the latest message."""
 
 LAST_BUTTON = "last_button"
-"""Topic (`std_msgs/String`, latched) on which a flight says what was pressed last, to all or to one drone."""
+"""Topic (`std_msgs/String`, latched) with the latest button of a flight, of all drones or of one."""
 
 FAILURE = "failure"
-"""Topic (`std_msgs/String`, latched) on which a layer of a drone says that it has failed, a sentence."""
+"""Topic (`std_msgs/String`, latched) with the failure of a layer of a drone, see `crazychoir_fw.ros.layer_failure`."""
 
 ODOM = Topic(
     "odom", Odometry, 10, 10, "pose and velocity (m, m/s, world), attitude (xyzw), angular velocity (rad/s, body)"
@@ -101,7 +101,7 @@ STOP = Topic("/stop", Empty, 10, 10, "button: motors off")
 START = Topic("/experiment_trigger", Empty, 10, 10, "button: the experiment starts")
 
 BUTTONS: Mapping[str, Topic] = MappingProxyType({"takeoff": TAKEOFF, "land": LAND, "stop": STOP, "start": START})
-"""Swarm-wide buttons by what they are called in Python."""
+"""Swarm-wide buttons by their names in Python."""
 
 REFERENCES: Mapping[str, Topic] = MappingProxyType(
     {"position": POSITION, "acceleration": ACCELERATION, "fullstate": FULLSTATE}

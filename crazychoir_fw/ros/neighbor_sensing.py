@@ -1,7 +1,7 @@
-"""Who is near whom, found by one node for all and told to each on ``closest_robots`` (docs/reference/crazychoir.md#9).
+"""Neighbors of each drone, found by one node and published on its ``closest_robots`` (docs/reference/crazychoir.md#9).
 
 The message is a `std_msgs/UInt8MultiArray` whose label is the time (ns) of the poses, and whose data are numbers,
-positions (m) and velocities (m/s) of those nearby, nearest first, as `crazychoir_fw.guidance.serialization` writes
+positions (m) and velocities (m/s) of the neighbors, nearest first, as `crazychoir_fw.guidance.serialization` writes
 arrays.
 """
 
@@ -41,9 +41,9 @@ def closest_to_message(
 
     Args:
         time: Time of the poses (s).
-        numbers: Who is near, nearest first, shape (K,).
-        position: Where they are (m, world), shape (K, 3).
-        velocity: How they move (m/s, world), shape (K, 3).
+        numbers: Numbers of the neighbors, nearest first, shape (K,).
+        position: Their positions (m, world), shape (K, 3).
+        velocity: Their velocities (m/s, world), shape (K, 3).
     """
     who = np.asarray(numbers, np.int64)
     return labeled_bytes(round(time * 1e9), dumps((who, np.asarray(position, float), np.asarray(velocity, float))))
@@ -53,7 +53,7 @@ def message_to_closest(message: UInt8MultiArray) -> tuple[float, NDArray[np.int6
     """Return time (s), numbers (K,) and poses (K, 3) of a message of ``closest_robots``.
 
     Raises:
-        CrazychoirError: If it is none.
+        CrazychoirError: If the message cannot be decoded.
     """
     label, content = message_to_bytes(message)
     found = loads(content)
@@ -70,7 +70,7 @@ def message_to_closest(message: UInt8MultiArray) -> tuple[float, NDArray[np.int6
     return label / 1e9, numbers, Pose(position=np.array(position, float), velocity=np.array(velocity, float))
 
 
-# ---------------------------------------------------------------- who is near whom
+# ---------------------------------------------------------------- the node
 
 
 class ClosestRobotGetter(LayerNode):
@@ -92,9 +92,9 @@ class ClosestRobotGetter(LayerNode):
             sensing_distance: How far drones see (m).
             agents: Numbers of the drones; None asks the parameters ``first_id`` and ``last_id``.
             freq: Looks per second (Hz); None asks the parameter ``freq``.
-            parameters: Values of parameters; besides, ``odom_timeout``: age (s) at which a drone that is silent
-                counts as at rest, ``forget_after``: and at which as gone; ``least_height``: who is lower (m) lies on
-                the floor and is nobody's obstacle.
+            parameters: Values of parameters; besides, ``odom_timeout``: age of the odometry (s) at which a
+                silent drone counts as at rest; ``forget_after``: age (s) at which it counts as gone; ``least_height``:
+                height (m) below which a drone lies on the floor and is no obstacle.
             context: Context of rclpy.
             options: Of `LayerNode`.
 
@@ -163,7 +163,7 @@ class ClosestRobotGetter(LayerNode):
         table = self._getter.neighbors(self._position)
         numbers = np.array(self.agents)
         for row, others in enumerate(table):
-            # who lies on the floor sees others, but is no obstacle
+            # a drone on the floor has neighbors, but is no obstacle
             near = others[(others >= 0) & is_obstacle[others]]
             self._found[row] = numbers[near], self._position[near], velocity[near]
 

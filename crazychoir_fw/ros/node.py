@@ -64,7 +64,7 @@ class LayerNode(Node):
             parameters: Values of parameters, as given on the command line; lists may mix whole numbers and others,
                 and arrays are laid out row by row. ``{"use_sim_time": True}`` follows ``/clock``.
             context: Context of rclpy; None is the default one.
-            swarm_wide: The node serves all drones: it lives in the root namespace, and `agent_id` is -1.
+            swarm_wide: The node serves all drones: it is in the root namespace, and `agent_id` is -1.
 
         Raises:
             RangeError: If the pattern or a parameter is not usable.
@@ -114,10 +114,10 @@ class LayerNode(Node):
 
         Args:
             name: Name.
-            default: Value if nobody gives one; None: there is none, and None is returned.
+            default: Value of a parameter that is not set; None: no default, and None is returned.
             description: What ``ros2 param describe`` says; with units.
             kind: bool, int, float, str, or a list of one of them, such as ``list[float]``; None is that of the default.
-            low: Least allowed number.
+            low: Minimum allowed.
             high: Largest allowed number.
             length: Length that a list must have.
 
@@ -180,7 +180,7 @@ class LayerNode(Node):
         self._time_source.detach_node()
 
     def tell_time(self, time: float) -> None:
-        """Say what time it is (s), as a message on ``/clock`` would."""
+        """Set the time of the node (s), as a message on ``/clock`` would."""
         self._time_source.clock_callback(CLOCK.type(clock=to_stamp(time)))
 
     def every(self, frequency: float, work: Callable[[float], None]) -> Periodic:
@@ -207,7 +207,7 @@ class LayerNode(Node):
             periodic.skip()
 
     def when_time_jumps_back(self, callback: Callable[[float], None]) -> None:
-        """Call ``callback(now)`` when simulated time jumps back, or another clock is used, to forget what was."""
+        """Call ``callback(now)`` when simulated time jumps back, or another clock is used, to reset state."""
         self._when_time_jumps_back.append(callback)
 
     def _time_jumped(self, jump: TimeJump) -> None:
@@ -227,7 +227,7 @@ class LayerNode(Node):
         return self.create_publisher(topic.type, name or topic.name, topic.publish_qos)
 
     def complain(self, topic: str, error: CrazychoirError) -> None:
-        """Tell the log what is wrong with a message, at most once per second."""
+        """Log the error of a message, at most once per second."""
         self.get_logger().warning(f"{topic}: {error}", throttle_duration_sec=_WARN_EVERY)
 
     def listen(
@@ -242,8 +242,8 @@ class LayerNode(Node):
     ) -> Subscription:
         """Subscribe to a line of the table.
 
-        A message that the callback refuses with an error of this package is told to the log, at most once per second,
-        and left out: what others send must not end this node.
+        A message that the callback rejects with an error of this package is logged, at most once per second, and
+        dropped: messages of other nodes must not end this node.
 
         Args:
             topic: The line.
@@ -290,7 +290,7 @@ class LayerNode(Node):
         return self.create_subscription(topic.type, name, guarded, profile, callback_group=callback_group, raw=raw)
 
     def guarded(self, callback: Callable[[Any], None], name: str) -> Callable[[Any], None]:
-        """Return a callback whose errors of this package are told to the log, as those of a topic."""
+        """Wrap a callback, so that errors of this package are logged with the name of a topic."""
 
         def guarded(message: Any) -> None:
             try:
@@ -319,7 +319,7 @@ def _place(node_name: str, agent_id: int | None, pattern: str, context: Context 
     """Return namespace, number of the drone and pattern, as far as they can be known before the node exists."""
     if agent_id is not None:
         return _namespace(pattern, agent_id), agent_id, pattern
-    # what the command line says is known only to a node: one that lives for a moment
+    # arguments of the command line are known only to a node: read them from a temporary one
     probe = Node(
         node_name,
         context=context,

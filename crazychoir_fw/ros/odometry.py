@@ -21,14 +21,14 @@ _ROUNDING = 1e-3  # of the length of a quaternion
 
 
 class OdometryTopics:
-    """Publishes poses of drones, of each to whoever listens."""
+    """Publishes poses of drones, each on its own topic, if that has a subscriber."""
 
     def __init__(self, node: LayerNode, topics: Sequence[str]) -> None:
         """Make publishers of a node on topics, one for each drone."""
         self.publishers = [node.announce(ODOM, topic) for topic in topics]
 
     def publish(self, time: float, poses: Pose) -> None:
-        """Publish where all drones are at a time (s), arrays of shape (N, ...); what is not known is zero."""
+        """Publish where all drones are at a time (s), arrays of shape (N, ...); unknown values are zero."""
         stamp, count = to_stamp(time), len(self.publishers)
         head = (b"\x00\x01", stamp.sec, stamp.nanosec, *_FRAMES)
         attitudes = np.tile((0.0, 0.0, 0.0, 1.0), (count, 1)) if poses.orientation is None else poses.orientation
@@ -42,7 +42,7 @@ class OdometryTopics:
 def bytes_to_pose(data: bytes) -> Pose:
     """Return odometry as a pose; a stamp of zero is no stamp.
 
-    What `OdometryTopics` wrote takes a sixth of the time of any other odometry.
+    Messages of `OdometryTopics` take a sixth of the time of any other odometry.
 
     Raises:
         RangeError: If a number is not finite, or the quaternion is none.

@@ -1,4 +1,4 @@
-"""A mission whose layers are the plain engine, in the process of the drones: its topics are for others."""
+"""A mission whose layers are the plain engine, in the process of the drones: topics are for other nodes only."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from crazychoir_fw.ros.topic_experiment import TopicExperiment
 
 
 class OneProcessExperiment(TopicExperiment):
-    """The plain engine, bit for bit; what its layers say to each other is published where somebody listens."""
+    """The plain engine, bit for bit; outputs of its layers are published on topics that have a subscriber."""
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class OneProcessExperiment(TopicExperiment):
             node.listen(TRAJ_PARAMS, take, node.topic_of(i, TRAJ_PARAMS.name))
 
     def step(self) -> None:
-        """Fly one round, and say what the layers decided."""
+        """Fly one round, and publish the outputs of the layers."""
         super().step()
         for agent, reference in zip(self.agents, self._references, strict=False):
             if agent.is_up and reference.get_subscription_count():
@@ -85,7 +85,7 @@ class OneProcessExperiment(TopicExperiment):
             reference = Reference(acceleration=self.accelerations[agent.index])
         try:
             publisher.publish(reference_to_bytes(reference, kind))
-        except CrazychoirError as error:  # it lacks what its message has
+        except CrazychoirError as error:  # the reference lacks a field of its message
             self.node.complain(publisher.topic_name, error)
 
     def _tell_statistics(self) -> None:

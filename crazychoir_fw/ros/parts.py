@@ -1,4 +1,4 @@
-"""Into which processes a mission falls."""
+"""The processes that a mission is split into."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from crazychoir_fw.flight import agents
 
 LAYERS = ("guidance", "planning", "control", "avoidance")
 SENSING = "sensing"
-"""What one process does for all drones: it finds out who is near whom."""
+"""Layer of one process for all drones: finds the neighbors of each drone."""
 TABLE = "table"
-"""Layer of nobody: the table of tasks or requests."""
+"""Layer of no drone: the table of tasks or requests."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """What one process does: some layers of some drones."""
+    """The layers and drones of one process."""
 
     name: str
     agents: tuple[int, ...]
@@ -29,8 +29,8 @@ def parts_of(mission: Any, processes: str) -> list[Part]:
 
     Args:
         mission: The mission.
-        processes: ``per-node``: one per drone and layer; ``per-drone``; ``one``: all layers are
-            where the drones are, and nobody else has any.
+        processes: ``per-node``: one per drone and layer; ``per-drone``; ``one``: all layers run in
+            the process of the drones, and no other process is returned.
     """
     everybody = tuple(range(len(mission.fleet)))
     common = common_layers(mission)
@@ -45,7 +45,7 @@ def parts_of(mission: Any, processes: str) -> list[Part]:
 
 
 def common_layers(mission: Any) -> list[str]:
-    """Return what one process does for all drones, beside their layers."""
+    """Return the layers that one process runs for all drones."""
     return [*([SENSING] if mission.layers.safety is not None else []), *([TABLE] if has_table(mission) else [])]
 
 
@@ -75,7 +75,7 @@ def reference_answers(mission: Any, i: int) -> bool:
 
 
 def one_command(mission: Any) -> str:
-    """Return what all drones are commanded by: fpqr, frpy, vel or xyz.
+    """Return the command of all drones: fpqr, frpy, vel or xyz.
 
     Raises:
         MissionError: If they are commanded in different ways.

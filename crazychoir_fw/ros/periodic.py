@@ -11,23 +11,23 @@ from crazychoir_fw.common.errors import RangeError
 
 
 def check_frequency(who: str, frequency: float) -> None:
-    """Refuse what is no frequency.
+    """Check a frequency.
 
     Raises:
-        RangeError: If it is not above zero.
+        RangeError: If it is not above zero, or exceeds 1 MHz.
     """
     if not (math.isfinite(frequency) and 0.0 < frequency <= 1e6):
         raise RangeError(f"{who}: frequency is {frequency}, allowed: above 0 Hz, up to 1 MHz")
 
 
 class Periodic:
-    """Calls ``work(now)`` on a grid of times: it does not drift, does not catch up in bursts, and can begin anew."""
+    """Calls ``work(now)`` on a grid of times: no drift, no bursts to catch up, and a reset."""
 
     def __init__(self, node: Node, frequency: float, work: Callable[[float], None]) -> None:
-        """Start it.
+        """Start the timer.
 
         Args:
-            node: Whose clock counts.
+            node: Node that owns the timer and its clock.
             frequency: Calls per second (Hz).
             work: Called with the time of that clock (s).
 
@@ -61,5 +61,5 @@ class Periodic:
         self._timer.reset()
 
     def stop(self) -> None:
-        """Call no more."""
+        """Cancel the timer."""
         self._timer.cancel()

@@ -1,9 +1,8 @@
 """`PointToPointPlanner_2D`: go-tos in the plane, one at a time (docs/reference/crazychoir.md#7).
 
 The original serves an action of its own type, ``positionaction``. Standard messages have none like it, so here a goal
-is a ``geometry_msgs/PoseStamped`` on ``goal_pose``, as RViz sends it, and that it was reached is told by a
-``std_msgs/Empty`` on ``goal_reached``. As there, a new goal takes the place of the one before, which is then never
-reported.
+is a ``geometry_msgs/PoseStamped`` on ``goal_pose``, as RViz sends it, and a ``std_msgs/Empty`` on ``goal_reached``
+reports its arrival. As there, a new goal replaces the previous one, which is then never reported.
 """
 
 from __future__ import annotations

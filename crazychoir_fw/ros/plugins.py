@@ -1,4 +1,4 @@
-"""A world whose drones are flown by motor controls (`MotorCtrl`), as the simulation node sees it."""
+"""A world whose drones are flown by motor controls (`MotorCtrl`), for the simulation node."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class PluginHost:
 
         Args:
             world: Every drone of it has a motor control.
-            odometry: What `poses` are: ``estimate`` of the onboard filter, or ``truth``.
+            odometry: Source of `poses`: ``estimate`` of the onboard filter, or ``truth``.
 
         Raises:
             RangeError: If a drone has no motor control, or there is no such odometry.
@@ -67,7 +67,7 @@ class PluginHost:
         )
 
     def imu(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return what the gyroscopes (rad/s) and accelerometers (m/s^2) say, shape (N, 3) each."""
+        """Return readings of gyroscopes (rad/s) and accelerometers (m/s^2), shape (N, 3) each."""
         return np.radians(self._columns("gyro.x", "gyro.y", "gyro.z")), 9.81 * self._columns("acc.x", "acc.y", "acc.z")
 
     def _columns(self, *names: str) -> NDArray[np.float64]:
@@ -75,7 +75,7 @@ class PluginHost:
 
     def send(self, indices: Sequence[int], twist: Twist, kind: str) -> None:
         """Hand commands to motor controls; `twist` has arrays of shape (len(indices), 3)."""
-        del kind  # the motor control knows what it takes
+        del kind  # the motor control has a fixed kind of command
         for index, linear, angular in zip(indices, twist.linear.tolist(), twist.angular.tolist(), strict=True):
             self.world.drones[index].motor_ctrl.cmd_vel(linear, angular)
 

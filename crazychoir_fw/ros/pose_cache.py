@@ -1,4 +1,4 @@
-"""Where others are, for graphs of communication that go by distance: as odometry tells."""
+"""Latest positions of drones from odometry, for communication graphs that depend on distance."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from crazychoir_fw.ros.pose_sources import pose_subscribe
 
 
 class PoseCache:
-    """Positions of drones as one node hears them; each node decides by itself whom it hears."""
+    """Latest positions of drones, as received by one node; each node derives its own neighbors from them."""
 
     def __init__(self, count: int) -> None:
-        """Know nothing of so many drones."""
+        """Begin with `count` unknown positions."""
         self._positions = np.full((count, 3), np.nan)
 
     def positions(self) -> NDArray[np.float64]:
-        """Return them (m, world), shape (N, 3); NaN for whoever was not heard of, who is near nobody."""
+        """Return them (m, world), shape (N, 3); NaN before the first odometry, so the drone is in no range."""
         return self._positions
 
     def watch(self, node: LayerNode, numbers: Iterable[int]) -> None:
-        """Hear the odometry of drones at a node."""
+        """Subscribe to the odometry of drones at a node."""
         for number in numbers:
             pose_subscribe("pubsub", node.topic_of(number, ODOM.name), node, self._taker(number))
 

@@ -33,20 +33,20 @@ def pose_subscribe(
 ) -> Subscription | None:
     """Subscribe to poses.
 
-    A pose that cannot be right (NaN, no quaternion, the zeros of an occluded drone) is left out. Where `callback` is a
-    filter, something that has `set_pose` as `crazychoir_fw.mocap.Estimator` has, it is asked instead: it gets the pose
-    that is kept once, and is called before the pose is handed on; any other callback is called after that.
+    An invalid pose (NaN, no quaternion, the zeros of an occluded drone) is dropped. A `callback` with a method
+    `set_pose`, such as `crazychoir_fw.mocap.Estimator`, is a filter: `set_pose` gets the pose object once, and the
+    filter is called before `dest_pose`. Any other callback is called after `dest_pose`.
 
     Args:
         handler: ``pubsub`` (nav_msgs/Odometry), ``pose`` or ``vicon`` (geometry_msgs/PoseStamped), ``vicon_mm``
             (vicon_receiver/Position, if that package is installed). None subscribes to nothing.
         topic: Name of the topic.
-        node: Whose subscription it is. Poses without a stamp get its time.
-        dest_pose: A pose that is filled in, or what is called with each pose.
+        node: Node that subscribes. Poses without a stamp get its time.
+        dest_pose: A pose that is filled in, or a function that is called with each pose.
         callback: Called without arguments after each pose.
         callback_group: Callback group of rclpy.
         qos_profile: Quality of service, or a depth. By default a depth of 10: reliable for odometry; best effort for
-            motion capture, which hears every publisher, and a late pose is worth nothing.
+            motion capture, since it matches every publisher, and a late pose has no use.
 
     Raises:
         UnknownNameError: If there is no such handler.
@@ -67,7 +67,7 @@ def pose_subscribe(
         if pose.time is None:
             pose.time = node.now()
         if not is_filter and not isinstance(dest_pose, Pose):
-            # nobody keeps the pose but whom it is for
+            # the caller's function takes the pose itself: no copy is needed
             if pose.position is not None:
                 dest_pose(pose)
             if callback is not None:
@@ -97,7 +97,7 @@ def pose_subscribe(
 
 
 def _source(handler: str, node: LayerNode) -> tuple[Topic, Callable[[Any], Pose], Callable[[Any], Pose]]:
-    """Return the line of the table, what decodes messages as they are, and what refuses bad ones."""
+    """Return the line of the table, a decoder without checks, and one that raises on bad messages."""
     if handler == "pubsub":
         return ODOM, decode_odometry, odometry_to_pose
     if handler in ("pose", "vicon"):

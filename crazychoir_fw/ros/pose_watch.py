@@ -1,4 +1,4 @@
-"""How old the pose of a drone is."""
+"""Age of the latest pose of a drone."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ from crazychoir_fw.ros.node import LayerNode
 
 
 class PoseWatch:
-    """Says when poses stop coming, and when they come again, once each.
+    """Tracks whether the latest pose is fresh; logs once when poses stop, and once when they resume.
 
     A pose is new if its stamp is: filters repeat the last good one while a drone is lost. Its age counts from when it
     came, since stamps may be those of another computer.
     """
 
     def __init__(self, node: LayerNode, timeout: float) -> None:
-        """Watch with a patience (s)."""
+        """Set the age at which a pose is stale (s)."""
         self._node, self._timeout = node, timeout
         self.reset()
 
@@ -25,7 +25,7 @@ class PoseWatch:
         self._is_silent = False
 
     def saw(self, pose: Pose, now: float) -> None:
-        """Take note of a pose (s)."""
+        """Store stamp and arrival time of a pose (s)."""
         if pose.time is None or pose.time != self._stamp:
             self._stamp, self._came = pose.time, now
 

@@ -37,10 +37,10 @@ from crazychoir_fw.ros.topic_experiment import READY
 from crazychoir_fw.ros.trajectory import TrajectoryHandler
 
 NOT_MADE = os.EX_CONFIG
-"""Exit code of a process whose nodes cannot be made as the mission says."""
+"""Exit code of a process that cannot make the nodes of the mission."""
 
-_LOOK_EVERY = 0.05  # [s], wall: whether all partners are there
-_LOOK_AT_CLOCK = 0.5  # [s], wall: whether somebody still publishes it
+_LOOK_EVERY = 0.05  # [s], wall: period of the check for all partners
+_LOOK_AT_CLOCK = 0.5  # [s], wall: period of the check for a publisher of the clock
 _TRAFFIC = (
     "odom",
     "cmd_vel",
@@ -67,12 +67,12 @@ def make_nodes(
         mission: The mission.
         part: Which of its layers.
         lockstep: Whether guidance answers each tick.
-        patience: How long a guidance waits for neighbors while simulated time stands still (s, wall); None: as long
-            as the mission says, `communication.silence_s`.
+        patience: How long a guidance waits for neighbors while simulated time stands still (s, wall); None:
+            `communication.silence_s` of the mission.
         context: Context of rclpy.
 
     Raises:
-        CrazychoirError: If a layer cannot be made as the mission says.
+        CrazychoirError: If a layer of the mission cannot be made.
     """
     nodes: list[Node] = []
     if TABLE in part.layers:
@@ -126,7 +126,7 @@ def _guidance(mission: Any, i: int, lockstep: bool, patience: float | None, comm
                 disturb=partial(disturbed, mission, i, clock=node.now),
             )
         else:
-            # nobody will ever be at the other end: not the transport whose partners the node waits for
+            # it has no neighbors: a transport of its own, so that the node does not wait for partners
             communicator = TimeVaryingCommunicator(i, graph.size, [], [], transport=RosTransport(node))
         made = agents.make_guidance(mission, i, communicator, schedule)
         if has_table(mission) and hasattr(made, "connect"):
@@ -146,14 +146,14 @@ def _guidance(mission: Any, i: int, lockstep: bool, patience: float | None, comm
 def run_part(
     mission: Any, part: Part, lockstep: bool = True, patience: float | None = None, leave_after: float | None = None
 ) -> int:
-    """Be a process of a mission until ROS is shut down.
+    """Run the nodes of a part until ROS is shut down.
 
     Args:
         mission: The mission.
-        part: What this process does.
+        part: The layers of this process.
         lockstep: Whether guidance answers each tick.
         patience: See `make_nodes`.
-        leave_after: How long nobody may publish ``/clock`` any more until this process ends (s, wall); None: for ever.
+        leave_after: Time without a publisher of ``/clock`` after which this process ends (s, wall); None: never.
 
     Returns:
         The exit code.
@@ -163,7 +163,7 @@ def run_part(
     is_spinning, is_over = threading.Event(), threading.Event()
 
     def end(*_: Any) -> None:
-        # an exception in the middle of a callback would be told as its failure, and so would a context that is gone
+        # an exception in the middle of a callback would be reported as its failure, as would a context shut down
         is_over.set()
         if not is_spinning.is_set():
             context.try_shutdown()
@@ -197,11 +197,11 @@ def run_part(
 def take_leave(executor: Any | None, nodes: Iterable[Node], context: Context) -> None:
     """Destroy nodes, then shut their context down.
 
-    A process that `multiprocessing` made ends without the interpreter's own destruction of objects: a middleware that
-    shares memory with other processes would leave half a megabyte of it for ever.
+    A process that `multiprocessing` made ends without the interpreter's own destruction of objects: a middleware with
+    shared memory would leak half a megabyte of it.
     """
     for node in nodes:
-        with suppress(Exception):  # the context may be gone already
+        with suppress(Exception):  # the context may be shut down already
             executor.remove_node(node)
             node.destroy_node()
     if executor is not None:
@@ -228,7 +228,7 @@ def spin(
     leave_after: float | None = None,
     is_over: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Work on messages, say when all partners are there, and end when the one with the clock has long been gone."""
+    """Process messages, announce when all partners are found, and return when the clock has lost its publisher."""
     if not nodes:
         return
     announcer = nodes[0].create_publisher(String, READY, LATEST)
@@ -253,7 +253,7 @@ def spin(
 
 
 def is_connected(node: Node) -> bool:
-    """Whether somebody is at the other end of the topics that a node needs at every step."""
+    """Whether the topics that a node needs at every step have a publisher and a subscriber."""
     if isinstance(node, GuidanceNode) and not node.is_connected:
         return False
     for publisher in node.publishers:

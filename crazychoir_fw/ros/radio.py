@@ -1,7 +1,7 @@
 """Radio handlers as ROS 2 nodes, one per Crazyradio, with the names of the original (docs/reference/crazychoir.md#13).
 
-A handler has threads of its own. What they hear goes through a queue, and is published by the node's executor; what may
-take seconds, such as a take-off, is done in a thread beside it.
+A handler has threads of its own. They put received data into a queue, which the node's executor publishes. Calls that
+may take seconds, such as a take-off, run in worker threads.
 """
 
 from __future__ import annotations
@@ -44,13 +44,13 @@ class RadioHandler(LayerNode):
     where the drones' own odometry goes; ``odometry_hz``, how often (Hz); ``takeoff_height`` (m).
 
     The buttons ``/takeoff``, ``/land`` and ``/stop`` are those of the handler; ``/experiment_trigger`` does nothing.
-    A drone one of whose layers says on ``failure`` that it has failed is landed.
+    The handler lands a drone at the first message on its ``failure``.
     """
 
     handler_name = "RadioHandlerFPQR"
     """Class of `crazychoir_fw.radio`."""
     cmd_topic = CMD_VEL.name
-    """Where commands come from, unless the parameter says otherwise."""
+    """Default topic of commands, see the parameter ``cmd_topic``."""
     flies_by_itself = False
     """Whether a take-off is flown by the planner on board."""
 
@@ -112,7 +112,7 @@ class RadioHandler(LayerNode):
         self.handler.on_log = self._heard_log
         self.handler.on_state = lambda agent, state, why: self._say(agent, f"{state} {why}".strip())
         self.handler.on_event = lambda agent, kind, text: self._say(agent, f"{kind} {text}")
-        # a button must not wait for the seconds that another one takes; a stop least of all
+        # a button, above all a stop, must not wait while another one takes seconds
         self._workers = ThreadPoolExecutor(max_workers=4, thread_name_prefix="radio")
         self._listen(dict(zip(self._number_of, uris, strict=True)), topic, forwards)
         self.create_timer(_PUBLISH_EVERY, self._publish_heard, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -160,7 +160,7 @@ class RadioHandler(LayerNode):
 
     def _failure_taker(self, name: str) -> Callable[[String], None]:
         def take(message: String) -> None:
-            del message  # the node that failed has told the log
+            del message  # the node that failed has logged it
             self._work(lambda: self.handler.land(agents=[name]))
 
         return take
@@ -169,7 +169,7 @@ class RadioHandler(LayerNode):
         if self.flies_by_itself:
             self.handler.takeoff(self.height)
         else:
-            # unlocks: where to go is what commands say
+            # only unlocks the motors: commands lead the drone
             self.handler.takeoff()
 
     def _work(self, do: Callable[[], Any]) -> None:
@@ -208,7 +208,7 @@ class RadioHandler(LayerNode):
         time.sleep(_BREATH_S)
 
     def destroy_node(self) -> None:
-        """Bring the drones down as the handler's option ``on_close`` says, and close the links."""
+        """Bring the drones down according to the handler's option ``on_close``, and close the links."""
         self._workers.shutdown(wait=False, cancel_futures=True)
         self.handler.close()
         super().destroy_node()

@@ -1,4 +1,4 @@
-"""Layers that live in other processes, as the experiment of the host sees them: what was heard of them."""
+"""Proxies of layers in other processes, for the experiment of the host: they hold the latest messages received."""
 
 from __future__ import annotations
 
@@ -20,37 +20,37 @@ from crazychoir_fw.ros.statistics import RemoteCommunicator
 
 
 class RemoteGuidance:
-    """A guidance somewhere else: what it has asked for, as far as that was heard here."""
+    """A guidance in another process: its latest reference, points and lost neighbors received."""
 
     def __init__(self, kind: str, takeoff_time: float) -> None:
-        """Know what references it gives, and how long its take-off lasts (s)."""
+        """Store the kind of its references, and the duration of its take-off (s)."""
         self.kind, self.takeoff_time = kind, takeoff_time
         self.reference: Reference | None = None
         self.points: list[TrajectoryPoint] | None = None
         self.lost: frozenset[int] = frozenset()
         self.is_new = False
-        """Whether anything was heard since somebody looked."""
+        """Whether a message came since the last round of the host."""
         self.communicator: RemoteCommunicator | None = None
-        """What it tells of its communicator, if it has neighbors."""
+        """Statistics received of its communicator, if it has neighbors."""
 
     @classmethod
     def of(cls, mission: Any, i: int) -> RemoteGuidance:
-        """Return that of a drone of a mission, whose class people know by its name."""
+        """Return the proxy for a drone of a mission, of a class named as its guidance."""
         kind = "acceleration" if one_command(mission) == "xyz" else what_it_follows(mission, i)
         return type(guidance_class(mission, i).__name__, (cls,), {})(kind, takeoff_time_of(mission))
 
     def set_pose(self, pose: Pose) -> None:
-        """It hears its pose by topic."""
+        """Do nothing: the guidance receives its pose by topic."""
 
     def step(self, now: float) -> Outputs:
-        """Return what was heard."""
+        """Return the latest reference, and points that came since the last call."""
         del now
         points, self.points = self.points, None
         return Outputs(self.reference, points)
 
 
 class RemotePlanner:
-    """A trajectory handler somewhere else: points go there by topic, and references were heard as the guidance's."""
+    """A trajectory handler in another process: points go to it by topic; `RemoteGuidance` holds its references."""
 
     def __init__(self, guidance: RemoteGuidance, publisher: Any, agent_id: int) -> None:
         """Publish points on ``traj_params``."""
@@ -58,19 +58,19 @@ class RemotePlanner:
         self._guidance, self._publisher, self._agent_id = guidance, publisher, agent_id
 
     def set_trajectory(self, points: list[TrajectoryPoint], pose: Pose, now: float) -> None:
-        """Hand points over."""
+        """Publish points."""
         del pose, now
         self._publisher.publish(points_to_joint_trajectory(points, self._agent_id))
 
     def evaluate(self, now: float) -> Reference | None:
-        """Return a reference that was heard since it was asked for last."""
+        """Return the reference that came since the last call, or None."""
         del now
         reference, self._guidance.reference = self._guidance.reference, None
         return reference
 
 
 class RemoteGroup:
-    """The controllers of all drones, somewhere else."""
+    """The controllers of all drones, in other processes."""
 
     def __init__(self, commands: CommandInbox, kind: str) -> None:
         """Take commands of a kind."""
@@ -80,7 +80,7 @@ class RemoteGroup:
         self.commanded = np.full(len(self.indices), -np.inf)
         """When the latest command was passed on, or the motors did not turn (s), shape (N,)."""
         self.unheard: set[int] = set()
-        """Whose commands are not passed on, since the host lands them itself."""
+        """Drones whose commands are dropped, since the host flies them itself."""
 
     def step(
         self,
@@ -90,7 +90,7 @@ class RemoteGroup:
         poses: Pose,
         now: float,
     ) -> tuple[NDArray[np.intp], Twist] | None:
-        """Return who has sent commands, of those whose motors turn, and these."""
+        """Return the drones with new commands and turning motors, and these commands."""
         del agents, accelerations, poses
         indices, twist = self._commands.take()
         chosen = turning[indices]
@@ -103,7 +103,7 @@ class RemoteGroup:
 
 
 def neighbors_taker(guidance: RemoteGuidance, numbers: dict[str, int]) -> Any:
-    """Return what takes the words of a guidance on `lost_neighbors`, by the numbers of namespaces."""
+    """Return the callback of a guidance's messages on `lost_neighbors`, by the numbers of namespaces."""
 
     def take(message: String) -> None:
         word, _, name = message.data.partition(" ")
@@ -115,7 +115,7 @@ def neighbors_taker(guidance: RemoteGuidance, numbers: dict[str, int]) -> Any:
 
 
 def points_taker(guidance: RemoteGuidance) -> Any:
-    """Return what takes the points of a guidance."""
+    """Return the callback of the points of a guidance."""
 
     def take(message: Any) -> None:
         guidance.points = joint_trajectory_to_points(message)
@@ -125,7 +125,7 @@ def points_taker(guidance: RemoteGuidance) -> Any:
 
 
 def reference_taker(guidance: RemoteGuidance, kind: str) -> Any:
-    """Return what takes the references of a guidance, of a kind."""
+    """Return the callback of the references of a guidance, of a kind."""
 
     def take(message: Any) -> None:
         guidance.reference = message_to_reference(message, kind)

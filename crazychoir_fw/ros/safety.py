@@ -1,11 +1,11 @@
 """Collision avoidance as ROS 2 nodes, with the class names of the original (docs/reference/crazychoir.md#9).
 
-Who is near whom is found by one node for all drones, see `crazychoir_fw.ros.neighbor_sensing`.
+One node finds the neighbors of all drones, see `crazychoir_fw.ros.neighbor_sensing`.
 
-A drone that does not know who is near does not move on: it stays where it is until it is told again.
+A drone without fresh ``closest_robots`` holds its position until the next message.
 
-Under simulated time a node works on a pose when it has heard what else belongs to that time, so that results do not
-depend on who is faster. Who is silent is waited for once, and then no more until heard again.
+Under simulated time a node works on a pose when it has received all other inputs of that time, so that results do not
+depend on the order of messages. A missing input holds up one step; later steps do not wait until it is received again.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ _SAME = 1e-7  # [s]: stamps are whole nanoseconds
 class Gathering:
     """Calls ``work(time)`` for each pose once everything that belongs to it has come.
 
-    Where the next pose comes before that, somebody is silent: from then on nobody is waited for, until all have been
-    heard again.
+    If the next pose comes first, an input is missing: from then on ``work`` runs at each pose without waiting, until a
+    pose has all its inputs again.
     """
 
     def __init__(self, work: Callable[[float], None], wants_desired: bool) -> None:
-        """Choose what is done, and whether a desired input belongs to each pose."""
+        """Set the callback, and whether a desired input belongs to each pose."""
         self._work = work
         self._wants_desired = wants_desired
         self.reset()
@@ -62,19 +62,19 @@ class Gathering:
         self._is_patient = True
 
     def took_pose(self, time: float) -> None:
-        """A pose came (s)."""
+        """Take the time of a pose (s)."""
         if self._waiting is not None:
             self._is_patient = False
         self._waiting = time
         self._try()
 
     def took_closest(self, time: float) -> None:
-        """It is known who was near at a time (s)."""
+        """Take the time of a ``closest_robots`` (s)."""
         self._closest = time
         self._try()
 
     def took_desired(self) -> None:
-        """A desired input came."""
+        """Take a desired input."""
         self._has_desired = True
         self._try()
 
@@ -90,7 +90,7 @@ class Gathering:
 
 
 class _Sight:
-    """Whether it is known who is near; says when that changes."""
+    """Tracks whether ``closest_robots`` is fresh; logs each change."""
 
     def __init__(self, node: LayerNode, take: Callable[[Pose], None], came: Callable[[float], None]) -> None:
         self._node, self._take, self._came_at = node, take, came
@@ -131,9 +131,9 @@ class _Sight:
 
 
 class SafeController(CrazyflieController):
-    """A controller that is told who is near, such as a plain `SafeHierarchicalController`.
+    """A controller that takes the neighbors of its drone, such as a plain `SafeHierarchicalController`.
 
-    Nothing is sent before that is known. When it is known no more, the drone stays where it is.
+    The node sends nothing before the first ``closest_robots``. Once that is stale, the drone holds its position.
     """
 
     def __init__(self, *args: Any, **options: Any) -> None:
@@ -159,7 +159,7 @@ class SafeController(CrazyflieController):
         if not self._sight.has_seen:
             return
         if not self._sight.is_clear(now):
-            # whatever is asked for
+            # whatever the reference
             self.controller.clear_reference() if self.controller.desired_reference is not None else None
         super()._work(now)
 
@@ -171,7 +171,7 @@ class SafeController(CrazyflieController):
 
 
 class SafeHierarchicalController(SafeController, HierarchicalController):
-    """Position law that knows who is near, attitude law and sender, each at its rate."""
+    """Position law that avoids neighbors, attitude law and sender, each at its rate."""
 
     law = PlainSafeHierarchicalController
 
@@ -186,9 +186,9 @@ class DesiredVelocityController(CrazyflieController):
 
 
 class CollisionAvoidance(PoseTriggered, LayerNode):
-    """A filter as a node: ``{topic}_des``, ``closest_robots`` and poses in, what is safe on ``{topic}`` out.
+    """A filter as a node: ``{topic}_des``, ``closest_robots`` and poses in, the safe input on ``{topic}`` out.
 
-    The names below derive from it; whoever has a plain filter hands it over.
+    The classes below derive from it; for a plain filter, pass it as `avoidance`.
     """
 
     def __init__(
@@ -214,7 +214,7 @@ class CollisionAvoidance(PoseTriggered, LayerNode):
             pose_callback: Called after each pose.
             node_frequency: How often the latest desired input is filtered (Hz).
             safety_filter: The filter; needed unless `avoidance` is given.
-            input_topic_name: Where what is safe goes; None is the usual one.
+            input_topic_name: Topic of the safe input; None is the default of the filter.
             avoidance: A plain collision avoidance.
             agent_id: Number of the drone; None asks parameter and namespace.
             parameters: Values of parameters: ``pose_timeout``, ``closest_timeout`` and ``desired_timeout`` (s), ages
@@ -321,7 +321,7 @@ class UnicycleCollisionAvoidance(CollisionAvoidance):
 
 
 class EveryRound:
-    """A plain controller that repeats its latest command in rounds in which it has none: lock step wants answers."""
+    """A plain controller that repeats its latest command in rounds without a new one, since lockstep needs answers."""
 
     def __init__(self, controller: Any, rate: float) -> None:
         """Wrap a controller in rounds of a rate (Hz)."""

@@ -28,13 +28,13 @@ def make_control_node(mission: Any, *, agent_id: int, **common: Any) -> Crazyfli
 
 
 def make_avoidance_node(mission: Any, **common: Any) -> CollisionAvoidance:
-    """Return the filter behind a controller as a node: at the rate of the rounds, each of which wants an answer."""
+    """Return the filter behind a controller as a node: at the rate of the rounds, each of which needs an answer."""
     avoidance = agents.make_collision_avoidance(mission)
     return CollisionAvoidance(node_frequency=float(mission.layers.rate), avoidance=avoidance, **common)
 
 
 def make_sensing_node(mission: Any, **common: Any) -> ClosestRobotGetter:
-    """Return what finds out for all drones who is near whom."""
+    """Return the node that finds the neighbors of all drones."""
     layer = mission.layers.safety
     rate = float(layer.sensing_rate or mission.layers.rate)
     return ClosestRobotGetter(layer.sensing_distance, agents=range(len(mission.fleet)), freq=rate, **common)

@@ -1,4 +1,4 @@
-"""What the layers of one drone share in one process, so that the middleware carries it once or not at all."""
+"""Topics that the layers of one drone share in one process, so that the middleware carries them once or not at all."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from crazychoir_fw.ros.pose_sources import pose_subscribe
 
 
 def share_poses(nodes: Sequence[Any]) -> None:
-    """Let the layers of a drone hear its odometry by one subscription, which also tells them the time.
+    """Feed odometry and time to all layers of a drone from one subscription.
 
-    Guidance comes last: what it decides reaches a controller after its step, whether or not its round is complete.
+    Guidance comes last: its outputs reach a controller after its step, whether or not its round is complete.
     """
     if not nodes:
         return
@@ -37,7 +37,7 @@ def share_poses(nodes: Sequence[Any]) -> None:
 
 
 def share_references(nodes: Sequence[Any]) -> None:
-    """Hand references over to the controller of a drone where they are made; other nodes hear them on their topic."""
+    """Pass references to the controller of a drone by direct calls; other nodes receive them on their topic."""
     for controller in nodes:
         subscription = getattr(controller, "reference_subscription", None)
         if not isinstance(controller, CrazyflieController) or subscription is None:
@@ -54,7 +54,7 @@ def share_references(nodes: Sequence[Any]) -> None:
 
 
 class _Shared:
-    """A publisher of bytes, which are also handed over in this process."""
+    """A publisher of bytes that also passes them to a callback in this process."""
 
     def __init__(self, publisher: Any, take: Callable[[bytes], None]) -> None:
         self._publisher, self._take = publisher, take

@@ -1,7 +1,7 @@
 """`SimulationNode`: one node for a world of drones, whatever their number.
 
-Each drone has the topics of the table: it takes ``cmd_vel`` or ``traj_params`` and says ``odom``; ``/clock`` is
-simulated time.
+Each drone has the topics of the table: it subscribes to ``cmd_vel`` or ``traj_params`` and publishes ``odom``;
+``/clock`` is simulated time.
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ from crazychoir_fw.ros.node import LayerNode
 from crazychoir_fw.ros.odometry import OdometryTopics
 
 KINDS = ("fpqr", "frpy", "vel", "xyz")
-_LOOK_EVERY = 0.25  # [s], wall: who listens
+_LOOK_EVERY = 0.25  # [s], wall: period of the check for subscribers
 
 
 class Host(Protocol):
-    """What the node lets fly: `PluginHost`, or a backend of experiments."""
+    """The simulation behind the node: `PluginHost`, or a backend of experiments."""
 
     names: Sequence[str]
 
@@ -68,7 +68,7 @@ class Host(Protocol):
         """Fly to a point."""
 
     def advance(self, seconds: float) -> None:
-        """Let time go on."""
+        """Advance simulated time."""
 
     def stop(self, indices: Sequence[int]) -> None:
         """Motors off."""
@@ -76,27 +76,27 @@ class Host(Protocol):
 
 @dataclass(frozen=True)
 class Pace:
-    """How fast simulated time goes on."""
+    """How fast simulated time advances."""
 
     speed: float | None = 1.0
     """Simulated seconds per second; None is as fast as possible."""
     lockstep: bool = False
-    """Whether each step waits until everybody who lives has answered the last odometry."""
+    """Whether each step waits until all parties that are not silent have answered the last odometry."""
     deadline: float = 2.0
-    """Longest wait in a step (s, wall clock); who has not answered then counts as silent."""
+    """Longest wait in a step (s, wall clock); a party that has not answered by then counts as silent."""
     unattended: bool = False
-    """Whether time goes on although nobody listens. In real time it always does."""
+    """Whether time advances without subscribers. In real time it always does."""
 
 
 class CommandInbox:
     """The latest commands of drones on ``cmd_vel``."""
 
     def __init__(self, node: SimulationNode, count: int) -> None:
-        """Listen to so many drones."""
+        """Subscribe to the commands of `count` drones."""
         self._node = node
         self._linear, self._angular = np.zeros((count, 3)), np.zeros((count, 3))
         self.is_new = np.zeros(count, bool)
-        """Who has sent one since the last look, shape (N,)."""
+        """Whether each drone has a command since the last `take`, shape (N,)."""
         for i in range(count):
             node.listen_to_bytes(CMD_VEL, self._taker(i), node.topic_of(i, CMD_VEL.name))
 
@@ -113,7 +113,7 @@ class CommandInbox:
         return take
 
     def take(self, wanted: Any = True) -> tuple[NDArray[np.intp], Twist]:
-        """Return who has sent commands since the last call, of those wanted, and these, arrays of shape (n, 3)."""
+        """Return the wanted drones with commands since the last call, and these commands, arrays of shape (n, 3)."""
         indices = np.flatnonzero(self.is_new & wanted)
         self.is_new[:] = False
         return indices, Twist(self._linear[indices], self._angular[indices])
@@ -122,7 +122,7 @@ class CommandInbox:
 class SimulationNode(LayerNode):
     """The drones of a world as topics.
 
-    What lets it go on is `step`, called by `run` at the pace that was asked for.
+    Each `step` advances it; `run` calls that at the chosen pace.
     """
 
     def __init__(
@@ -142,11 +142,11 @@ class SimulationNode(LayerNode):
         """Make the node; nothing moves yet.
 
         Args:
-            host: What flies.
-            command: What the drones take: ``fpqr``, ``frpy`` or ``vel`` on ``cmd_vel``, ``xyz`` on ``traj_params``;
-                None: whoever made the node takes commands, and buttons.
+            host: The simulation behind the node.
+            command: Kind of the commands: ``fpqr``, ``frpy`` or ``vel`` on ``cmd_vel``, ``xyz`` on ``traj_params``;
+                None: the owner of the node subscribes to commands and buttons.
             rate: Odometry per simulated second (Hz), a divisor of 1000.
-            pace: How fast time goes on.
+            pace: How fast simulated time advances.
             answers: In lockstep, topics (``cmd_vel``, ``acceleration``, …, or ``guidance`` on ``answered``) by whose
                 messages drones answer each odometry, with the numbers of these drones; all with ``cmd_vel`` by default.
             imu: Whether ``imu`` is published, if the host knows it.
@@ -172,9 +172,9 @@ class SimulationNode(LayerNode):
         self.last_step_wall = 0.0
         """When the latest odometry went out (s, steady clock)."""
         self.while_waiting: Callable[[], None] = lambda: None
-        """Called now and then while answers are waited for."""
+        """Called at least every 50 ms while answers are pending."""
         self.latencies: list[float] | None = None
-        """From an odometry to the command that answers it (s, wall), if somebody put a list here."""
+        """Times from an odometry to the command that answers it (s, wall); None records nothing."""
         self._kind = command
         self._all_answered = Future()
         self._stopping = False
@@ -185,11 +185,11 @@ class SimulationNode(LayerNode):
             answers = {} if command in (None, "xyz") else {CMD_VEL.name: range(count)}
         self.answers = Answers((i, topic) for topic, drones in answers.items() for i in drones)
         for topic, drones in answers.items():
-            if topic != CMD_VEL.name:  # which is heard anyway
+            if topic != CMD_VEL.name:  # `CommandInbox` subscribes to that
                 for i in drones:
                     self._listen_for_answers(i, topic)
         self.commands = None if command in (None, "xyz") else CommandInbox(self, count)
-        """What was heard on ``cmd_vel``."""
+        """Commands received on ``cmd_vel``."""
         if command is not None:
             self._subscribe_topics(count)
         self._looked = -1e9
@@ -223,7 +223,7 @@ class SimulationNode(LayerNode):
         self.create_subscription(kind, self.topic_of(index, topic), lambda _: self.answer(party), 10, raw=True)
 
     def _idle_taker(self, index: int) -> Callable[[Bool], None]:
-        """A guidance says whether its drone shall rest: motors off, whatever its controller asks for."""
+        """Return the callback of ``idle``: motors off while a guidance is idle, whatever its controller commands."""
 
         def take(message: Bool) -> None:
             if message.data and not self._idle[index]:
@@ -242,7 +242,7 @@ class SimulationNode(LayerNode):
         return take
 
     def answer(self, party: tuple[int, str]) -> None:
-        """Take note that a party has answered the latest odometry."""
+        """Record that a party has answered the latest odometry."""
         if self.answers.take(party):
             self.get_logger().warning(f"{self.host.names[party[0]]}: answers again on {party[1]}")
         if self.answers.is_complete and not self._all_answered.done():
@@ -268,7 +268,7 @@ class SimulationNode(LayerNode):
     # ---------------------------------------------------------------- time
 
     def step(self) -> None:
-        """Hand the commands over that have come, go on by one period, and say how things are."""
+        """Pass new commands to the host, advance by one period, and publish the state."""
         if self.commands is not None:
             indices, twist = self.commands.take(False if self._stopped else ~self._idle)
             if indices.size:
@@ -281,7 +281,7 @@ class SimulationNode(LayerNode):
         self.publish()
 
     def publish(self) -> None:
-        """Say how things are: odometry first, then the clock, on which nodes begin to work."""
+        """Publish the state: odometry first, then the clock, which triggers the nodes."""
         self.answers.ask()
         pose, now = self.host.poses(), self.host.time
         self.last_step_wall = time.perf_counter()
@@ -306,7 +306,7 @@ class SimulationNode(LayerNode):
             publisher.publish(pose_to_pose_stamped(Pose(place, attitude, time=now)))
 
     def publish_clock(self) -> None:
-        """Say what time it is."""
+        """Publish the time of the host."""
         self._clock_publisher.publish(CLOCK.type(clock=to_stamp(self.host.time)))
 
     def run(self, executor: Any, until: float | None = None) -> None:
@@ -322,17 +322,17 @@ class SimulationNode(LayerNode):
                 self.step()
 
     def exchange(self, executor: Any) -> None:
-        """Say how things are and work on messages until the next step may be made."""
+        """Publish the state, and process messages until the next step may be made."""
         self.publish()
         while not self._stopping and self.context.ok() and not self.is_due(executor):
             pass
 
     def finish(self) -> None:
-        """Let `run` return."""
+        """Make `run` return."""
         self._stopping = True
 
     def is_due(self, executor: Any) -> bool:
-        """Work on messages for a while; return whether the next step may be made."""
+        """Process messages for a short time; return whether the next step may be made."""
         if self._must_hold():
             executor.spin_once(timeout_sec=0.02)
             self._due = None
@@ -342,7 +342,7 @@ class SimulationNode(LayerNode):
         return self._is_time(executor)
 
     def _must_hold(self) -> bool:
-        """Whether nobody would see time pass."""
+        """Whether to hold time, since no node receives it."""
         if self.pace.unattended or (self.pace.speed is not None and not self.pace.lockstep):
             return False
         if self.pace.lockstep:
@@ -378,7 +378,7 @@ class SimulationNode(LayerNode):
             return True
         now = time.monotonic()
         period = self.period / self.pace.speed
-        # who is late does not hurry afterwards
+        # after a long delay the schedule restarts, without catching up
         if self._due is None or now - self._due > 10.0 * period:
             self._due = now
         if now < self._due:
@@ -389,7 +389,7 @@ class SimulationNode(LayerNode):
 
 
 def work_off(executor: Any) -> None:
-    """Work on what has come so far, and wait for nothing."""
+    """Process all pending events, and wait for no others."""
     # a task queues up behind all events that are there
     done: list[bool] = []
     executor.create_task(lambda: done.append(True))

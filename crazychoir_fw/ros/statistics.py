@@ -1,7 +1,7 @@
-"""What the communicators of a flight have seen, told to the host that writes summary.json.
+"""Statistics of the communicators of a flight, sent to the host that writes summary.json.
 
-Each guidance that has neighbors tells it once a second, so that something is known of a process that is killed, and
-when the host asks at the end of a flight.
+Each guidance with neighbors publishes them once a second, so that the host has figures of a process that is killed, and
+on request of the host at the end of a flight.
 """
 
 from __future__ import annotations
@@ -19,30 +19,30 @@ from crazychoir_fw.guidance.communicator_interface import Statistics
 from crazychoir_fw.ros.node import LayerNode
 
 STATISTICS = "/communication_statistics"
-"""Topic (`std_msgs/String`, JSON) on which each guidance tells what its communicator has seen."""
+"""Topic (`std_msgs/String`, JSON) of the statistics that each guidance publishes."""
 
 ASKED = "/tell_statistics"
-"""Topic (`std_msgs/Empty`) on which the host asks for it."""
+"""Topic (`std_msgs/Empty`) on which the host requests statistics."""
 
 EVERYBODY = QoSProfile(depth=1000)
-"""Many answer at once, and none of them may push another one out."""
+"""Deep enough for answers of all agents at once: none may drop out of the queue."""
 
 _NAMES = tuple(field.name for field in fields(Statistics))
 TELL_EVERY = 1.0
-"""Time between two tellings (s)."""
+"""Publishing period (s)."""
 _LONGEST_WAIT_S = 3.0  # [s], wall
 
 
 def told_of(agent: int, communicator: Any) -> dict[str, Any]:
-    """Return what is told of the communicator of an agent."""
+    """Return the statistics of the communicator of an agent, as published."""
     return {"agent": agent, **vars(communicator.statistics)}
 
 
 class StatisticsTeller:
-    """Tells what the communicator of one guidance has seen."""
+    """Publishes the statistics of the communicator of one guidance."""
 
     def __init__(self, node: LayerNode, communicator: Any) -> None:
-        """Tell it of a node."""
+        """Make the publisher of a node, and the subscription to requests."""
         self._node, self._communicator = node, communicator
         self._publisher = node.create_publisher(String, STATISTICS, EVERYBODY)
         node.create_subscription(Empty, ASKED, lambda _: self.tell(), 10)
@@ -51,11 +51,11 @@ class StatisticsTeller:
         self._due = TELL_EVERY
 
     def round_begins(self) -> None:
-        """A message goes out, and those of the neighbors are waited for."""
+        """Start the stopwatch of a round: its message goes out, and those of the neighbors are pending."""
         self._begun = time.perf_counter()
 
     def round_ends(self, now: float) -> None:
-        """They are there, or nobody waits any more; `now` is the time of the node (s)."""
+        """Stop the stopwatch: all messages came, or the deadline passed; `now` is the time of the node (s)."""
         took = time.perf_counter() - self._begun
         self._rounds += 1
         self._sum += took
@@ -65,7 +65,7 @@ class StatisticsTeller:
             self.tell()
 
     def tell(self) -> None:
-        """Tell it now."""
+        """Publish the statistics now."""
         told = told_of(self._node.agent_id, self._communicator)
         if self._rounds:
             told["round_ms"] = {"mean": 1e3 * self._sum / self._rounds, "max": 1e3 * self._longest}
@@ -73,27 +73,27 @@ class StatisticsTeller:
 
 
 class RemoteCommunicator:
-    """A communicator somewhere else: what it told of itself, for `statistics_of`."""
+    """A communicator in another process: its latest statistics, for `statistics_of`."""
 
     def __init__(self, in_neighbors: Sequence[int], out_neighbors: Sequence[int]) -> None:
-        """Nothing is known yet."""
+        """Begin with statistics of zero."""
         self.in_neighbors, self.out_neighbors = tuple(in_neighbors), tuple(out_neighbors)
         self.statistics = Statistics()
         self.round_ms: dict[str, float] | None = None
-        """How long its rounds took (ms, wall): from its message until all others were there; mean and longest."""
+        """How long its rounds took (ms, wall): from sending its message to receiving all others; mean and max."""
 
     def take(self, told: dict[str, Any]) -> None:
-        """Take what it told; raises KeyError, TypeError or ValueError for anything else."""
+        """Store published statistics; raises KeyError, TypeError or ValueError for anything else."""
         self.statistics = Statistics(**{name: int(told[name]) for name in _NAMES})
         took = told.get("round_ms")
         self.round_ms = None if took is None else {name: round(float(took[name]), 3) for name in ("mean", "max")}
 
 
 class StatisticsCollector:
-    """Hears the statistics of all, at the host."""
+    """Collects the statistics of all agents, at the host."""
 
     def __init__(self, node: LayerNode, remote: dict[int, RemoteCommunicator]) -> None:
-        """Hear those of agents, by number, at a node."""
+        """Subscribe a node to the statistics of agents, by number."""
         self._node, self._remote = node, remote
         self._missing: set[int] = set()
         self._ask = node.create_publisher(Empty, ASKED, 10)
@@ -109,11 +109,11 @@ class StatisticsCollector:
             self._node.get_logger().warning(f"{STATISTICS}: {error!r}", throttle_duration_sec=1.0)
 
     def ask(self, agents: Sequence[int], work: Callable[[], None]) -> None:
-        """Ask for the latest, and wait for the answers of these agents, for a few seconds at most.
+        """Request the latest statistics, and wait for those of these agents, up to a timeout of a few seconds.
 
         Args:
-            agents: Who is there to answer.
-            work: Works on messages for a moment.
+            agents: Numbers of the agents that can still answer.
+            work: Spins the node once.
         """
         self._missing = set(agents) & set(self._remote)
         if not self._missing:

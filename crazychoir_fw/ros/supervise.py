@@ -1,6 +1,6 @@
-"""Processes that are watched: started by fork, so that a hundred of them start in seconds, and never left behind.
+"""Supervised processes: started by fork, so that a hundred of them start in seconds, and never orphaned.
 
-Whoever supervises has imported what its processes need, and starts no threads; each process begins with a copy of it.
+The supervising process imports the modules that its processes need, and starts no threads; a fork copies its memory.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ class Child:
 
     name: str
     work: Callable[[], int | None]
-    """What it does; returns its exit code."""
+    """Main function; returns the exit code."""
     colour: str
     captured: bool = True
     process: Any = None
     output: Any = None
-    """What it prints, the reading end of a pipe."""
+    """Reading end of the pipe with its output; None without one."""
     starts: int = 0
     unread: bytes = b""
     ended: bool = False
@@ -53,13 +53,13 @@ class Child:
 
 @dataclass
 class Supervisor:
-    """Starts processes, prints what they print under their names, and tells whose end has come."""
+    """Starts processes, prints their output under their names, and reports those that end."""
 
     quiet: bool = False
-    """Print nothing of them but their ends."""
+    """Whether to print no output of processes, but only their ends."""
     children: dict[str, Child] = field(default_factory=dict)
     register: Path | None = None
-    """File (JSON) that says which process has which number; None writes none."""
+    """File (JSON) that maps names to process ids; None writes none."""
 
     def __post_init__(self) -> None:
         self._colours = get_colours()
@@ -69,8 +69,8 @@ class Supervisor:
         """Start a process.
 
         Args:
-            name: How it is called, in what is printed.
-            work: What it does; its value is the exit code.
+            name: Name of the process in the output.
+            work: Main function; returns the exit code.
             captured: Whether its output goes through the supervisor; otherwise it has the terminal.
         """
         child = Child(name, work, next(self._colours), captured)
@@ -99,7 +99,7 @@ class Supervisor:
                 file.write_text(json.dumps(numbers, indent=2) + "\n")
 
     def watch(self, timeout: float) -> list[Child]:
-        """Print what has been said until something ends or time is over; returns whose process has ended."""
+        """Print output that comes, or wait up to a timeout (s) for some; returns the processes that have ended."""
         alive = [child for child in self.children.values() if child.is_alive]
         by_handle: dict[Any, Child] = {child.process.sentinel: child for child in alive}
         by_handle.update({child.output: child for child in alive if child.output is not None})
@@ -144,7 +144,7 @@ class Supervisor:
         self._printer.write(Message("line", text + "\n", datetime.now(), "manager", None))
 
     def stop(self, patience: float = 5.0) -> None:
-        """End all processes by SIGINT, the first one, which lands drones, before the others; then by SIGKILL.
+        """End all processes by SIGINT, the first one, which lands the drones, before the others; then by SIGKILL.
 
         Args:
             patience: How long the others may take to end (s).
@@ -164,7 +164,7 @@ class Supervisor:
 
 
 def _run(work: Callable[[], int | None], writing: int | None, reading: int | None, parent: int) -> None:
-    """Do the work of a process: what it prints goes to its supervisor, and it dies with it."""
+    """Run the main function of a process: output goes to the supervisor, and the process ends with it."""
     if writing is not None and reading is not None:
         os.close(reading)
         os.dup2(writing, 1)
@@ -172,7 +172,7 @@ def _run(work: Callable[[], int | None], writing: int | None, reading: int | Non
         os.close(writing)
         sys.stdout = os.fdopen(1, "w", buffering=1, closefd=False)
         sys.stderr = os.fdopen(2, "w", buffering=1, closefd=False)
-    os.setpgid(0, 0)  # Ctrl-C is the supervisor's affair
+    os.setpgid(0, 0)  # Ctrl-C signals the supervisor alone
     end_with_parent(parent)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     signal.signal(signal.SIGINT, signal.default_int_handler)

@@ -1,14 +1,14 @@
 """Tables of work as ROS 2 nodes, and how guidance asks them: dynamic task assignment, pickup and delivery.
 
-The table announces each list on ``/optimization_trigger`` (`std_msgs/Int64`, its label, latched). Each agent asks for
-its own by the service ``/agent_{i}/task_list`` and says by ``/agent_{i}/task_completion`` that it has done what comes
-next (both `std_srvs/Trigger`; the list is JSON in the message). What it is going to do, it tells on
-``/agent_{i}/task_report``, and the table tells all that happens on ``/happenings`` (both `std_msgs/String`, JSON). What
-was done when the table had made a newer list already, is on the report as well.
+The table announces each list on ``/optimization_trigger`` (`std_msgs/Int64`, its label, latched). Each agent requests
+its own by the service ``/agent_{i}/task_list``, and reports its next task as completed by the service
+``/agent_{i}/task_completion`` (both `std_srvs/Trigger`; the list is JSON in the message). It publishes its plan on
+``/agent_{i}/task_report``, and the table publishes events on ``/happenings`` (both `std_msgs/String`, JSON). The report
+also carries tasks that were completed after the table had made a newer list.
 
-A table that is started again goes on where the one before ended: after each change it says on ``/table_memory`` how
-things are, whoever hosts the flight keeps that and repeats it on ``/last_table`` (both `std_msgs/String`, JSON; the
-latter latched), and a table that has not begun takes it from there.
+A table that is restarted continues where the previous one ended. After each change a table publishes its state on
+``/table_memory``. The host of the flight repeats that on ``/last_table`` (both `std_msgs/String`, JSON; the latter
+latched), and a table that has not begun restores it from there.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ LIST = "task_list"
 COMPLETION = "task_completion"
 REPORT = "task_report"
 DONE = "done"
-"""Key of a report, in place of all others: number of what is done, though a newer list was made without knowing."""
+"""Only key of a report: number of a task that was completed after the table had made a newer list."""
 
 EVERYTHING = QoSProfile(depth=1000)
-"""Of what must not push one another out."""
+"""Deep enough that messages do not drop out of the queue."""
 
 _KINDS = {kind.__name__: kind for kind in (PositionTask, DeliveryRequest)}
 _EARLY = "nothing is known to be next"
@@ -125,7 +125,7 @@ class TaskTable(LayerNode):
         self.table.start(self.now())
 
     def _announce(self, label: int) -> None:
-        # a list that is known outlives this node
+        # save the state before agents receive the list, so that a restarted table has it, too
         self._remember()
         self._trigger.publish(Int64(data=label))
 
@@ -133,11 +133,11 @@ class TaskTable(LayerNode):
         self._memory.publish(String(data=json.dumps(self.table.memory())))
 
     def _take_last_table(self, message: String) -> None:
-        """Keep what a table before this one said last, until it is known what time it is."""
+        """Store the last state of a previous table until the next step, which has the time."""
         self._before = message.data
 
     def _take_last_button(self, message: String) -> None:
-        """Who was started in the middle of a flight, joins it."""
+        """Note a start before this node existed, so that a table started in mid-flight joins it."""
         self._has_missed_start |= message.data == "start"
 
     def _step(self, now: float) -> None:
@@ -149,7 +149,7 @@ class TaskTable(LayerNode):
         self.table.step(now)
 
     def _go_on(self, before: str, now: float) -> None:
-        """Take the place of a table that has ended, unless there is work of its own."""
+        """Restore the state of a table that has ended, unless this one has a list already."""
         if self.table.label:
             return
         try:
@@ -220,7 +220,7 @@ class PositionTaskTable(TaskTable):
 
 
 class TableDesk:
-    """A table somewhere else, as the guidance of a node sees it. No call waits."""
+    """A table in another process, for the guidance of a node. No call blocks."""
 
     def __init__(self, node: GuidanceNode) -> None:
         """Find the table by topics and services of a node."""
@@ -235,7 +235,7 @@ class TableDesk:
         self._node.create_subscription(Int64, TRIGGER, lambda message: callback(int(message.data)), LATEST)
 
     def request(self, agent: int, callback: Callable[[Offer], None]) -> None:
-        """Ask for the list; who asks in vain, asks again."""
+        """Request the list; without a response the guidance has to retry."""
         del agent
         if not self._list.service_is_ready():
             return
@@ -251,13 +251,13 @@ class TableDesk:
         self._list.call_async(Trigger.Request()).add_done_callback(take)
 
     def report(self, agent: int, decision: Mapping[str, Any]) -> None:
-        """Tell what is going to be done."""
+        """Publish the plan of the agent."""
         del agent
         self._upcoming = list(decision.get("next", ()))
         self._report.publish(String(data=json.dumps(decision, default=_plain)))
 
     def complete(self, agent: int, number: int) -> None:
-        """Say that what comes next is done; again, if the table has not heard of it yet."""
+        """Report the next task as completed; retried until the table has received the plan."""
 
         def take(future: Any) -> None:
             response = future.result()
@@ -268,7 +268,7 @@ class TableDesk:
                 self._later(lambda: self.complete(agent, number))
 
         if number not in self._upcoming:
-            # there is a newer list, of one that did not know of this: nobody would do it again
+            # a newer list was made before the table knew of this completion: tell it, so that the task is not repeated
             self._report.publish(String(data=json.dumps({DONE: number})))
             return
         if self._upcoming[0] != number or not self._completion.service_is_ready():

@@ -1,4 +1,4 @@
-"""An experiment that others see and steer by topics, wherever its layers are: buttons in and out, drones, events."""
+"""An experiment that is watched and steered by topics, wherever its layers run: buttons in and out, drones, events."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from crazychoir_fw.ros.names import BUTTONS, LAST_BUTTON, LATEST
 from crazychoir_fw.ros.simulation import SimulationNode
 
 READY = "/ready"
-"""Topic on which each process says that it has found its partners."""
+"""Topic on which each process announces that it has found its partners."""
 
 _EVERYTHING = QoSProfile(depth=1000, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
-"""Many speak at once, and none of them may push another one out."""
+"""Deep enough for messages of all processes at once: none may drop out of the queue."""
 
 
 class TopicExperiment(Experiment):
@@ -35,7 +35,7 @@ class TopicExperiment(Experiment):
 
         Args:
             node: Publishes the drones of the backend, and paces the rounds.
-            executor: What the node is worked on by.
+            executor: Executor that spins the node.
             mission: The mission.
             arguments: Of `Experiment`: backend, agents, groups, …
             options: Of `Experiment`.
@@ -66,7 +66,7 @@ class TopicExperiment(Experiment):
         Args:
             processes: Their names.
             timeout: How long (s, wall).
-            look: Called now and then; what it raises ends the waiting.
+            look: Called at least every 50 ms; an error that it raises ends the wait.
         """
         deadline = time.monotonic() + timeout
         while not self.ready.issuperset(processes) and time.monotonic() < deadline:
@@ -75,13 +75,13 @@ class TopicExperiment(Experiment):
         return sorted(set(processes) - self.ready)
 
     def tell_states(self) -> None:
-        """Say from now on how the drones are, and what happens, to whoever watches; arm and reboot them if asked."""
+        """Start to publish states and events of the drones, and to serve ``arm`` and ``reboot``."""
         access = open_access(self.backend)
         self._teller = StateTeller(self.node, self, self._mission, access, self._presses.__getitem__)
         serve_arming_services(self.node, self.agents, access)
 
     def step(self) -> None:
-        """Fly one round: say how things are, hear what is to be done, do it."""
+        """Fly one round: publish odometry and clock, receive commands and buttons, carry them out."""
         self.node.exchange(self._executor)
         if not self.node.context.ok():
             raise CrazychoirError("ROS was shut down")
@@ -114,20 +114,20 @@ class TopicExperiment(Experiment):
             self._keep(button, i)
 
     def _carry_out(self, button: str, drones: Names) -> None:
-        """Do what a button means where the drones are."""
+        """Carry out a button in the process of the drones."""
         getattr(super(), button)(drones)
         for agent in self._chosen(drones):
             self._presses[agent.index] += 1
 
     def _keep(self, button: str, drone: int | None) -> None:
-        """Keep what was pressed last, for processes that are started again."""
+        """Publish the latest button, latched, for processes that restart."""
         if drone not in self._last_buttons:
             topic = self.node.topic_of(drone, LAST_BUTTON)
             self._last_buttons[drone] = self.node.create_publisher(String, topic, LATEST)
         self._last_buttons[drone].publish(String(data=button))
 
     def _pressed(self, button: str, drone: int | None) -> None:
-        """Somebody pressed a button, of all drones or of one: this flight itself, or a person."""
+        """Take a button of all drones or of one: an echo of this flight's own press, or one of another node."""
         if self._own_presses[button, drone] > 0:
             self._own_presses[button, drone] -= 1
             return

@@ -75,7 +75,7 @@ class TopicPoses:
             return dict(self._latest)
 
     def close(self, *_: Any) -> None:
-        """Listen no more."""
+        """End the subscriptions."""
         self._executor.shutdown()
         self._thread.join(1.0)
         self._node.destroy_node()

@@ -28,8 +28,8 @@ class TrajectoryHandler(LayerNode):
     ``traj_params``, 26 numbers: times of begin and end (s), then positions, velocities, accelerations and jerks of
     begin and end (m, s, world).
 
-    A handler that raises says so on ``failure``, and plans no more; see `crazychoir_fw.ros.layer_failure`. Points that
-    one of ours refuses are told to the log only.
+    A handler that raises is reported on ``failure``, and plans no more; see `crazychoir_fw.ros.layer_failure`. Points
+    that a handler of this package rejects are only logged.
     """
 
     plain_class: ClassVar[type[plain.TrajectoryHandler]]
@@ -172,6 +172,6 @@ class SplinePosition(Spline):
 
 
 class MinimumSnap(FullStateTrajHandler):
-    """The curve of least snap through the points."""
+    """The minimum-snap curve through the points."""
 
     plain_class = plain.MinimumSnap

@@ -1,6 +1,6 @@
 """Markers for RViz: where drones are, were and should be (docs/reference/crazychoir.md#11).
 
-Frame `world`, which is the fixed frame of the configuration `rviz_config`: nobody has to broadcast it.
+Frame `world`, which is the fixed frame of the configuration `rviz_config`, needs no broadcast.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What becomes of waits in lock step, where simulated time stands still until everybody has answered."""
+"""Timeouts by the wall clock in lockstep, where simulated time stands still until all nodes have answered."""
 
 from __future__ import annotations
 
@@ -10,30 +10,30 @@ from crazychoir_fw.guidance.communicator import TopicCommunicator
 
 
 class WallTimeoutClock:
-    """The clock of a node, plus the time on the wall for which it has been waited for in vain.
+    """The clock of a node, plus the wall time of waits in which simulated time stood still.
 
-    A simulation in lock step waits for a node that waits for a neighbor that is gone: by simulated time that would last
-    for ever. Waits that are shorter than the patience do not count, so that a slow machine changes nothing.
+    In lockstep the simulation waits for a node, and the node for a neighbor that has ended: a deadline in simulated
+    time alone would never pass. Waits shorter than the patience do not count, so that a slow machine changes nothing.
     """
 
     def __init__(self, clock: Callable[[], float], patience: float, wall: Callable[[], float] = time.monotonic) -> None:
-        """Go with a clock.
+        """Extend a clock.
 
         Args:
             clock: Returns the time of the node (s).
-            patience: How long a wait may last that does not count (s, wall).
-            wall: Returns the time on the wall (s).
+            patience: Shortest wait that counts (s, wall).
+            wall: Returns the wall time (s).
         """
         self._clock = clock
         self._patience = patience
         self._wall = wall
-        self._waited = 0.0  # [s], in vain, so far
+        self._waited = 0.0  # [s], wall time added so far
         self._seen = clock()
         self._since = wall()
 
     @property
     def has_waited(self) -> bool:
-        """Whether anything was ever waited for in vain."""
+        """Whether any wait has counted so far."""
         return self._waited > 0.0
 
     def now(self) -> float:
@@ -46,7 +46,7 @@ class WallTimeoutClock:
         return self._seen + self._waited
 
     def look(self) -> None:
-        """See whether the clock still goes; to be called now and then while waiting."""
+        """Check whether the clock advances; call it periodically during a wait."""
         seen, wall = self._clock(), self._wall()
         if seen != self._seen:
             self._seen, self._since = seen, wall
@@ -56,11 +56,12 @@ class WallTimeoutClock:
 
 
 class RoundResync:
-    """Tells a node whether its neighbors had a round without it: then its rounds are one behind theirs.
+    """Detects that the rounds of a node are one behind those of its neighbors, and skips a round.
 
-    Who joins takes over the label that it heard last, perhaps that of the step before. From then on it finds all
-    messages of its round there, and answers at once; the others wait in every step for the message that it sends in the
-    next one, and give up. It hears them begin, and then nothing for a long time.
+    A node that joins takes over the label that it received last, perhaps that of the previous step. From then on all
+    messages of its round are there when it begins, and it completes at once. Its neighbors wait in every step for the
+    message that it sends in the next step, until their timeout. The symptom: messages of the next round come, and then
+    no step for a long time.
     """
 
     def __init__(
@@ -69,10 +70,10 @@ class RoundResync:
         """Watch the rounds of a communicator.
 
         Args:
-            communicator: Whose rounds they are.
-            patience: Between a message of a round that is not open yet and the step that opens it (s, wall); longer,
-                and others have waited for this node.
-            wall: Returns the time on the wall (s).
+            communicator: Communicator with the rounds to watch.
+            patience: Longest time from a message of the next round to the step that opens that round (s, wall); above
+                it, neighbors ran into their timeouts.
+            wall: Returns the wall time (s).
         """
         self._communicator = communicator
         self._patience = patience
@@ -80,12 +81,12 @@ class RoundResync:
         self._since = math.inf
 
     def look(self) -> None:
-        """Look whether others have begun a round; to be called at each message between two rounds, and after each."""
+        """Check whether neighbors have begun the next round; call it at each message between rounds, and after each."""
         if self._since == math.inf and self._communicator.has_begun_elsewhere:
             self._since = self._wall()
 
     def make_up(self) -> None:
-        """Leave out a round that was missed; to be called before each round."""
+        """Skip a round that was missed; call it before each round."""
         if self._wall() - self._since >= self._patience:
             self._communicator.skip()
         self._since = math.inf
