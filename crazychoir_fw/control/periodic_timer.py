@@ -12,8 +12,8 @@ _EARLY = 1e-6  # of a period: clocks are floats
 class PeriodicTimer:
     """Is due at the first instant that it is asked for, and from there at whole multiples of its period.
 
-    Periods are counted, so that nothing drifts. What was missed is not made up for. A clock that goes back, because a
-    world was reset, starts anew.
+    Periods are counted, so that nothing drifts. Missed periods are skipped. A clock that goes back, because a world was
+    reset, restarts the count.
     """
 
     def __init__(self, frequency: float) -> None:
