@@ -13,7 +13,7 @@ from crazychoir_fw.common.messages import Reference
 Array = NDArray[np.float64]
 
 LONGEST_STEP = 0.1
-"""Most that one step covers (s): whoever was not asked for long shall not leap."""
+"""Max time that one step covers (s), so that a reference does not leap after a pause between steps."""
 
 _LIMITS = {"max_speed": "m/s", "leash": "m"}
 

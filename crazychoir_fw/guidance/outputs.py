@@ -9,7 +9,7 @@ from crazychoir_fw.common.messages import Reference, TrajectoryPoint
 
 @dataclass(frozen=True)
 class Outputs:
-    """What is None is not sent: whoever listens keeps what it has."""
+    """Outputs of one step. A field that is None is not sent: its receiver keeps the latest value."""
 
     reference: Reference | None = None
     """To the controller of this drone, now."""

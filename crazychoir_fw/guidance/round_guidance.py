@@ -40,7 +40,7 @@ class RoundGuidance(CFGuidance):
             raise RangeError(f"agent {agent_id}: the communicator is that of agent {communicator.rank}")
         self.communicator = communicator
         self.presence = Presence(communicator)
-        """Which neighbors are heard."""
+        """Which neighbors are present, and which are lost."""
         self.round_open = False
         self.round_begin = 0.0
         self.now = 0.0

@@ -30,7 +30,7 @@ class DoubleIntegratorCBF(BarrierFilter):
     """Keeps agents apart that follow accelerations. An input at its limit is a solution like any other.
 
     An agent that can no longer keep all barriers brakes against its velocity. An agent that is within the distance, but
-    does not approach, may accelerate in every direction that does not point at its neighbor.
+    does not approach, may use every acceleration without a component towards its neighbor.
     """
 
     filters = "acceleration"
