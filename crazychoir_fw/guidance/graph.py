@@ -350,7 +350,7 @@ class SeveralSchedules:
     """Neighbors by several schedules, each for some of the agents."""
 
     def __init__(self, parts: Sequence[tuple[Sequence[int], NeighborSchedule]]) -> None:
-        """Put them together: participants in their order, and the schedule that counts these from 0."""
+        """Combine parts: the agents of each part in order, and a schedule that numbers them from 0."""
         self._parts = [(tuple(members), schedule) for members, schedule in parts]
 
     def neighbors_at(self, agent: int, now: float, label: int) -> tuple[tuple[int, ...], tuple[int, ...]]:

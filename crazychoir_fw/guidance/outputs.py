@@ -16,5 +16,5 @@ class Outputs:
     trajectory: list[TrajectoryPoint] | None = None
     """To the trajectory handler of this drone, once."""
     idle: bool = False
-    """The drone shall not fly: it stands before its take-off or after its landing, or was stopped. Whoever drives the
-    motors turns them off; controllers are not asked."""
+    """The drone shall not fly: it stands before its take-off or after its landing, or was stopped. The component
+    that drives the motors turns them off, and does not step controllers."""

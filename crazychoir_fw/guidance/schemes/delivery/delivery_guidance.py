@@ -84,7 +84,7 @@ class DeliveryGuidance(DispatchGuidance):
 
     def _move(self, now: float) -> None:
         if self._phase is not Phase.FLIGHT:
-            return  # it was told to land while an optimization ran
+            return  # a landing was commanded while an optimization ran
         here = self._position()
         if self.stops:
             way = self.executor.go(self.stops[0].position, here, now)

@@ -18,6 +18,6 @@ class DeliveryRequest:
     load: float = 1.0
     """How much it takes of a drone's capacity."""
     carrier: int | None = None
-    """Who has it on board."""
+    """Number of the drone that has it on board; None: no drone."""
     at: float = 0.0
     """When it turns up, after the first list (s)."""
