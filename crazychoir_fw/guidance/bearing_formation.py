@@ -31,7 +31,7 @@ from crazychoir_fw.guidance.law import POSES, LawContext, Needs, NodeFace, Optio
 Array = NDArray[np.float64]
 
 _LEGACY_STEP = 0.001  # [s], which the original's integrals take for the time between ticks, whatever it is
-LONGEST_STEP = 0.1  # [s], that an integral covers: a drone that was not heard for long shall not leap
+LONGEST_STEP = 0.1  # [s], that an integral covers, so that an input does not leap after a pause between rounds
 _LANDED = 0.05  # [m] above where landings end
 _UNDETERMINED = 0.05  # of the sum of P_ij: below, bearings are so nearly parallel that they determine nothing
 _STILL = np.zeros(3)

@@ -71,7 +71,7 @@ class GuidanceGroup(Stateful):
 
     @classmethod
     def of(cls, agents: Sequence[CFGuidance]) -> GuidanceGroup | None:
-        """Return a group of all agents that talk to each other, or None where one has a law that no group knows."""
+        """Return a group of all agents that exchange messages, or None where one has a law that no group knows."""
         if not agents or any(type(agent) is not BearingFormation for agent in agents):
             return None
         return cls(agents, sends=not all(agent.communicator.is_lossless for agent in agents))  # type: ignore[attr-defined]

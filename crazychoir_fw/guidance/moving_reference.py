@@ -1,4 +1,4 @@
-"""A reference that moves as guidance tells it: velocities become references that any controller can follow."""
+"""A reference that integrates the velocity from guidance to a place, so that any controller can follow it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`RoundGuidance`: guidance that talks to its neighbors, one round after the other."""
+"""`RoundGuidance`: guidance that exchanges messages with its neighbors, one round after the other."""
 
 from __future__ import annotations
 

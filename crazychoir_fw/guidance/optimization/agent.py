@@ -1,4 +1,4 @@
-"""One agent of a distributed algorithm: its neighbors, their weights, its part of the problem, how it talks."""
+"""One agent of a distributed algorithm: its neighbors, their weights, its part of the problem, its messages."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ class Agent:
         """Give it its part of the problem; it may be changed between rounds."""
         self.problem = problem
 
-    # ---------------------------------------------------------------- as DISROPT's agent talks
+    # ---------------------------------------------------------------- messages, as those of DISROPT's agent
 
     def neighbors_send(self, obj: object) -> None:
         """Send an object to all out-neighbors."""

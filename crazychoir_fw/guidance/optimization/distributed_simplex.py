@@ -113,7 +113,7 @@ class DistributedSimplex(Algorithm):
 
     @property
     def artificial(self) -> Array:
-        """What is left of each row's right side without a column, shape (m,); not zero: infeasible so far."""
+        """Part of each row's right side that no column covers, shape (m,); not zero: infeasible so far."""
         left = np.zeros(len(self._b))
         for column, value in zip(self.B.T, self.x_basic, strict=True):
             if column[0] == self.big_M and np.count_nonzero(column[1:]) == 1 and column[1:].max() == 1.0:

@@ -1,7 +1,7 @@
 """A mean of values that may change, over undirected graphs, with messages that may get lost.
 
-Nobody hands its value over: an agent keeps, for each neighbor, how much it let flow there, and its estimate of the mean
-is its value less all flows. Both ends of an edge hold the same flow with opposite signs; a message carries the whole
+No agent hands its value over: an agent keeps, for each neighbor, the flow to it. Its estimate of the mean is its value
+less all flows. Both ends of an edge hold the same flow with opposite signs; a message carries the whole
 flow, so that any later one makes up for a lost one (flow updating: Jesus, Baquero, Almeida 2009).
 """
 

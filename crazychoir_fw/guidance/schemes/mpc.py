@@ -132,7 +132,7 @@ class MPCGuidance(VelocityFeedback):
             h=np.full(2 * m, speed),
         )
 
-    # ---------------------------------------------------------------- what neighbors tell each other
+    # ---------------------------------------------------------------- messages between neighbors
 
     def message(self) -> object:
         """Return the message to neighbors: the newest plan and the period that it begins with."""
@@ -151,7 +151,7 @@ class MPCGuidance(VelocityFeedback):
         return {}
 
     def _read(self, told: object) -> tuple[int, Array] | None:
-        """Return first period and states of what a neighbor told, if it is a plan."""
+        """Return first period and states of a neighbor's message, if it is a plan."""
         if not isinstance(told, dict):
             return None
         first, states = told.get("period"), told.get("states")
@@ -216,7 +216,7 @@ class MPCGuidance(VelocityFeedback):
         return Plan(states, inputs, plan.violation)
 
     def _is_its_turn(self) -> bool:
-        """Return whether those before it have planned the next period, and all have told where they begin."""
+        """Return whether agents before it have planned the next period, and all have sent where they begin."""
         for neighbor in self._neighbors:
             if neighbor in self.presence.lost:
                 continue

@@ -14,7 +14,7 @@ class DeliveryRequest:
     pickup: tuple[float, float]
     """Where it is (m, world)."""
     delivery: tuple[float, float]
-    """Where it shall be (m, world)."""
+    """Place of the delivery (m, world)."""
     load: float = 1.0
     """How much it takes of a drone's capacity."""
     carrier: int | None = None

@@ -54,7 +54,7 @@ class DeliveryTable(DispatchTable):
                 )
         self._coming = list(requests)
         self.requests: dict[int, DeliveryRequest] = {}
-        """What is to be done, by number."""
+        """Open requests by number."""
         self.lost: set[int] = set()
         """Numbers of the requests that were on board of a drone that is gone."""
         self._first = 0.0

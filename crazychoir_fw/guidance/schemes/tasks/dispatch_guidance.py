@@ -24,7 +24,7 @@ ROUNDS_PER_LIST = 10_000
 
 _SILENT_ROUNDS = 2  # in a row, after which no round waits for a neighbor until the next list
 _GATHERING_S = 0.5  # for which the first round of a list waits for neighbors
-_ASK_AGAIN_S = 1.0  # after which a list that did not come is asked for again
+_ASK_AGAIN_S = 1.0  # timeout, after which an agent requests a list again
 
 
 class Desk(Protocol):
@@ -34,7 +34,7 @@ class Desk(Protocol):
         """Call `callback(label)` at each new list."""
 
     def request(self, agent: int, callback: Callable[[Offer], None]) -> None:
-        """Ask for the list of an agent; it is handed to the callback, at once, later, or never."""
+        """Request the list of an agent; the callback gets it at once, later, or never."""
 
     def report(self, agent: int, decision: Mapping[str, Any]) -> None:
         """Tell what an agent is going to do."""
@@ -110,7 +110,7 @@ class DispatchGuidance(RoundGuidance):
         self.unable: str | None = None
         """Why it takes no more work, a sentence."""
         self._desk: Desk | None = None
-        self._newest = 0  # label of the newest list that it heard of
+        self._newest = 0  # label of the newest list that was announced to it
         self._asked_at: float | None = None  # since when it waits for that list
         self._offer: Offer | None = None  # one that came and is not begun
         self._simplex: LabeledSimplex | None = None
@@ -241,7 +241,7 @@ class DispatchGuidance(RoundGuidance):
         self._count_missing(simplex.agent)
         simplex.finish_round()
         if self.communicator.current_label >= (self._list + 1) * ROUNDS_PER_LIST:
-            self._halt()  # neighbors have a newer list, of which this agent will hear as well
+            self._halt()  # neighbors have a newer list, which will be announced to this agent as well
         elif simplex.rounds >= self.max_iterations:
             self._conclude(simplex, now)
 

@@ -162,7 +162,7 @@ class DispatchTable(ABC):
     # ---------------------------------------------------------------- for agents
 
     def request(self, agent: int, callback: Callable[[Offer], None]) -> None:
-        """Ask for the list of an agent; it is handed to the callback, at once or later.
+        """Request the list of an agent; the callback gets it at once or later.
 
         Raises:
             RangeError: If there is no such agent.
