@@ -71,7 +71,7 @@ class CrazyflieController(Stateful, ABC):
 
     @classmethod
     def with_filter(cls) -> type[CrazyflieController]:
-        """Return the controller whose position law is told who is near; one of yours that tells it returns itself."""
+        """Return the class whose position law gets poses of nearby drones; a class that passes them returns itself."""
         return cls
 
     def set_pose(self, pose: Pose) -> None:
@@ -96,14 +96,14 @@ class CrazyflieController(Stateful, ABC):
     @property
     @abstractmethod
     def periods(self) -> tuple[float, ...]:
-        """The periods (s) of what happens in `step`: whoever calls it at multiples of each misses nothing."""
+        """The periods (s) of what happens in `step`: a caller that calls it at multiples of each misses nothing."""
 
     @abstractmethod
     def step(self, now: float) -> Twist | None:
         """Do what is due.
 
         Args:
-            now: Time (s), by any clock that only goes forward; one that went back starts anew.
+            now: Time (s), by any monotonic clock; a clock that went back restarts the schedules.
 
         Returns:
             The command, or None if there is nothing to be sent now.

@@ -155,7 +155,7 @@ class SafeHierarchicalController(HierarchicalController):
     """
 
     closest: Pose | Mapping[int, Pose] | None = None
-    """Who is near: arrays of shape (..., K, 3), nan where nobody is, or poses by number for a single drone."""
+    """Poses of nearby drones: arrays of shape (..., K, 3), padded with nan, or poses by number for a single drone."""
 
     position_strategy: PositionCtrlStrategy
 

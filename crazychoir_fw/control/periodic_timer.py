@@ -10,14 +10,14 @@ _EARLY = 1e-6  # of a period: clocks are floats
 
 
 class PeriodicTimer:
-    """Is due at the first instant that it is asked for, and from there at whole multiples of its period.
+    """Is due at the first call of `is_due`, and from there at whole multiples of its period.
 
-    Periods are counted, so that nothing drifts. What was missed is not made up for. A clock that goes back, because a
-    world was reset, starts anew.
+    Periods are counted, so that nothing drifts. Missed periods are skipped. A clock that goes back, because a world was
+    reset, restarts the count.
     """
 
     def __init__(self, frequency: float) -> None:
-        """Make a schedule of so many times per second."""
+        """Make a schedule of a frequency (Hz)."""
         self.frequency = frequency
         self._start = math.nan
         self._count = 0
@@ -25,11 +25,11 @@ class PeriodicTimer:
 
     @property
     def period(self) -> float:
-        """Time from one time to the next (s)."""
+        """Time between two due instants (s)."""
         return 1.0 / self.frequency
 
     def is_due(self, now: float) -> bool:
-        """Return whether it is time (s), and if so wait for the next time."""
+        """Return whether an instant is due at a time (s); each instant is due once."""
         if now < self._last:
             self._start, self._count = now, 0
         self._last = now

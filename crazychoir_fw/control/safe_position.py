@@ -5,8 +5,8 @@ disturbance d that is estimated from how the velocity follows the force:
 
 .. math:: m a = F - m g e_3 + m d
 
-so that a drone that is told not to accelerate does not. The integral of the position error could not do that: it would
-also learn that the filter keeps a drone waiting.
+so that a drone keeps its velocity when the commanded acceleration is zero. The integral of the position error could not
+do that: it would also integrate the error of a drone that the filter holds back.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class SafeFlatnessCtrl(FlatnessCtrl):
     """Largest horizontal acceleration that the law asks for (m/s^2)."""
     closest: Pose | Mapping[int, Pose] | None = None
     altered: NDArray[np.bool_] = np.zeros((), bool)
-    """Whose acceleration the filter has changed in the last step, shape (...)."""
+    """Drones whose acceleration the filter changed in the last step, shape (...)."""
 
     def __init__(
         self,
@@ -115,7 +115,7 @@ class SafeFlatnessCtrl(FlatnessCtrl):
         Args:
             current_pose: Position, velocity and attitude, arrays of shape (..., 3) and (..., 4).
             desired_reference: What is to be followed.
-            closest: Who is near, see `SafeHierarchicalController`; None is nobody.
+            closest: Poses of nearby drones, see `SafeHierarchicalController`; None if there are none.
         """
         self.closest = {} if closest is None else closest
         made = super().control(current_pose, desired_reference)

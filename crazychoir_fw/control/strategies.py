@@ -32,7 +32,7 @@ class PositionCtrlStrategy(ABC):
     """The law that takes the place of this very class, not of its subclasses, behind a safety filter."""
 
     def __init__(self, update_frequency: float = 100.0) -> None:
-        """Make a law that is asked so often per second."""
+        """Make a law that is evaluated at a frequency (Hz)."""
         self.update_frequency = checked_frequency(type(self).__name__, "update_frequency", update_frequency)
 
     @classmethod
@@ -56,7 +56,7 @@ class AttitudeCtrlStrategy(ABC):
     not known. `HierarchicalController` sets them before `control`."""
 
     def __init__(self, update_frequency: float = 100.0) -> None:
-        """Make a law that is asked so often per second."""
+        """Make a law that is evaluated at a frequency (Hz)."""
         self.update_frequency = checked_frequency(type(self).__name__, "update_frequency", update_frequency)
 
     @abstractmethod

@@ -107,7 +107,7 @@ def projections_of_ort_proj(values: ArrayLike, size: int, neighbors: Iterable[in
 
 
 def bearing_laplacian(formation: ArrayLike, graph: Graph) -> Array:
-    """Return the bearing Laplacian, shape (3N, 3N); row i sums over whom i hears."""
+    """Return the bearing Laplacian, shape (3N, 3N); row i sums over the in-neighbors of i."""
     size = graph.size
     blocks = np.zeros((size, 3, size, 3))
     for agent in range(size):
@@ -146,7 +146,7 @@ def is_rigid(formation: ArrayLike, graph: Graph) -> bool:
 
 
 def free_followers(formation: ArrayLike, graph: Graph, leaders: Iterable[int]) -> list[int]:
-    """Return the followers whom leaders and bearings leave a choice; none: there is one formation."""
+    """Return the followers whose places leaders and bearings do not determine; none: the formation is unique."""
     leading = list(leaders)
     block = follower_block(formation, graph, leading)
     if not block.size:
@@ -162,7 +162,7 @@ def check_formation(formation: ArrayLike, graph: Graph, leaders: Sequence[int]) 
     """Refuse a formation that leaders and bearings do not determine.
 
     Raises:
-        RangeError: Saying what is wrong and with whom.
+        RangeError: If something is wrong; the message names it and the drones.
     """
     places = checked_formation(formation)
     if len(places) != graph.size:

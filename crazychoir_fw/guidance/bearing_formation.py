@@ -31,7 +31,7 @@ from crazychoir_fw.guidance.law import POSES, LawContext, Needs, NodeFace, Optio
 Array = NDArray[np.float64]
 
 _LEGACY_STEP = 0.001  # [s], which the original's integrals take for the time between ticks, whatever it is
-LONGEST_STEP = 0.1  # [s], that an integral covers: a drone that was not heard for long shall not leap
+LONGEST_STEP = 0.1  # [s], that an integral covers, so that an input does not leap after a pause between rounds
 _LANDED = 0.05  # [m] above where landings end
 _UNDETERMINED = 0.05  # of the sum of P_ij: below, bearings are so nearly parallel that they determine nothing
 _STILL = np.zeros(3)
@@ -245,7 +245,7 @@ class BearingFormation(CFDistributedFeedback):
         return u + self._trim
 
     def keep_trim_in(self, array: Array) -> None:
-        """Keep what the integrals ask for in an array of somebody else, shape (3,)."""
+        """Keep the sum of the integrals (m/s^2) in an array of the caller, shape (3,)."""
         array[:] = self._trim
         self._trim = array
 
@@ -265,9 +265,9 @@ class BearingFormation(CFDistributedFeedback):
         return np.concatenate(vectors)
 
     def law_of(self, neigh_data: Iterable[int]) -> Law:
-        """Return the law for neighbors that are heard."""
+        """Return the law for the neighbors whose poses arrive."""
         neighbors = tuple(neigh_data)
-        # Lost is who is missing of the graph as it is now: a graph that changes loses nobody.
+        # Lost neighbors are those missing from the graph as it is now: an edge that a schedule removes is no loss.
         lost = () if len(neighbors) == len(self._neighbors) else tuple(set(self._neighbors).difference(neighbors))
         law = self._laws.get((neighbors, lost))
         if law is None:

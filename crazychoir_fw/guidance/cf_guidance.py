@@ -90,7 +90,7 @@ class CFGuidance(Stateful):
         self.init_pos = None if self.init_pos is None else self._checked("init_pos", self.init_pos, (2, 3))
         self.current_pose: Pose | None = None
         self.on_change: Callable[[], None] | None = None
-        """Called when phase or wanted trajectory change: whoever decides for many looks at each only then."""
+        """Callback for changes of phase or wanted trajectory: a `GuidanceGroup` looks at each agent only after one."""
         self._phase = Phase.IDLE
         self._begin = 0.0  # of the phase [s]
         self._trajectory: list[TrajectoryPoint] | None = None

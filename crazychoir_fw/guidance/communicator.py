@@ -4,7 +4,8 @@ docs/reference/crazychoir.md#17.2.
 
 A round has a label. A message with label k belongs to round k and to no other: one that comes early waits, one that
 comes late is dropped, and neither takes a turn. A round ends when every neighbor's message is there, or at its
-deadline: a neighbor that is gone holds nobody up. Who finds that others went on meanwhile takes over their label.
+deadline: a neighbor that is gone blocks no other agent. An agent that finds its neighbors in a later round takes over
+their label.
 """
 
 from __future__ import annotations
@@ -56,15 +57,15 @@ class TopicCommunicator(Communicator):
         Args:
             agent_id: Number of this agent, [0, size - 1].
             size: Number of agents.
-            in_neighbors: Whom it may hear: the largest graph, of which calls may name parts.
-            out_neighbors: Who may hear it; None is the same as `in_neighbors`.
+            in_neighbors: Agents that it may receive from: the largest graph, of which calls may name parts.
+            out_neighbors: Agents that may receive from it; None is the same as `in_neighbors`.
             synchronous_mode: Rounds in lock step; otherwise the latest message of each neighbor.
             differentiated_topics: One topic per receiver, so that each may get something else.
             transport: How messages travel.
-            deadline: How long a blocking receive waits for a round, unless told otherwise (s of `clock`).
+            deadline: Default timeout of a blocking receive for a round (s of `clock`).
             clock: Returns the time (s), for receives that wait and for graphs that change; None: there are none.
-            schedule: Neighbors as they change; those above are the largest graph then. What comes over an edge that is
-                not there is dropped, and nobody waits for it.
+            schedule: Neighbors as they change; those above are the largest graph then. A message over an edge that is
+                not there is dropped, and no round waits for it.
             topic: Where an agent publishes, with ``{agent}`` for its number.
             largest_bytes: Largest message, sent or received.
 
@@ -90,7 +91,7 @@ class TopicCommunicator(Communicator):
         self._transport = transport
         self._clock = clock
         self._schedule = schedule
-        self._present: tuple[int, tuple[int, ...]] = (-1, ())  # whom the graph of a round lets it hear
+        self._present: tuple[int, tuple[int, ...]] = (-1, ())  # in-neighbors in the graph of a round
         self._largest_bytes = largest_bytes
         self._objects = transport.carries_objects
         self._boxes = {neighbor: Mailbox() for neighbor in self.in_neighbors}
@@ -119,7 +120,7 @@ class TopicCommunicator(Communicator):
     def _receiver(self, neighbor: int) -> Callable[[int, Any], None]:
         changes = self._schedule is not None
 
-        # No lock on this way: putting into a mailbox is one step, and whoever waits announces it before it looks.
+        # No lock here: putting into a mailbox is one step, and a thread that waits is counted before it looks.
         def receive(label: int, data: Any) -> None:
             if changes and neighbor not in self._heard_in(label):
                 self._statistics.cut += 1
@@ -141,7 +142,7 @@ class TopicCommunicator(Communicator):
         return receive if self._objects else receive_bytes
 
     def _heard_in(self, label: int) -> tuple[int, ...]:
-        """Return whom the graph of a round lets it hear; that of the open round is asked for once."""
+        """Return the in-neighbors in the graph of a round; the schedule is queried once for the open round."""
         if label == self._present[0] and self.synchronous_mode:
             return self._present[1]
         into, _ = self._schedule.neighbors_at(self.rank, self._clock(), label)  # type: ignore[union-attr, misc]
@@ -178,7 +179,7 @@ class TopicCommunicator(Communicator):
         """Send an object as the message of the open round.
 
         Args:
-            obj: What `serialization` allows. Later changes of it reach nobody.
+            obj: What `serialization` allows. Later changes of it reach no receiver.
             neighbors: Receivers; None is all. On a shared topic all hear it anyway.
 
         Raises:
@@ -290,13 +291,13 @@ class TopicCommunicator(Communicator):
         """Wait for the messages of the open round and end it.
 
         Args:
-            neighbors: Whom to wait for; None is all in-neighbors.
+            neighbors: Neighbors to wait for; None is all in-neighbors.
             stop_event: Set by another thread, it ends the wait.
             timeout: How long to wait at most (s of the clock); None is the deadline of this communicator. May be
                 infinite.
 
         Returns:
-            Messages by neighbor; who is missing did not send in time.
+            Messages by neighbor, without neighbors that did not send in time.
 
         Raises:
             StateError: In asynchronous mode, or if it had to wait without a clock.
@@ -331,7 +332,7 @@ class TopicCommunicator(Communicator):
                 self._waiting_threads -= 1
 
     def _joined(self, ids: tuple[int, ...]) -> bool:
-        """Take over the first round that everybody can still have, if some are past the one that is open."""
+        """Take over the first round that all neighbors can still complete, if some are past the one that is open."""
         firsts = [min(list(self._boxes[one].waiting), default=-1) for one in ids]
         label = max(firsts, default=-1)
         if -1 in firsts or label <= self.current_label:
@@ -374,14 +375,14 @@ class TopicCommunicator(Communicator):
 
         Args:
             obj: What to send; with `dict_neigh`, by receiver.
-            in_neighbors: Whom to wait for; None is all.
+            in_neighbors: Neighbors to wait for; None is all.
             out_neighbors: Receivers; None is all.
             dict_neigh: `obj` is a dictionary from receiver to object; needs differentiated topics.
             stop_event: Set by another thread, it ends the wait.
             timeout: How long to wait at most (s of the clock); None is the deadline of this communicator.
 
         Returns:
-            Messages by neighbor; who is missing did not send in time.
+            Messages by neighbor, without neighbors that did not send in time.
 
         Raises:
             MessageError: If something may not be sent.
@@ -429,7 +430,7 @@ class TopicCommunicator(Communicator):
         )
 
     def close(self) -> None:
-        """Hear nobody any more."""
+        """Unsubscribe from all neighbors."""
         for topic, callback in self._subscriptions:
             self._transport.unsubscribe(topic, callback)
         self._subscriptions.clear()

@@ -46,8 +46,8 @@ class Communicator(Stateful, ABC):
         rank: Number of this agent.
         size: Number of agents.
         current_label: Label of the round that is open. May be set forward, to begin a new series of rounds.
-        in_neighbors: Whom this agent may hear.
-        out_neighbors: Who may hear this agent.
+        in_neighbors: Agents that this one may receive from.
+        out_neighbors: Agents that may receive from this one.
     """
 
     rank: int

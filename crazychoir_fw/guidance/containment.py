@@ -50,7 +50,7 @@ class ContainmentMetrics(ShapeMetrics):
         return np.where(flown.up[:, followers] & flown.up[:, leaders].all(axis=1, keepdims=True), errors, np.nan)
 
     def places(self, at: Array, wanted: Array) -> Array:
-        """Return leaders where they were told to be, and followers where these want them then."""
+        """Return the commanded places of leaders, and the equilibrium of followers for them."""
         places = leaders_at(self.context.leaders, at, wanted)
         with contextlib.suppress(np.linalg.LinAlgError, RangeError):
             return equilibrium(self.context.graph, self.context.leaders, places)
@@ -148,7 +148,7 @@ def equilibrium(graph: Graph, leaders: Iterable[int], positions: ArrayLike) -> A
     """Return where all end up, given where the leaders are.
 
     Args:
-        graph: Who hears whom.
+        graph: Edges from senders to receivers.
         leaders: Numbers of the leaders.
         positions: Where all are (m), of which only those of leaders count, shape (N, 3).
 

@@ -124,7 +124,7 @@ def distance_errors(positions: ArrayLike, formation: ArrayLike, pairs: Sequence[
     Args:
         positions: Where drones are (m), shape (..., N, 3).
         formation: Where they shall be to each other (m), shape (N, 3).
-        pairs: Whose distances count.
+        pairs: Pairs of drones whose distances count.
 
     Returns:
         Distance minus desired distance, shape (..., pairs).

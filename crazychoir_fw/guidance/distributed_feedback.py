@@ -33,8 +33,8 @@ _CLIMB_D = 4.0  # [1/s]
 class CFDistributedFeedback(RoundGuidance):
     """Exchanges poses with the neighbors and follows the input that a subclass computes of them.
 
-    Of a neighbor whose message is missing, the one before counts until it has been silent for a while; then it is lost:
-    reported, left out, not waited for, until it is heard again.
+    Where the message of a neighbor is missing, the previous one counts, until the neighbor has been silent for a while.
+    Then the neighbor is lost: it is reported and left out, and rounds do not wait for it, until a message arrives.
     """
 
     references_itself = True
@@ -53,7 +53,7 @@ class CFDistributedFeedback(RoundGuidance):
         """Prepare; arguments and errors are those of `RoundGuidance`."""
         super().__init__(agent_id, communicator, **options)
         self._neighbors: Sequence[int] = communicator.in_neighbors  # those of the open round
-        self._awaited: Sequence[int] = communicator.in_neighbors  # and whom it waits for
+        self._awaited: Sequence[int] = communicator.in_neighbors  # and those that it waits for
         self._behind: set[int] = set()
         self._poses: dict[int, Pose] | None = None  # of the round that ends
         self._next_look = -math.inf
@@ -71,7 +71,7 @@ class CFDistributedFeedback(RoundGuidance):
         """Return the input (m/s^2, world), shape (3,), of what the neighbors sent in this round."""
 
     def message(self) -> object:
-        """Return what neighbors are told in a round: the own pose."""
+        """Return the message to neighbors in a round: the own pose."""
         return self.current_pose
 
     # ---------------------------------------------------------------- phases
@@ -100,7 +100,7 @@ class CFDistributedFeedback(RoundGuidance):
         return False
 
     def open_round(self, now: float) -> bool:
-        """Send what neighbors are told; see `RoundGuidance`."""
+        """Send the message to neighbors; see `RoundGuidance`."""
         if self.current_pose is None or self.current_pose.position is None:
             return False
         communicator = self.communicator
@@ -111,7 +111,7 @@ class CFDistributedFeedback(RoundGuidance):
             into, out = self.schedule.neighbors_at(self.agent_id, now, communicator.current_label)
             for neighbor in self._neighbors:
                 if neighbor not in into:
-                    self.presence.forget(neighbor)  # nobody waits for it now
+                    self.presence.forget(neighbor)  # rounds no longer wait for it
             self._neighbors = into
             self._choose_awaited()
             communicator.neighbors_send(self.message(), out)
@@ -138,7 +138,7 @@ class CFDistributedFeedback(RoundGuidance):
         return self.decided(now, reference)
 
     def between_rounds(self, now: float) -> Outputs:
-        """Ask again for what was asked for last."""
+        """Repeat the latest reference."""
         if self._phase is Phase.IDLE or self._phase is Phase.STOPPED or self._trajectory is not None:
             return self.outputs(now, None)
         return Outputs(self._last_outputs.reference)
@@ -153,7 +153,7 @@ class CFDistributedFeedback(RoundGuidance):
         communicator, data = self.communicator, self.end_round(now)
         usable = {}
         for neighbor in self._neighbors:
-            # who is not there, but not lost either, is taken to be where it was
+            # a neighbor without a message that is not lost yet keeps its latest pose
             pose = data[neighbor] if neighbor in data else communicator.latest(neighbor)
             if neighbor not in self.presence.lost and is_usable(pose):
                 usable[neighbor] = pose
@@ -174,7 +174,7 @@ class CFDistributedFeedback(RoundGuidance):
 
     @property
     def has_stragglers(self) -> bool:
-        """Whether a neighbor counts rounds by itself, far behind, so that it is heard but not waited for."""
+        """Whether a neighbor counts rounds by itself, far behind: its messages count, but no round waits for them."""
         return bool(self._behind)
 
     @property
@@ -190,12 +190,12 @@ class CFDistributedFeedback(RoundGuidance):
             return None
         return Reference(acceleration=toward(self.current_pose, *self._vertical_way.wanted(now), _CLIMB_P, _CLIMB_D))
 
-    # ---------------------------------------------------------------- who is alive
+    # ---------------------------------------------------------------- presence of neighbors
 
     def _look(self, now: float) -> None:
-        """Find out who is silent and who is heard again.
+        """Find the neighbors that fell silent, and those that are back.
 
-        Ten times per silence is enough, and costs nothing in the other rounds.
+        Ten checks per `silence` are enough; other rounds skip the check while all neighbors are present.
         """
         if now < self._next_look and self.hears_all:
             return

@@ -17,10 +17,10 @@ _BLOCK = 256  # random numbers that are drawn at once
 
 
 class DisturbedTransport(Transport):
-    """Another transport, of whose messages some get lost, come late, or come twice, for those who subscribe here.
+    """Another transport, of whose messages some get lost, come late, or come twice, for subscribers of this one.
 
-    Each subscription has dice of its own, so that what happens to a message does not depend on who else talks. Messages
-    that are late are handed on when somebody looks (`deliver`), and may overtake each other.
+    Each subscription has dice of its own, so that the fate of a message does not depend on other senders. `deliver`
+    hands on the messages that are late; they may overtake each other.
     """
 
     is_lossless = False
@@ -78,7 +78,7 @@ class DisturbedTransport(Transport):
         self._inner.advertise(topic, reliable=reliable)
 
     def subscribe(self, topic: str, callback: Receiver) -> None:
-        """Have ``callback(label, data)`` called for what is left of the messages."""
+        """Call ``callback(label, data)`` for every message that is not lost."""
         dice = _Dice(np.random.default_rng([*self._seed, *topic.encode()]))
         self._dice.append(dice)
 

@@ -106,7 +106,7 @@ class BearingMetrics(ShapeMetrics):
         return {key: getattr(self, key)(flown) for key in ("bearing_error_deg", "bearing_error_max_deg")}
 
     def places(self, at: Array, wanted: Array) -> Array:
-        """Return leaders where they were told to be, and followers where bearings want them then."""
+        """Return the commanded places of leaders, and the places that bearings then define for followers."""
         places = leaders_at(self.context.leaders, at, wanted)
         followers = self.context.followers
         with contextlib.suppress(np.linalg.LinAlgError, RangeError):  # the leaders leave them a choice

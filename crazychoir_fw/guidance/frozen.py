@@ -1,7 +1,7 @@
 """Objects that agents of one process hand to each other without bytes, such that none can change another's.
 
 What comes out equals what `serialization` would give: the same types are allowed, arrays are read-only. Arrays are
-copied unless they are read-only already, and then whoever made them promises not to write to them through another view.
+copied unless they are read-only already; the creator of a read-only array must not write to it through another view.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _SHARED = frozenset([type(None), bool, int, float, str, bytes, SharedPose])
 
 
 def frozen_pose(pose: Pose) -> SharedPose:
-    """Return a pose that nobody can change."""
+    """Return an immutable pose."""
     shared = object.__new__(SharedPose)
     fields = shared.__dict__
     for name, value in pose.__dict__.items():
@@ -38,7 +38,7 @@ def frozen_pose(pose: Pose) -> SharedPose:
 
 
 def frozen(obj: object) -> Any:
-    """Return an object that nobody else holds or can change.
+    """Return an immutable object that no other component holds.
 
     Raises:
         MessageError: If something in it may not be sent.

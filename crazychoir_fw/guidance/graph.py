@@ -1,4 +1,4 @@
-"""Who hears whom, at rest and as it changes (docs/reference/crazychoir.md#16 to #18 and #23)."""
+"""Graphs of communication, fixed and changing (docs/reference/crazychoir.md#16 to #18 and #23)."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Graph:
 
     @classmethod
     def complete(cls, size: int) -> Graph:
-        """Return the graph where everybody hears everybody."""
+        """Return the complete graph: every agent receives from every other."""
         return cls.undirected(size, [(i, j) for i in range(size) for j in range(i)])
 
     @classmethod
@@ -116,11 +116,11 @@ class Graph:
     # ---------------------------------------------------------------- to ask
 
     def in_neighbors(self, agent: int) -> tuple[int, ...]:
-        """Return whom an agent hears."""
+        """Return the agents that an agent receives from."""
         return self._in[agent]
 
     def out_neighbors(self, agent: int) -> tuple[int, ...]:
-        """Return who hears an agent."""
+        """Return the agents that receive from an agent."""
         return self._out[agent]
 
     def neighbors_at(self, agent: int, now: float, label: int) -> tuple[tuple[int, ...], tuple[int, ...]]:
@@ -144,7 +144,7 @@ class Graph:
         return tuple(sorted({(min(edge), max(edge)) for edge in self.edges}))
 
     def reachable(self, sources: Iterable[int]) -> set[int]:
-        """Return who hears the sources, directly or through others, and the sources themselves."""
+        """Return the agents that receive from the sources, directly or through others, and the sources."""
         seen = set(sources)
         ahead = list(seen)
         while ahead:
@@ -155,7 +155,7 @@ class Graph:
         return seen
 
     def is_connected(self) -> bool:
-        """Return whether everybody hears everybody, directly or through others (strongly connected)."""
+        """Return whether the graph is strongly connected: each agent hears all, directly or through others."""
         backward = Graph(self.size, tuple(edge[::-1] for edge in self.edges))
         return len(self.reachable([0])) == self.size == len(backward.reachable([0]))
 
@@ -238,7 +238,7 @@ class TimedGraphs:
 
         Args:
             graphs: Begin (s) and graph, in order; the first also holds before.
-            period: After which all begins anew (s); None: the last one stays.
+            period: After which the schedule repeats (s); None: the last graph stays.
 
         Raises:
             RangeError: If there is none, they are out of order, or the period is too short.
@@ -263,7 +263,7 @@ class TimedGraphs:
 
 
 class RandomEdges:
-    """Each pair of neighbors keeps its edges with a probability, drawn anew every few rounds."""
+    """Each pair of neighbors keeps its edges with a probability, drawn again every few rounds."""
 
     def __init__(self, graph: Graph, probability: float, seed: int = 0, rounds: int = 1) -> None:
         """Choose them.
@@ -271,7 +271,7 @@ class RandomEdges:
         Args:
             graph: The largest graph.
             probability: Of an edge to be there, [0, 1].
-            seed: Everybody has the same, so that both ends of an edge agree without a word.
+            seed: The same for all agents, so that both ends of an edge agree without a message.
             rounds: How many rounds a draw holds.
 
         Raises:
@@ -308,7 +308,7 @@ class RandomEdges:
 class WithinDistance:
     """Those of a graph's edges whose ends are near each other, as a radio of limited range has it.
 
-    It asks for everybody's position, which only one who simulates them all can know.
+    It needs the positions of all drones, which only the process that simulates them all has.
     """
 
     def __init__(self, graph: Graph, distance: float, positions: Callable[[], ArrayLike]) -> None:
@@ -332,11 +332,11 @@ class WithinDistance:
         self._near = graph
 
     def graph_now(self) -> Graph:
-        """Return who is near whom now; where all stand still it is made once."""
+        """Return the graph of drones within the distance; it is made again only when positions change."""
         at = np.asarray(self._positions(), float)
         if not np.array_equal(at, self._at):
             apart = at[self._edges[:, 0]] - at[self._edges[:, 1]]
-            near = np.linalg.norm(apart, axis=-1) <= self._distance  # false for who is nowhere
+            near = np.linalg.norm(apart, axis=-1) <= self._distance  # false for positions of nan
             edges = tuple((int(i), int(j)) for i, j in self._edges[near])
             self._at, self._near = at.copy(), Graph(self._graph.size, edges, self._graph.names)
         return self._near
@@ -350,7 +350,7 @@ class SeveralSchedules:
     """Neighbors by several schedules, each for some of the agents."""
 
     def __init__(self, parts: Sequence[tuple[Sequence[int], NeighborSchedule]]) -> None:
-        """Put them together: who takes part in which order, and the schedule that counts these from 0."""
+        """Combine parts: the agents of each part in order, and a schedule that numbers them from 0."""
         self._parts = [(tuple(members), schedule) for members, schedule in parts]
 
     def neighbors_at(self, agent: int, now: float, label: int) -> tuple[tuple[int, ...], tuple[int, ...]]:

@@ -25,12 +25,12 @@ _STILL.flags.writeable = False
 class GuidanceGroup(Stateful):
     """Steps agents that live in one process: all send, then all receive and decide.
 
-    Messages travel as ever. Where every round is complete and nobody is missed, the laws of all followers of a bearing
-    formation are evaluated as one product of a matrix and a vector; otherwise each decides by itself. Both ways may
-    differ by rounding, below 1e-12 m/s^2.
+    Messages travel as usual. Where every round is complete and no neighbor is missing, the laws of all followers of a
+    bearing formation are evaluated as one product of a matrix and a vector; otherwise each agent decides by itself.
+    Results of both ways differ by rounding, below 1e-12 m/s^2.
 
-    With `sends=False` messages stop as soon as they would tell nobody anything new, because every agent is here, flies
-    in formation and has heard all of its neighbors; they go on when that ends. The numbers are the same.
+    With `sends=False` messages stop as soon as they would carry no news: every agent is in this group, flies in
+    formation and has messages of all of its neighbors. They go on when that ends. The numbers are the same.
     """
 
     def __init__(self, agents: Sequence[CFGuidance], sends: bool = True) -> None:
@@ -38,8 +38,8 @@ class GuidanceGroup(Stateful):
 
         Args:
             agents: In any order; neighbors of theirs may be elsewhere.
-            sends: Whether messages travel in every round. False is for those who own all agents and a transport that
-                loses nothing.
+            sends: Whether messages travel in every round. False requires that the caller owns all agents, and a
+                transport that loses nothing.
 
         Raises:
             RangeError: If two have the same number.
@@ -54,9 +54,9 @@ class GuidanceGroup(Stateful):
         self._followers = [one for one in self._feedback if isinstance(one, BearingFormation) and not one.is_leader]
         self._sends = sends
         self._settled_at: float | None = None  # last round that was decided by arrays alone (s)
-        self._changes = -1  # of everybody's neighbors, when the law was made
+        self._changes = -1  # sum of `changes` of all agents, when the law was made
         self._can_decide = False
-        self._is_quiet = False  # whether nobody's phase has changed since the last look at all of them
+        self._is_quiet = False  # whether no phase has changed since the last look at all agents
         for agent in self.agents:
             agent.on_change = self._wake
         self.was_together = False
@@ -71,7 +71,7 @@ class GuidanceGroup(Stateful):
 
     @classmethod
     def of(cls, agents: Sequence[CFGuidance]) -> GuidanceGroup | None:
-        """Return a group of all agents that talk to each other, or None where one has a law that no group knows."""
+        """Return a group of all agents that exchange messages, or None where one has a law that no group knows."""
         if not agents or any(type(agent) is not BearingFormation for agent in agents):
             return None
         return cls(agents, sends=not all(agent.communicator.is_lossless for agent in agents))  # type: ignore[attr-defined]
@@ -127,7 +127,7 @@ class GuidanceGroup(Stateful):
         return [self._step_alone(agent, now) for agent in self.agents]
 
     def let_go(self) -> None:
-        """Let agents know when they decided last, for whoever goes on with each by itself after `decide`."""
+        """Set the time of the last round of each agent, for callers that step agents one by one after `decide`."""
         if self._settled_at is not None:
             for agent in self._feedback:
                 agent.previous_round = self._settled_at
@@ -144,8 +144,8 @@ class GuidanceGroup(Stateful):
     def decide(self, now: float, positions: Array, velocities: Array) -> Array | None:
         """Return the accelerations of all followers, if nothing else is to be asked for in this round.
 
-        That is so with `sends=False`, from the second round of a formation on. Agents are told no poses then: whoever
-        presses a button sets them before.
+        That is so with `sends=False`, from the second round of a formation on. Agents get no poses then: a caller
+        must set them before it presses a button.
 
         Args:
             now: Time (s).
@@ -177,7 +177,7 @@ class GuidanceGroup(Stateful):
         return agent.step(now)
 
     def _is_plain(self, now: float) -> bool:
-        """Return whether everybody has what everybody sent in this very round, and is in formation."""
+        """Return whether all agents are in formation and have the messages of this very round."""
         first = self._feedback[0]
         label, previous = first.communicator.current_label, first.previous_round
         changes = 0
@@ -252,7 +252,7 @@ class GuidanceGroup(Stateful):
             trims += period * found[count:]
             np.minimum(np.maximum(trims, self._least_trim, out=trims), self._most_trim, out=trims)
         inputs = found[:count] + trims
-        # nobody's square is above the sum of all, which is quickly had; not-a-number goes on to the comparison
+        # no square exceeds the sum of all squares, which is cheap to compute; nan goes on to the comparison
         if not np.vdot(inputs, inputs) <= self._least_squared:
             squares = np.einsum("ij,ij->i", inputs, inputs)
             if (squares > self._largest_squared).any():

@@ -152,7 +152,7 @@ class LawContext:
     members: tuple[int, ...]
     """Numbers of the drones that the law flies."""
     graph: Graph
-    """Who hears whom, among all drones."""
+    """Graph of communication among all drones."""
     leaders: tuple[int, ...] = ()
     """Numbers of the leaders."""
     formation: NDArray[np.float64] | None = None

@@ -55,7 +55,7 @@ class Mailbox:
         return True
 
     def drop_before(self, label: int) -> None:
-        """Drop what waits for rounds before `label`: nobody will ask for it."""
+        """Drop messages of rounds before `label`: those rounds are over."""
         waiting = self.waiting
         for old in [one for one in list(waiting) if one < label]:
             if waiting.pop(old, NOTHING) is not NOTHING:

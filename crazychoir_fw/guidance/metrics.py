@@ -94,7 +94,7 @@ class Flown:
     wanted: Array
     """References (m), shape (T, N, 3); NaN where there was none."""
     up: NDArray[np.bool_]
-    """Whose motors turned, shape (T, N)."""
+    """Whether motors turned, shape (T, N)."""
     final: slice | None
     """Samples over which final figures are averaged; None without a phase that counts."""
     start: tuple[float, float] | None = None

@@ -1,4 +1,4 @@
-"""A reference that moves as guidance tells it: velocities become references that any controller can follow."""
+"""A reference that integrates the velocity from guidance to a place, so that any controller can follow it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from crazychoir_fw.common.messages import Reference
 Array = NDArray[np.float64]
 
 LONGEST_STEP = 0.1
-"""Most that one step covers (s): whoever was not asked for long shall not leap."""
+"""Max time that one step covers (s), so that a reference does not leap after a pause between steps."""
 
 _LIMITS = {"max_speed": "m/s", "leash": "m"}
 

@@ -1,4 +1,4 @@
-"""`Presence`: which neighbors are heard, by time or by rounds."""
+"""`Presence`: which neighbors are present and which are lost, by time or by rounds."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterable
 from crazychoir_fw.guidance.communicator import TopicCommunicator
 
 LATE_ROUNDS = 3
-"""A neighbor that is farther behind counts rounds by itself and is not waited for."""
+"""A neighbor that is farther behind counts rounds by itself, and no round waits for its message."""
 
 
 class Presence:
@@ -17,7 +17,7 @@ class Presence:
         """Begin with every neighbor present."""
         self._communicator = communicator
         self.lost: set[int] = set()
-        """Neighbors that are not heard."""
+        """Neighbors that have fallen silent."""
         self.reset()
 
     def reset(self) -> None:

@@ -1,4 +1,4 @@
-"""`RoundGuidance`: guidance that talks to its neighbors, one round after the other."""
+"""`RoundGuidance`: guidance that exchanges messages with its neighbors, one round after the other."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class RoundGuidance(CFGuidance):
             raise RangeError(f"agent {agent_id}: the communicator is that of agent {communicator.rank}")
         self.communicator = communicator
         self.presence = Presence(communicator)
-        """Which neighbors are heard."""
+        """Which neighbors are present, and which are lost."""
         self.round_open = False
         self.round_begin = 0.0
         self.now = 0.0

@@ -27,7 +27,7 @@ class Transport(Stateful, ABC):
 
     @abstractmethod
     def publish(self, topic: str, label: int, data: Any) -> None:
-        """Send data (bytes, or an object where `carries_objects`) of a round to all who subscribed to the topic."""
+        """Send data (bytes, or an object where `carries_objects`) of a round to all subscribers of the topic."""
 
     @abstractmethod
     def subscribe(self, topic: str, callback: Receiver) -> None:
@@ -70,7 +70,7 @@ class InProcessTransport(Transport):
         self._receivers: dict[str, tuple[Receiver, ...]] = {}
 
     def publish(self, topic: str, label: int, data: Any) -> None:
-        """Hand the data to all who subscribed to the topic."""
+        """Hand the data to all subscribers of the topic."""
         receivers = self._receivers.get(topic, ())
         if self._loss:
             receivers = tuple(receiver for receiver in receivers if self._dice.random() >= self._loss)

@@ -92,14 +92,14 @@ class VelocityFeedback(CFDistributedFeedback):
         """Return whether the landing is over."""
         if self.is_leader:
             return super().has_landed(now)
-        # it falls with the speed of the take-off, so that whoever is high needs longer
+        # the reference sinks at the speed of the take-off, so that a higher drone needs longer
         at_bottom = (self._top - TOUCHDOWN_HEIGHT) / self._climb()
         is_down = self._position()[2] < TOUCHDOWN_HEIGHT + _LANDED
         return now - self._begin >= at_bottom + (0.0 if is_down else self.takeoff_time)
 
     def _enter(self, phase: Phase, now: float) -> None:
         if phase is Phase.IDLE or phase is Phase.STOPPED:
-            self.moving.position = None  # whoever carries the drone away meanwhile shall not be contradicted
+            self.moving.position = None  # a drone that is carried away meanwhile begins at its new place
         super()._enter(phase, now)
 
     def respond(self, neigh_data: dict[int, Pose], now: float) -> Reference | None:

@@ -1,4 +1,4 @@
-"""Curves that somebody drew: files of points, thinned, and made into something that flies.
+"""Drawn curves: files of points, thinned, and turned into trajectories.
 
 A file has one sample per line: ``x, y, t`` or ``x, y, z, t`` (m, s), or, under a heading that names them, any order of
 those columns; without a time, points are flown through as fast as limits allow. What the original draws is relative to
@@ -39,7 +39,7 @@ class Drawn:
     points: Array
     """Positions (m), shape (m, 3)."""
     times: Array | None = None
-    """When each was drawn (s), not decreasing, shape (m,); None where nobody says."""
+    """When each was drawn (s), not decreasing, shape (m,); None if unknown."""
 
     def trajectory_points(self, *, time_scale: float = 1.0) -> list[TrajectoryPoint]:
         """Return the samples as a message for a `TrajectoryHandler`, with times from the first sample on."""

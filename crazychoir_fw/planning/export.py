@@ -177,7 +177,8 @@ def _fitted(curve: Polynomial, a: float, b: float) -> tuple[Array, float]:
     if b <= curve.knots[piece + 1] and curve.coefficients.shape[2] <= _SIZE:
         return _shifted(curve.coefficients[piece], a - curve.knots[piece]), 0.0
 
-    # position, velocity and acceleration of both ends; what is left of degree 7 makes the least squares
+    # position, velocity and acceleration of both ends are kept; the two free coefficients of degree 7 are a fit of
+    # least squares
     T = b - a
     begin = [curve.at(a, order) * T**order for order in range(3)]
     # the end belongs to the piece before it

@@ -21,7 +21,7 @@ GRAVITY = 9.81  # [m/s^2]
 _SAMPLES = 32  # of a piece, before the highest place is looked at more closely
 _CLOSER = 17
 _ROUNDING = 1.0 + 1e-6  # peaks are found by sampling
-_THRUST_SHARE = 0.8  # of the full thrust; what is left is for control
+_THRUST_SHARE = 0.8  # of the full thrust; the rest is for control
 _TILT = math.radians(20.0)  # what the onboard PID position controller asks for at most
 _BODY_RATE = math.radians(200.0)  # roll and pitch together: a choice, well within all onboard rate loops
 
@@ -113,7 +113,7 @@ GENTLE = Limits(speed=1.0, acceleration=2.0)
 
 @dataclass(frozen=True)
 class Load:
-    """What a curve asks for at most of one thing that is limited."""
+    """Peak demand of a curve on one limited quantity."""
 
     name: str
     """Name of the limit."""
@@ -213,7 +213,7 @@ def fit_duration(
 
     Args:
         plan: Returns the curve whose times are stretched by a factor. From rest to rest that is `Polynomial.stretched`;
-            a curve that begins in flight is planned anew, because its begin must not change.
+            a curve that begins in flight is planned again, because its begin must not change.
         limits: What must hold.
         may_shrink: Fly it faster, too, as long as all limits hold.
 

@@ -1,4 +1,4 @@
-"""Safety filters: they change what drones are told as little as possible, so that none comes too near another.
+"""Safety filters: they change commands as little as possible, so that no drone comes too near another.
 
 They work in the horizontal plane, whatever the heights are; z passes through (docs/reference/crazychoir.md#9).
 """

@@ -19,17 +19,17 @@ _MIN_LOSS = 1e-6  # of the limit: less is rounding
 
 
 class BarrierFilter(ABC):
-    """Changes a desired input as little as possible so that nobody comes nearer than `distance`, horizontally.
+    """Changes a desired input as little as possible so that no agent comes nearer than `distance`, horizontally.
 
-    Who meets another one head-on may be kept waiting for ever: both want to go where the other is. With `keep_right`,
-    what the filter takes away of an input goes to the right of it instead, as far as that is safe, so that those who
-    block each other turn about each other, all the same way around.
+    Two agents that meet head-on may block each other indefinitely: each wants to go where the other is. With
+    `keep_right`, the filter redirects the part of an input that it takes away to the right, as far as that is safe.
+    Agents that block each other then turn about each other, all in the same direction.
 
     Attributes:
         distance: Least distance of two agents (m), center to center.
         keep_right: Which part of what is taken away of an input goes to its right; 0 waits.
         braking: Which agents braked in the last call, shape (...).
-        least_barrier: Least value of their barriers in the last call, shape (...); infinite where nobody is near.
+        least_barrier: Min value of their barriers in the last call, shape (...); infinite without nearby agents.
     """
 
     filters: ClassVar[str]
@@ -51,7 +51,7 @@ class BarrierFilter(ABC):
         Args:
             desired: Desired input, shape (..., 2), or (..., 3) of which z passes through.
             pose: Own position (m) and velocity (m/s), shape (..., 3).
-            others: Who is near: arrays of shape (..., K, 3), nan where nobody is, or poses by agent for a single one.
+            others: Nearby agents: arrays of shape (..., K, 3), padded with nan, or poses by number for a single agent.
 
         Returns:
             The input, of the shape of the desired one.
@@ -88,19 +88,19 @@ class BarrierFilter(ABC):
         return wish
 
     def filter_swarm(self, desired: ArrayLike, poses: Pose, getter: ClosestRobotGetter) -> Array:
-        """Return safe inputs of all agents, who look out for each other.
+        """Return safe inputs of all agents, each filtered against the agents near it.
 
         Args:
             desired: Desired inputs, shape (N, 2) or (N, 3).
             poses: Positions (m) and velocities (m/s), shape (N, 3).
-            getter: Says who is near whom.
+            getter: Finds the neighbors of each agent.
         """
         return self.filter(desired, poses, getter.gathered(poses))
 
     def _pass_on_the_right(
         self, plane: Array, braking: NDArray[np.bool_], desired: Array, velocity: Array, offset: Array, closing: Array
     ) -> None:
-        """Give to the right what others take away, in place; who brakes has no choice."""
+        """Redirect to the right, in place, what others take away of an input; inputs of braking agents stay."""
         lost = np.clip(desired, -self.limit, self.limit) - plane
         held = np.flatnonzero(~braking & (np.hypot(lost[:, 0], lost[:, 1]) > _MIN_LOSS * self.limit))
         if held.size:
@@ -120,12 +120,12 @@ class BarrierFilter(ABC):
     def _safe(
         self, desired: Array, velocity: Array, offset: Array, closing: Array
     ) -> tuple[Array, NDArray[np.bool_], Array]:
-        """Return inputs (N, 2), who brakes (N,) and barriers (N, K).
+        """Return inputs (N, 2), whether each agent brakes (N,), and barriers (N, K).
 
         Args:
             desired: Desired inputs, shape (N, 2).
             velocity: Own velocities (m/s), shape (N, 2).
-            offset: Own position minus the other's (m), shape (N, K, 2); infinite where nobody is.
+            offset: Own position minus the other's (m), shape (N, K, 2); infinite for padding.
             closing: Own velocity minus the other's (m/s), shape (N, K, 2).
         """
 
@@ -143,7 +143,7 @@ class BarrierFilter(ABC):
 
 
 def _only_known(offset: Array, closing: Array) -> tuple[Array, Array]:
-    """Put who is unknown at infinity, at rest; without a known velocity they count as at rest, too."""
+    """Put agents of unknown position at infinity, at rest; agents of unknown velocity count as at rest, too."""
     nobody = np.isnan(offset).any(axis=-1, keepdims=True)
     offset = np.where(nobody, np.array([np.inf, 0.0]), offset)
     closing = np.where(nobody | np.isnan(closing).any(axis=-1, keepdims=True), 0.0, closing)

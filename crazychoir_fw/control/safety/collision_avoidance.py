@@ -23,9 +23,9 @@ _LEVEL = 0.01  # of the length of a body axis: less than that in the plane is no
 
 
 class CollisionAvoidance(ABC):
-    """Keeps the latest desired input, the own pose and who is near, and says what is safe now.
+    """Keeps the latest desired input, the own pose and poses of nearby drones, and returns the input that is safe now.
 
-    One object serves one drone, arrays of shape (3,), or several at once, (N, 3). Whoever owns it calls `step` at its
+    One object serves one drone, arrays of shape (3,), or several at once, (N, 3). Its owner calls `step` at its own
     rate, which may be higher than that of the desired inputs.
 
     Attributes:
@@ -62,7 +62,7 @@ class CollisionAvoidance(ABC):
         self.current_pose = pose
 
     def set_closest(self, closest: Pose | Mapping[int, Pose]) -> None:
-        """Take who is near: arrays of shape (..., K, 3), nan where nobody is, or poses by number for a single drone."""
+        """Take nearby drones: arrays of shape (..., K, 3), padded with nan, or poses by number for a single drone."""
         self.closest = closest
 
     @property
@@ -92,7 +92,7 @@ class SingleIntegratorCollisionAvoidance(CollisionAvoidance):
         )
 
     def standstill(self) -> Twist:
-        """Return what a drone is to do that does not know who is near: stay."""
+        """Return the input of a drone without data of its surroundings: zero velocity."""
         shape = np.shape(self.current_pose.position)
         return Twist(np.zeros(shape), np.zeros(shape))
 
@@ -116,7 +116,7 @@ class DoubleIntegratorCollisionAvoidance(CollisionAvoidance):
         return self.safety_filter.filter(self._desired, self.current_pose, self.closest)
 
     def standstill(self) -> Array:
-        """Return what brings a drone to rest that does not know who is near."""
+        """Return the acceleration (m/s^2) that stops a drone without data of its surroundings."""
         velocity = np.asarray(self.current_pose.velocity, float)
         braking = self.safety_filter.max_braking_acceleration  # type: ignore[attr-defined]
         speed = np.linalg.norm(velocity, axis=-1, keepdims=True)
@@ -169,7 +169,7 @@ class UnicycleCollisionAvoidance(CollisionAvoidance):
         return Twist(linear, angular)
 
     def standstill(self) -> Twist:
-        """Return what a robot is to do that does not know who is near: stay."""
+        """Return the input of a robot without data of its surroundings: zero velocity."""
         shape = np.shape(self.current_pose.position)
         return Twist(np.zeros(shape), np.zeros(shape))
 

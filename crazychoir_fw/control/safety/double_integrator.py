@@ -1,6 +1,6 @@
 r"""Safety filter of accelerations (docs/reference/crazychoir.md#9).
 
-Barrier of two agents, with :math:`\Delta p, \Delta v` from the other to oneself and
+Barrier of two agents, with :math:`\Delta p, \Delta v` from the other to this one and
 :math:`D = |\Delta p| - d`: they can still stop in time while
 
 .. math:: h = \frac{\Delta p^T \Delta v}{|\Delta p|} + \sqrt{2 a \kappa D} \ge 0 \quad (m/s)
@@ -29,8 +29,8 @@ _AT_REST = 1e-5  # [m/s]
 class DoubleIntegratorCBF(BarrierFilter):
     """Keeps agents apart that follow accelerations. An input at its limit is a solution like any other.
 
-    Who can no longer keep all barriers brakes against its velocity. Who is nearer than the distance, but does not come
-    nearer, may do all that does not bring it nearer.
+    An agent that can no longer keep all barriers brakes against its velocity. An agent that is within the distance, but
+    does not approach, may use every acceleration without a component towards its neighbor.
     """
 
     filters = "acceleration"
@@ -54,7 +54,7 @@ class DoubleIntegratorCBF(BarrierFilter):
             gamma: How fast a barrier may fall (s/m^2): higher brakes later.
             kappa: Share of the braking of both, 2 a, that the barrier counts on, above 0; 2 is all there is.
             max_acceleration: Largest acceleration along x and along y, a (m/s^2): not a force.
-            max_braking_acceleration: Deceleration of who brakes (m/s^2).
+            max_braking_acceleration: Deceleration of a braking agent (m/s^2).
             keep_right: Which part of what is taken away of an acceleration goes to its right, see `BarrierFilter`.
             legacy: The last term as the original has it, larger by the square root of 2: not quite the derivative of h.
 
@@ -77,7 +77,7 @@ class DoubleIntegratorCBF(BarrierFilter):
         """Return the barriers (m/s), shape (...).
 
         Args:
-            offset: From others to oneself (m), shape (..., 2).
+            offset: From others to the own position (m), shape (..., 2).
             closing: Velocity relative to others (m/s), shape (..., 2).
         """
         length, _, approach = _geometry(offset, closing)
@@ -124,7 +124,7 @@ def _geometry(offset: Array, closing: Array) -> tuple[Array, Array, Array]:
     Component by component: reductions over two numbers take most of the time of a filter of ten drones.
 
     Args:
-        offset: From others to oneself (m), shape (..., 2); infinite where nobody is.
+        offset: From others to the own position (m), shape (..., 2); infinite for padding.
         closing: Velocity relative to others (m/s), shape (..., 2).
 
     Returns:

@@ -1,4 +1,4 @@
-"""Who is near whom: what safety filters look at (docs/reference/crazychoir.md#9)."""
+"""Neighbors of each agent, for safety filters (docs/reference/crazychoir.md#9)."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _OFFSETS = ((1, -1), (1, 0), (1, 1), (0, 1))  # half of a cell's neighbors, so t
 class ClosestRobotGetter:
     """Finds for every agent the others within a distance, nearest first.
 
-    Distances are horizontal, as the filters' are: who flies above another is near it. Positions that are unknown (nan)
-    are near nobody.
+    Distances are horizontal, as those of the filters: a drone above another is near it. An agent whose position is
+    unknown (nan) has no neighbors.
     """
 
     def __init__(self, sensing_distance: float = 3.0) -> None:
@@ -61,7 +61,7 @@ class ClosestRobotGetter:
         ordered = keys[order]
         firsts, seconds = [], []
         for step in (0, *(dx * width + dy for dx, dy in _OFFSETS)):
-            # within the own cell, only who comes later in order
+            # within the own cell, only agents that come later in order
             begin = np.searchsorted(ordered, ordered + step) if step else np.arange(1, len(ordered) + 1)
             count = np.searchsorted(ordered, ordered + step, side="right") - begin
             one = np.repeat(np.arange(len(ordered)), count)
@@ -72,7 +72,7 @@ class ClosestRobotGetter:
         return known[order[first]], known[order[second]]
 
     def neighbors(self, positions: ArrayLike) -> NDArray[np.intp]:
-        """Return who is near each agent, nearest first, padded with -1, shape (N, K)."""
+        """Return numbers of the neighbors of each agent, nearest first, padded with -1, shape (N, K)."""
         count = len(np.asarray(positions))
         if count <= _MAX_DENSE:
             return self._dense_neighbors(np.asarray(positions, dtype=np.float64))
@@ -109,7 +109,7 @@ class ClosestRobotGetter:
         return [{int(j): singles[j] for j in row if j >= 0} for row in table]
 
     def gathered(self, poses: Pose) -> Pose:
-        """Return the same as arrays for the filters: shape (N, K, 3), nan where nobody is."""
+        """Return poses of the neighbors as arrays for the filters: shape (N, K, 3), padded with nan."""
         table = self.neighbors(_positions(poses))
         nobody = (table < 0)[..., None]
         position = np.where(nobody, np.nan, np.asarray(poses.position)[table])

@@ -1,6 +1,6 @@
 r"""Safety filter of velocities (docs/reference/crazychoir.md#9).
 
-Barrier of two agents, with :math:`\Delta p` from the other to oneself: :math:`h = |\Delta p|^2 - d^2` (m^2). Each of
+Barrier of two agents, with :math:`\Delta p` from the other to this one: :math:`h = |\Delta p|^2 - d^2` (m^2). Each of
 the two keeps its half of :math:`\dot h \ge -2 \gamma h^3`, that is :math:`-2 \Delta p^T u \le \gamma h^3`.
 """
 
@@ -21,8 +21,8 @@ _SEEN = 1.5  # times the distance, within which others count for the direction
 class SingleIntegratorCBF(BarrierFilter):
     """Keeps agents apart that follow velocities. An input at its limit is a solution like any other.
 
-    Who is nearer than 1.2 times the distance backs off from its nearest neighbor, and comes nearer to nobody else
-    meanwhile.
+    An agent within 1.2 times the distance of its nearest neighbor backs off from it. The barriers towards all its
+    neighbors hold meanwhile.
     """
 
     filters = "velocity"
@@ -60,14 +60,14 @@ class SingleIntegratorCBF(BarrierFilter):
         return self.max_velocity
 
     def barriers(self, offset: Array) -> Array:
-        """Return the barriers (m^2), shape (...), of offsets from others to oneself (m), shape (..., 2)."""
+        """Return the barriers (m^2), shape (...), of offsets from others to the own position (m), shape (..., 2)."""
         return np.sum(offset**2, axis=-1) - self.distance**2
 
     def rows(self, offset: Array) -> tuple[Array, Array]:
         """Return normals (..., 2) and right sides (...) of the half-planes of velocities that are safe (m/s)."""
         known = np.isfinite(offset).all(axis=-1)
         h = np.where(known, self.barriers(offset), np.inf)
-        # who is too near already may not come nearer, but need not be left at once: u = 0 is always a solution
+        # agents that are too near already must not approach, but need not separate at once: u = 0 is always a solution
         return np.where(known[..., None], -2.0 * offset, 0.0), self.gamma * np.maximum(h, 0.0) ** 3
 
     def _safe(

@@ -33,7 +33,7 @@ class ADMM(Algorithm):
         """Begin.
 
         Args:
-            agent: Who runs it.
+            agent: The agent that runs it.
             enable_log: Remember the result of every round.
             penalty: The number rho, any above zero; how fast it converges depends on it.
             relaxation: The number gamma, (0, 1]; 1/2 is the classic ADMM; 1 does not always converge.

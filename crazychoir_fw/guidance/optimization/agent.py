@@ -1,4 +1,4 @@
-"""One agent of a distributed algorithm: its neighbors, their weights, its part of the problem, how it talks."""
+"""One agent of a distributed algorithm: its neighbors, their weights, its part of the problem, its messages."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ class Agent:
 
     Attributes:
         id: Number of the agent, its communicator's rank.
-        in_neighbors: Whom it hears.
-        out_neighbors: Who hears it.
-        in_weights: Weight by agent, of what is heard, itself included.
-        out_weights: Weight by agent, of what is said, itself included.
+        in_neighbors: Agents that it receives from.
+        out_neighbors: Agents that receive from it.
+        in_weights: Weight by agent, of received values, itself included.
+        out_weights: Weight by agent, of sent values, itself included.
         problem: Its part of the problem.
     """
 
@@ -44,8 +44,8 @@ class Agent:
         """Take part.
 
         Args:
-            in_neighbors: Whom it hears; None: all that its communicator hears.
-            out_neighbors: Who hears it; None: all that its communicator speaks to.
+            in_neighbors: Agents that it receives from; None: all in-neighbors of its communicator.
+            out_neighbors: Agents that receive from it; None: all out-neighbors of its communicator.
             communicator: How it talks to them.
             in_weights: Of what it hears: a row of the weight matrix (length N), or a dictionary by neighbor. None:
                 equal shares of the neighbors, none for itself.
@@ -71,7 +71,7 @@ class Agent:
         self._schedule = schedule
 
     def set_neighbors(self, in_neighbors: Iterable[int], out_neighbors: Iterable[int]) -> None:
-        """Change whom it hears and who hears it; weights stay until they are set."""
+        """Change in-neighbors and out-neighbors; weights stay until they are set."""
         self.in_neighbors = tuple(sorted({int(one) for one in in_neighbors}))
         self.out_neighbors = tuple(sorted({int(one) for one in out_neighbors}))
         if self.id in self.in_neighbors or self.id in self.out_neighbors:
@@ -105,7 +105,7 @@ class Agent:
         """Give it its part of the problem; it may be changed between rounds."""
         self.problem = problem
 
-    # ---------------------------------------------------------------- as DISROPT's agent talks
+    # ---------------------------------------------------------------- messages, as those of DISROPT's agent
 
     def neighbors_send(self, obj: object) -> None:
         """Send an object to all out-neighbors."""
@@ -131,7 +131,7 @@ class Agent:
             timeout: How long to wait at most (s); None is the deadline of the communicator.
 
         Returns:
-            Messages by neighbor; who is missing did not send in time.
+            Messages by neighbor, without neighbors that did not send in time.
         """
         return self.communicator.neighbors_exchange(
             obj, self.in_neighbors, self.out_neighbors, dict_neigh=dict_neigh, stop_event=event, timeout=timeout
@@ -159,7 +159,7 @@ class Agent:
         )
 
     def has_round(self) -> bool:
-        """Return whether nobody has to be waited for."""
+        """Return whether messages of all in-neighbors are there; in asynchronous mode always True."""
         return self.is_asynchronous or self.communicator.has_round(self.in_neighbors)
 
     def collect(self) -> dict[int, Any]:

@@ -1,6 +1,6 @@
 r"""Aggregative gradient tracking (docs/reference/crazychoir.md#8.3).
 
-Everybody has a decision of its own, and costs that also depend on the mean of all decisions:
+Each agent has a decision of its own, and costs that also depend on the mean of all decisions:
 minimize :math:`\sum_i f_i(x_i, \sigma)` with :math:`\sigma = \frac{1}{N} \sum_j x_j`.
 
 .. math::
@@ -47,7 +47,7 @@ class AggregativeTracking(Algorithm):
         """Begin.
 
         Args:
-            agent: Who runs it, with an `AggregativeProblem` and doubly stochastic weights.
+            agent: The agent that runs it, with an `AggregativeProblem` and doubly stochastic weights.
             initial_condition: Own decision at the begin, shape (n,).
             enable_log: Remember the result of every round.
             stepsize: The step alpha.
@@ -99,13 +99,13 @@ class RobustAggregativeTracking(AggregativeTracking):
         self._flows = FlowUpdating(agent.all_in_neighbors, 2 * self.x.size)
 
     def leave(self, neighbors: Iterable[int]) -> None:
-        """Go on without some neighbors, until they are heard again."""
+        """Go on without some neighbors, until messages of them arrive again."""
         for one in neighbors:
             self._flows.forget(one)
         self._look()
 
     def rejoin(self, neighbors: Iterable[int]) -> None:
-        """Nothing is to be done: whoever is heard counts."""
+        """Do nothing: a neighbor counts as soon as its message arrives."""
 
     def _message(self) -> dict[int, Array]:
         messages = self._flows.level(self._values())

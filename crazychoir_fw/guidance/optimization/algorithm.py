@@ -34,7 +34,7 @@ class Algorithm(ABC):
         """Begin.
 
         Args:
-            agent: Who runs it.
+            agent: The agent that runs it.
             enable_log: Remember the result of every round; `run` returns them.
         """
         self.agent = agent
@@ -50,11 +50,11 @@ class Algorithm(ABC):
 
     @abstractmethod
     def _update(self, received: Mapping[int, Any]) -> None:
-        """Use what came from neighbors; who did not send in time is missing."""
+        """Use messages by neighbor; those of neighbors that did not send in time are missing."""
 
     @abstractmethod
     def get_result(self) -> Any:
-        """Return what the agent thinks the solution is."""
+        """Return the agent's estimate of the solution."""
 
     @property
     def is_done(self) -> bool:
@@ -125,7 +125,7 @@ class Algorithm(ABC):
     # ---------------------------------------------------------------- for algorithms that average
 
     def _mixed(self, own: Array, received: Mapping[int, Array]) -> Array:
-        """Return the weighted mean of own and received values; own stands in for who is missing."""
+        """Return the weighted mean of own and received values; own stands in for missing ones."""
         mean = np.zeros_like(own)
         left = 1.0
         for one in self.agent.in_neighbors:

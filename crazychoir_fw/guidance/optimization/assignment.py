@@ -1,4 +1,4 @@
-"""Who does which task, as a linear program for `DistributedSimplex` (docs/reference/crazychoir.md#17.5).
+"""Assignment of tasks to agents, as a linear program for `DistributedSimplex` (docs/reference/crazychoir.md#17.5).
 
 Each agent does one task, each task is done by one agent, at the least sum of costs. An agent's columns are the tasks it
 can do. Where not all can be served, as many as possible are, and the others get none.
@@ -45,7 +45,7 @@ def assignment_problem(
 
 
 def assignments(simplex: DistributedSimplex, agents: int) -> dict[int, int]:
-    """Return task by agent, as far as the agent that runs the simplex knows; who gets none is missing."""
+    """Return task by agent, as far as the agent that runs the simplex knows, without agents that get none."""
     found = {}
     for column, value in zip(simplex.B.T, simplex.x_basic, strict=True):
         doers = np.flatnonzero(column[1 : agents + 1])

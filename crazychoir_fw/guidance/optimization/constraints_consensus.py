@@ -25,14 +25,14 @@ class ConstraintsConsensus(Algorithm):
     Attributes:
         x: Optimum of the constraints that the agent knows of, shape (n,); none of `nan` where they contradict each
             other.
-        is_feasible: Whether there is one. Once a contradiction is found, everybody learns of it.
+        is_feasible: Whether there is one. Once an agent finds a contradiction, all agents learn of it.
     """
 
     def __init__(self, agent: Agent, enable_log: bool = False, *, stop_iterations: int | None = None) -> None:
         """Begin.
 
         Args:
-            agent: Who runs it.
+            agent: The agent that runs it.
             enable_log: Remember the result of every round.
             stop_iterations: Done after so many rounds without a change; twice the longest way between two agents and
                 one more is enough in lock step. None: never.
@@ -53,7 +53,7 @@ class ConstraintsConsensus(Algorithm):
     def _solve(self, heard: list[Array]) -> None:
         problem = self._problem
         rows = np.vstack([np.column_stack([problem.A, problem.b]), self.basis, *heard])
-        # the same for who has the same: one order, nothing twice
+        # sorted and without duplicates: agents that have the same rows solve the same problem
         rows = np.unique(rows, axis=0)
         try:
             self.x, active = problem.minimize_with_rows(rows[:, :-1], rows[:, -1])

@@ -5,7 +5,7 @@ Scutari 2020):
 
 .. math::
     x_i^+ = \sum_j a_{ij} (x_j - \alpha y_j), \qquad
-    y_i^+ = \text{what is left of } y_i \text{ and new from others} + \nabla f_i(x_i^+) - \nabla f_i(x_i)
+    y_i^+ = \text{kept part of } y_i + \text{parts received from others} + \nabla f_i(x_i^+) - \nabla f_i(x_i)
 
 where the latest message of j stands for j.
 """
@@ -23,7 +23,7 @@ from crazychoir_fw.guidance.optimization.running_sums import RunningSums
 
 
 class DirectedGradientTracking(Algorithm):
-    """The agent's problem has `gradient(x)`. Weights are not used: everybody counts the same."""
+    """The agent's problem has `gradient(x)`. Weights are not used: all agents count the same."""
 
     def __init__(
         self, agent: Agent, initial_condition: ArrayLike, enable_log: bool = False, *, stepsize: float = 0.05

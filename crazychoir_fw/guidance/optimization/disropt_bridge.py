@@ -92,14 +92,14 @@ def import_disropt() -> ModuleType:
 
 
 def adapted(communicator: TopicCommunicator, timeout: float | None = None) -> Any:
-    """Return a communicator that DISROPT's agents accept, over one of ours.
+    """Return a communicator that DISROPT's agents accept, over a `TopicCommunicator`.
 
-    DISROPT's algorithms cannot go on without a neighbor: when one is silent for too long, the run ends with an error
-    instead of waiting for ever. What they receive they may change.
+    DISROPT's algorithms cannot go on without a neighbor: after the timeout of a round the run ends with an error,
+    instead of waiting indefinitely. The algorithms may change objects that they receive.
 
     Args:
-        communicator: Ours. Algorithms that send something else to each neighbor (ADMM, dual decomposition) need
-            differentiated topics, asynchronous ones `synchronous_mode=False`.
+        communicator: The one to use. Algorithms that send something else to each neighbor (ADMM, dual decomposition)
+            need differentiated topics; asynchronous algorithms need `synchronous_mode=False`.
         timeout: How long to wait for neighbors in a round (s); None is the deadline of the communicator.
 
     Raises:

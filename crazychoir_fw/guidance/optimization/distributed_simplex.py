@@ -1,6 +1,6 @@
 """Distributed simplex: a linear program whose columns the agents share (docs/reference/crazychoir.md#18).
 
-Minimize c^T x where A x = b, x >= 0; everybody knows b and has some of the columns. Agents tell each other their best
+Minimize c^T x where A x = b, x >= 0; each agent knows b and has some of the columns. Agents tell each other their best
 bases; each solves the program of its own columns and all bases it heard. The lexicographic rules leave one best basis
 only, to which all come after finitely many rounds (Buerger, Notarstefano, Bullo, Allgoewer 2012), over directed graphs
 that change and are jointly connected, asynchronously, and with lost messages.
@@ -70,7 +70,7 @@ class DistributedSimplex(Algorithm):
         """Begin.
 
         Args:
-            agent: Who runs it.
+            agent: The agent that runs it.
             enable_log: Remember the result of every round.
             stop_iterations: Done after so many rounds without a change; twice the longest way between two agents and
                 one more is enough in lock step. None: never.
@@ -113,7 +113,7 @@ class DistributedSimplex(Algorithm):
 
     @property
     def artificial(self) -> Array:
-        """What is left of each row's right side without a column, shape (m,); not zero: infeasible so far."""
+        """Part of each row's right side that no column covers, shape (m,); not zero: infeasible so far."""
         left = np.zeros(len(self._b))
         for column, value in zip(self.B.T, self.x_basic, strict=True):
             if column[0] == self.big_M and np.count_nonzero(column[1:]) == 1 and column[1:].max() == 1.0:

@@ -34,7 +34,7 @@ class DualDecomposition(Algorithm):
         """Begin.
 
         Args:
-            agent: Who runs it.
+            agent: The agent that runs it.
             enable_log: Remember the result of every round.
             stepsize: The step alpha.
 

@@ -1,7 +1,7 @@
 """A mean of values that may change, over undirected graphs, with messages that may get lost.
 
-Nobody hands its value over: an agent keeps, for each neighbor, how much it let flow there, and its estimate of the mean
-is its value less all flows. Both ends of an edge hold the same flow with opposite signs; a message carries the whole
+No agent hands its value over: an agent keeps, for each neighbor, the flow to it. Its estimate of the mean is its value
+less all flows. Both ends of an edge hold the same flow with opposite signs; a message carries the whole
 flow, so that any later one makes up for a lost one (flow updating: Jesus, Baquero, Almeida 2009).
 """
 
@@ -29,11 +29,11 @@ class FlowUpdating:
         self._estimates: dict[int, Array] = {}
 
     def estimate(self, value: Array) -> Array:
-        """Return what the agent thinks the mean is, if this is its own value."""
+        """Return the agent's estimate of the mean, for its own value."""
         return value - sum(self._flows.values())
 
     def level(self, value: Array) -> dict[int, Array]:
-        """Let so much flow that all neighbors who were heard get the same estimate; return the message for each."""
+        """Set flows that give all neighbors with a message the same estimate; return the message for each."""
         own = self.estimate(value)
         mean = np.mean([own, *self._estimates.values()], axis=0)
         for one, estimate in self._estimates.items():
@@ -45,7 +45,7 @@ class FlowUpdating:
         """Take over what neighbors say.
 
         Args:
-            agent: Whose flows these are.
+            agent: Number of the agent that owns these flows.
             received: Messages of `level` by neighbor.
         """
         for one, messages in received.items():
@@ -53,6 +53,6 @@ class FlowUpdating:
             self._flows[one] = -flow
 
     def forget(self, one: int) -> None:
-        """Go on without a neighbor: what flowed there is taken back; should it be heard again, its flow counts."""
+        """Go on without a neighbor and take its flow back; a later message of it sets the flow again."""
         self._flows[one] = np.zeros_like(self._flows[one])
         self._estimates.pop(one, None)

@@ -28,7 +28,7 @@ class GradientTracking(Algorithm):
         """Begin.
 
         Args:
-            agent: Who runs it, with a problem such as `QuadraticProblem`.
+            agent: The agent that runs it, with a problem such as `QuadraticProblem`.
             initial_condition: Where it begins, shape (n,).
             enable_log: Remember the result of every round.
             stepsize: The step alpha; small against 1/L for costs whose gradients have the Lipschitz constant L.

@@ -1,7 +1,7 @@
 """Graphs and weights as matrices, under DISROPT's names (docs/reference/crazychoir.md#18 and #23).
 
-An entry (i, j) that is not zero is an edge from j to i: row i tells whom agent i hears. `crazychoir_fw.guidance.Graph`
-is the same thing as an object.
+An entry (i, j) that is not zero is an edge from j to i: row i holds the in-neighbors of agent i.
+`crazychoir_fw.guidance.Graph` is the same thing as an object.
 """
 
 from __future__ import annotations
@@ -110,14 +110,14 @@ def metropolis_hastings(Adj: ArrayLike) -> Array:
 
 
 def row_stochastic_matrix(Adj: ArrayLike) -> Array:
-    """Return equal weights of each agent and whom it hears: rows sum to 1, shape (N, N)."""
+    """Return equal weights of each agent and its in-neighbors: rows sum to 1, shape (N, N)."""
     edges = (np.asarray(Adj) != 0).astype(np.float64)
     np.fill_diagonal(edges, 1.0)
     return edges / edges.sum(axis=1, keepdims=True)
 
 
 def column_stochastic_matrix(Adj: ArrayLike) -> Array:
-    """Return equal weights of each agent and who hears it: columns sum to 1, shape (N, N)."""
+    """Return equal weights of each agent and its out-neighbors: columns sum to 1, shape (N, N)."""
     return row_stochastic_matrix(np.asarray(Adj).T).T
 
 

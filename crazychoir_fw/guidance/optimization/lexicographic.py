@@ -3,7 +3,7 @@
 Minimize c^T x where A x = b, x >= 0. Among equal costs the solution is taken whose entries, with columns in
 lexicographic order, are lexicographically least; among bases of the same solution the one that stays feasible when b
 is changed a little, the first row more than the second and so on. Both rules depend on nothing but the columns, so
-that all who have the same columns find the same basis.
+that all agents with the same columns find the same basis.
 """
 
 from __future__ import annotations

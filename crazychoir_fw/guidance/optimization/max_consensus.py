@@ -20,7 +20,7 @@ class MaxConsensus(Algorithm):
         """Begin.
 
         Args:
-            agent: Who runs it.
+            agent: The agent that runs it.
             x0: Initial value of any shape, the same shape for all.
             graph_diameter: Longest way between two agents; after so many rounds without a lost message it is done.
                 None: never.

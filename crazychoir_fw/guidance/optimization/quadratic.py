@@ -31,7 +31,7 @@ def solver() -> Any:
 
 
 class QuadraticProblem:
-    r"""One agent's part: cost :math:`x^T P x + q^T x + r` (no one half) where :math:`A x \le b`, :math:`E x = f`."""
+    r"""One agent's part: cost :math:`x^T P x + q^T x + r` (no factor 1/2) where :math:`A x \le b`, :math:`E x = f`."""
 
     def __init__(
         self,

@@ -3,8 +3,9 @@
 The tracked means are right as long as what one agent takes from another, the other gives. So two agents mix only in
 rounds in which both say that they hear each other, and each remembers what it has taken from each neighbor: when one
 leaves, its neighbors take back what they had exchanged with it, and the means are those of the agents that are left.
-Whoever takes back begins a new session of that link, and its neighbor, should it live after all, does the same when it
-hears of it. With everybody there the numbers are those of `AggregativeTracking`, to the last bit.
+The agent that takes back begins a new session of that link. Its neighbor, if it still runs, does the same when it
+receives the new session number. With all agents present the numbers are those of `AggregativeTracking`, to the last
+bit.
 """
 
 from __future__ import annotations
@@ -24,9 +25,9 @@ Array = NDArray[np.float64]
 class ResilientAggregativeTracking(AggregativeTracking):
     """`AggregativeTracking` for undirected graphs with equal weights both ways, whose agents may come and go.
 
-    `leave` says that a neighbor is gone, `rejoin` that it is back. Rounds must not end before all neighbors that are
-    not gone were heard; whoever was missing has to be told by `leave` when the round has ended. Both are called between
-    rounds only.
+    `leave` says that a neighbor is gone, `rejoin` that it is back. A round ends when messages of all neighbors that are
+    not gone have arrived. If a round ends without one, the caller must call `leave` for that neighbor. Both are called
+    between rounds only.
     """
 
     def __init__(
@@ -41,11 +42,11 @@ class ResilientAggregativeTracking(AggregativeTracking):
         """Begin; further arguments and errors are those of `AggregativeTracking`.
 
         Args:
-            agent: Who runs it.
+            agent: The agent that runs it.
             initial_condition: Own decision at the begin, shape (n,).
             enable_log: Remember the result of every round.
             stepsize: The step alpha.
-            session: A number that is larger each time an agent begins anew, such as the time (ms): so neighbors notice.
+            session: A number that grows with each restart of an agent, such as the time (ms): so neighbors notice it.
         """
         super().__init__(agent, initial_condition, enable_log, stepsize=stepsize)
         self._sessions = dict.fromkeys(agent.all_in_neighbors, session)

@@ -1,4 +1,4 @@
-"""Sums that survive lost messages: who hears the next message gets what was in the lost ones as well.
+"""Sums that survive lost messages: the next message that arrives also carries the content of the lost ones.
 
 Every agent splits its mass in equal shares for itself and its out-neighbors, and sends the sum of all shares so far. A
 receiver adds what is new in that sum. Nothing is counted twice or lost for good, whichever messages arrive, so that the

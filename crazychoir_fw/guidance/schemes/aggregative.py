@@ -1,7 +1,7 @@
 """Target surveillance: defenders place themselves between intruders and a target (docs/reference/crazychoir.md#8.3).
 
-Each defender knows its own intruder and the target. Aggregative tracking finds where everybody should be, one exchange
-with the neighbors per iteration, and what the iteration has reached so far is where the defender flies.
+Each defender knows its own intruder and the target. Aggregative tracking computes the place of each defender, with one
+exchange with the neighbors per iteration. The defender flies to the latest iterate.
 
 The original iterates as fast as messages travel. Here iterations are paced by a setting: at most one per round of the
 guidance, so that a flight depends on the machine in no way.
@@ -43,9 +43,9 @@ _EARLY = 1e-9  # [s]; times of rounds are sums of periods
 class AggregativeGuidance(RoundGuidance):
     """Takes off, iterates from START on and flies to what the iteration says, and lands.
 
-    A neighbor that is not heard by the deadline of a round is left out; with `ResilientAggregativeTracking` the
-    defenders that are left find their own optimum. It is waited for again as soon as it is heard. An intruder that is
-    watched and not seen for a while is reported as lost, and counts where it was seen last.
+    A neighbor whose message misses the deadline of a round is left out; with `ResilientAggregativeTracking` the other
+    defenders find their own optimum. Rounds wait for the neighbor again as soon as a message of it arrives. A watched
+    intruder that is not seen for a while is reported as lost; its last position counts.
 
     Subclasses may override `get_initial_condition`, `get_intruder`, `get_target` and `save_results`.
     """
@@ -122,7 +122,7 @@ class AggregativeGuidance(RoundGuidance):
             self.weights = dict.fromkeys(neighbors, 1.0 / (1 + len(neighbors)))
         self._agent = Agent(communicator=communicator, in_weights=self.weights, out_weights=self.weights)
         self.watched: tuple[int, ...] = self._who_is_watched()
-        """Numbers of drones whose poses it is told by `see`."""
+        """Numbers of drones whose poses `see` takes."""
         self.results: list[Array] = []
         """Decisions (m) of all iterations since START, with `enable_log`."""
         self.algorithm: Any = None
@@ -187,7 +187,7 @@ class AggregativeGuidance(RoundGuidance):
         self._end()
 
     def begin_flight(self, now: float) -> None:
-        """Iterate from now on; whoever has not taken off does."""
+        """Iterate from now on; take off if the drone is still on the ground."""
         if not self._flies:
             super().begin_takeoff(now)
             self._airborne_at, self._flies = now + self.takeoff_time, True
@@ -217,7 +217,7 @@ class AggregativeGuidance(RoundGuidance):
 
     @property
     def lost(self) -> frozenset[int]:
-        """Neighbors that are not heard, and intruders that are not seen; after the flight, who was not heard in it."""
+        """Silent neighbors, and intruders that are not seen; outside the flight only neighbors."""
         if self._phase is not Phase.FLIGHT:
             return frozenset(self.presence.lost)
         unseen = {one for one in self.watched if self._sightings.is_lost(one, self.now)}
@@ -246,7 +246,7 @@ class AggregativeGuidance(RoundGuidance):
         if problem is not None:
             self._agent.set_problem(problem)
         if self._agent.problem is None or self.current_pose is None:
-            return False  # nobody knows yet what is to be guarded, or where this drone is
+            return False  # neither intruder nor target is known yet, or the own pose is not
         if self.algorithm is None:
             self.algorithm = self._make(self._agent, self.get_initial_condition(), stepsize=self.stepsize, now=now)
             self.algorithm_began(now)
@@ -267,7 +267,7 @@ class AggregativeGuidance(RoundGuidance):
         return SurveillanceProblem(intruder, target, **self._gammas)
 
     def algorithm_began(self, now: float) -> None:
-        """Called when the iteration begins anew."""
+        """Reset presence and neighbors; called when the iteration restarts."""
         self.presence.reset()
         self._set_neighbors()
 
@@ -306,10 +306,10 @@ class AggregativeGuidance(RoundGuidance):
         self.go_to(position, self.reference_time)
         return None
 
-    # ---------------------------------------------------------------- who is there
+    # ---------------------------------------------------------------- presence of neighbors
 
     def _look_around(self, now: float) -> None:
-        """Find out who is heard again, and in asynchronous mode who is silent."""
+        """Find the neighbors that are back, and in asynchronous mode those that fell silent."""
         if self._agent.is_asynchronous:
             self._change(*self.presence.look(now, self.communicator.in_neighbors, self.silence))
         else:
@@ -348,6 +348,6 @@ def _optimizer(optimizer: str | type) -> Callable[..., Any]:
     """Return what makes an optimization of agent, initial condition, stepsize and time."""
     kind: Any = getattr(optimization, optimizer) if isinstance(optimizer, str) else optimizer
     if isinstance(kind, type) and issubclass(kind, optimization.ResilientAggregativeTracking):
-        # ms, so that who begins anew begins with a larger number
+        # time in ms, so that an agent has a larger session number after each restart
         return lambda agent, start, stepsize, now: kind(agent, start, stepsize=stepsize, session=int(1000.0 * now))
     return lambda agent, start, stepsize, now: kind(agent, start, stepsize=stepsize)

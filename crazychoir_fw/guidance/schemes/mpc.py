@@ -1,12 +1,12 @@
 """`MPCGuidance`: sequential distributed model predictive control (docs/reference/crazychoir.md#17.4).
 
 Time goes in periods. During each, agents plan the next one after another, by number: each takes the plans that those
-before it have just made and those that the others made a period ago, and keeps what couples it to them. Whoever plans
-finds its own old plan feasible still, because those before it respected that plan.
+before it have just made and those that the others made a period ago, and keeps what couples it to them. The old plan
+of an agent is still feasible at its turn, because those before it respected that plan.
 
-In the original a set of plans is handed from agent to agent and everybody waits. Here each tells its plan to its
-neighbors in every round, and plans when it is its turn, so that nobody waits in vain: who is late or silent is expected
-to do what it last planned, and is left out of the coupling once it counts as lost.
+In the original a set of plans is handed from agent to agent and all others wait. Here each agent sends its plan to its
+neighbors in every round, and plans at its turn, so that no agent waits in vain. A neighbor that is late or silent is
+expected to follow its latest plan. It is left out of the coupling once it counts as lost.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from crazychoir_fw.guidance.velocity_feedback import VelocityFeedback
 
 Array = NDArray[np.float64]
 
-_TURN = 0.6  # of a period, after which nobody waits for those before it
+_TURN = 0.6  # of a period, after which an agent plans without waiting for those before it
 
 
 class TogetherMetrics(ShapeMetrics):
@@ -132,10 +132,10 @@ class MPCGuidance(VelocityFeedback):
             h=np.full(2 * m, speed),
         )
 
-    # ---------------------------------------------------------------- what neighbors tell each other
+    # ---------------------------------------------------------------- messages between neighbors
 
     def message(self) -> object:
-        """Return what neighbors are told: the newest plan and the period that it begins with."""
+        """Return the message to neighbors: the newest plan and the period that it begins with."""
         return self._told or {"period": -1, "states": np.zeros((0, len(self.axes)))}
 
     def receive_round(self, now: float) -> dict[int, Any]:
@@ -151,7 +151,7 @@ class MPCGuidance(VelocityFeedback):
         return {}
 
     def _read(self, told: object) -> tuple[int, Array] | None:
-        """Return first period and states of what a neighbor told, if it is a plan."""
+        """Return first period and states of a neighbor's message, if it is a plan."""
         if not isinstance(told, dict):
             return None
         first, states = told.get("period"), told.get("states")
@@ -216,7 +216,7 @@ class MPCGuidance(VelocityFeedback):
         return Plan(states, inputs, plan.violation)
 
     def _is_its_turn(self) -> bool:
-        """Return whether those before it have planned the next period, and all have told where they begin."""
+        """Return whether agents before it have planned the next period, and all have sent where they begin."""
         for neighbor in self._neighbors:
             if neighbor in self.presence.lost:
                 continue

@@ -1,4 +1,4 @@
-"""Where drones are that are watched and say nothing."""
+"""Positions of watched drones that send no messages."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Sightings:
     """
 
     def __init__(self, silence: float) -> None:
-        """Begin with nobody seen.
+        """Begin without sightings.
 
         Args:
             silence: After which a drone is lost (s).

@@ -29,8 +29,8 @@ _LARGEST_STEP_BACK = 0.5  # [s], of a clock that is being set; more is another f
 class TrajectoryHandler(Stateful, ABC):
     """Turns points into a curve and says where on it a drone should be; a subclass says which curve.
 
-    A message of one point is a go-to, of many a path through all of them, at the times from now and the world positions
-    that they name. The curve begins where the drone should be at present, with that velocity and acceleration, so that
+    A message of one point is a go-to; several points are a path through all of them. Points have times from now and
+    world positions. The curve begins where the drone should be at present, with that velocity and acceleration, so that
     references are smooth whenever a new message comes; a drone that is not near its reference, or had none, starts from
     its pose. A first point at time 0 is where the drone already is.
 
@@ -108,7 +108,7 @@ class TrajectoryHandler(Stateful, ABC):
         Raises:
             RangeError: If the points make no curve: no point, numbers that are not finite, times that do not increase.
                 What was followed before stays.
-            StateError: If nobody knows where the drone is.
+            StateError: If the position of the drone is unknown.
         """
         self._check_clock(now)
         start, yaw = self._start(pose, now)

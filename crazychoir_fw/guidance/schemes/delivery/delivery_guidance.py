@@ -32,7 +32,7 @@ class DeliveryGuidance(DispatchGuidance):
         """Prepare; arguments and errors are those of `RoundGuidance`, and the number of requests of the table."""
         super().__init__(agent_id, communicator, slots=slots, **options)
         self.stops: list[Stop] = []
-        """What is left of its route."""
+        """Stops that remain of its route."""
         self._said: set[tuple[int, bool]] = set()  # stops that the table knows to be done
         self._routes: dict[frozenset[int], Route] = {}
         self._partition = Partition(communicator.size, self.slots)
@@ -84,7 +84,7 @@ class DeliveryGuidance(DispatchGuidance):
 
     def _move(self, now: float) -> None:
         if self._phase is not Phase.FLIGHT:
-            return  # it was told to land while an optimization ran
+            return  # a landing was commanded while an optimization ran
         here = self._position()
         if self.stops:
             way = self.executor.go(self.stops[0].position, here, now)

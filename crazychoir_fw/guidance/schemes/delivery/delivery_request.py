@@ -14,10 +14,10 @@ class DeliveryRequest:
     pickup: tuple[float, float]
     """Where it is (m, world)."""
     delivery: tuple[float, float]
-    """Where it shall be (m, world)."""
+    """Place of the delivery (m, world)."""
     load: float = 1.0
     """How much it takes of a drone's capacity."""
     carrier: int | None = None
-    """Who has it on board."""
+    """Number of the drone that has it on board; None: no drone."""
     at: float = 0.0
     """When it turns up, after the first list (s)."""

@@ -54,9 +54,9 @@ class DeliveryTable(DispatchTable):
                 )
         self._coming = list(requests)
         self.requests: dict[int, DeliveryRequest] = {}
-        """What is to be done, by number."""
+        """Open requests by number."""
         self.lost: set[int] = set()
-        """What nobody can bring any more."""
+        """Numbers of the requests that were on board of a drone that is gone."""
         self._first = 0.0
 
     def step(self, now: float) -> None:
@@ -87,14 +87,14 @@ class DeliveryTable(DispatchTable):
         k, is_delivery = divmod(number, 2)
         request = self.requests.get(k)
         if request is None or request.carrier != (agent if is_delivery else None):
-            self.announce()  # somebody had another idea of the list
+            self.announce()  # the list of the agent was out of date
             return False
         if is_delivery:
             del self.requests[k]
             self.finished += 1
             self.note("completed", agent, {"number": k, "position": list(request.delivery)})
             if self._left:
-                self.announce()  # now that somebody has room
+                self.announce()  # the drone has room again
         else:
             self.requests[k] = dataclasses.replace(request, carrier=agent)
             self.note("picked", agent, {"number": k, "position": list(request.pickup)})

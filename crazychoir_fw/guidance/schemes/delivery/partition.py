@@ -1,4 +1,4 @@
-"""Who serves which requests, as a linear program whose columns are routes, and how it becomes whole numbers."""
+"""Partition of requests among drones: a linear program whose columns are routes, and the search for whole numbers."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class Partition:
         for column, value in zip(simplex.B.T, simplex.x_basic, strict=True):
             doers = np.flatnonzero(column[1 : self.agents + 1])
             numbers = frozenset(np.flatnonzero(column[self.agents + 1 :]).tolist())
-            # who is not there has an artificial column
+            # an agent without a column of its own in the basis is represented by an artificial one
             is_artificial = not numbers and column[0] == simplex.big_M
             if value > _WHOLE and doers.size == 1 and not is_artificial:
                 found.append((float(value), int(doers[0]), numbers, float(column[0])))
@@ -113,6 +113,6 @@ class Partition:
         for value, agent, numbers, _ in routes:
             for number in numbers:
                 shares[agent, number] = shares.get((agent, number), 0.0) + value
-        # rounded, so that equal ones are equal for everybody
+        # rounded, so that all agents agree on which are equal
         parts = {pair: round(share, 6) for pair, share in shares.items() if _WHOLE < share < 1.0 - _WHOLE}
         return max(parts, key=lambda pair: (parts[pair], -pair[0], -pair[1]), default=None)

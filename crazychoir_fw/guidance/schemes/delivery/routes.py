@@ -47,8 +47,8 @@ def best_routes(
 ) -> dict[frozenset[int], Route]:
     """Return the shortest route of each set of requests, by their numbers; what is on board is delivered in any.
 
-    Exact, by dynamic programming over who is untouched, on board or delivered, and where the drone is. The work grows
-    as the number of requests to the power of `most`.
+    Exact, by dynamic programming over the requests that are untouched, on board or delivered, and the place of the
+    drone. The work grows as the number of requests to the power of `most`.
 
     Args:
         start: Where the drone is (m), shape (2,).
@@ -61,7 +61,7 @@ def best_routes(
     carried = frozenset(request.number for request in aboard)
     by_number = {request.number: request for request in (*requests, *aboard)}
     free = sorted(request.number for request in requests if request.load <= capacity + _SLACK)
-    # a state is who is on board, who was picked up on the way, and the last stop
+    # a state is the requests on board, those picked up on the way, and the last stop
     state = tuple[frozenset[int], frozenset[int], Stop | None]
     layer: dict[state, tuple[float, tuple[Stop, ...]]] = {(carried, frozenset(), None): (0.0, ())}
     best: dict[frozenset[int], Route] = {}

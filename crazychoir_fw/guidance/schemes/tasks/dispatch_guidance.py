@@ -22,9 +22,9 @@ from crazychoir_fw.guidance.schemes.tasks.position_task_executor import Position
 ROUNDS_PER_LIST = 10_000
 """Labels of rounds begin at the label of the list times this, so that rounds of different lists never meet."""
 
-_SILENT_ROUNDS = 2  # in a row, after which a neighbor is not waited for until the next list
+_SILENT_ROUNDS = 2  # in a row, after which no round waits for a neighbor until the next list
 _GATHERING_S = 0.5  # for which the first round of a list waits for neighbors
-_ASK_AGAIN_S = 1.0  # after which a list that did not come is asked for again
+_ASK_AGAIN_S = 1.0  # timeout, after which an agent requests a list again
 
 
 class Desk(Protocol):
@@ -34,7 +34,7 @@ class Desk(Protocol):
         """Call `callback(label)` at each new list."""
 
     def request(self, agent: int, callback: Callable[[Offer], None]) -> None:
-        """Ask for the list of an agent; it is handed to the callback, at once, later, or never."""
+        """Request the list of an agent; the callback gets it at once, later, or never."""
 
     def report(self, agent: int, decision: Mapping[str, Any]) -> None:
         """Tell what an agent is going to do."""
@@ -50,7 +50,7 @@ class LabeledSimplex(DistributedSimplex):
         """Begin; arguments and errors are those of `DistributedSimplex`.
 
         Args:
-            agent: Who runs it, with its problem.
+            agent: The agent that runs it, with its problem.
             label: Label of the list.
             big_M: Cost of leaving one unit of a row's right side without a column.
         """
@@ -83,7 +83,7 @@ class DispatchGuidance(RoundGuidance):
     """
 
     is_paced_by_rounds = False
-    """Steps go on while a round waits for a neighbor, who may have to make a step before it begins."""
+    """Steps go on while a round waits for a neighbor: that neighbor may need a step before it begins the round."""
     node = NodeFace(positional=POSES)
 
     height: float = option(0.5, "height at which drone 0 flies", "m", above=0)
@@ -110,7 +110,7 @@ class DispatchGuidance(RoundGuidance):
         self.unable: str | None = None
         """Why it takes no more work, a sentence."""
         self._desk: Desk | None = None
-        self._newest = 0  # label of the newest list that it heard of
+        self._newest = 0  # label of the newest list that was announced to it
         self._asked_at: float | None = None  # since when it waits for that list
         self._offer: Offer | None = None  # one that came and is not begun
         self._simplex: LabeledSimplex | None = None
@@ -160,7 +160,7 @@ class DispatchGuidance(RoundGuidance):
 
     @abstractmethod
     def problem(self, offer: Offer, now: float) -> LinearProblem:
-        """Return this agent's part of the optimization; an offer without items is that of one who takes no part."""
+        """Return this agent's part of the optimization; an agent whose offer has no items takes no part."""
 
     @abstractmethod
     def conclude(self, simplex: LabeledSimplex, now: float) -> bool:
@@ -208,7 +208,7 @@ class DispatchGuidance(RoundGuidance):
         agent = Agent(communicator=self.communicator)
         if first:
             self.presence.reset()
-            # whoever began before is ahead by some rounds
+            # neighbors that began earlier are ahead by some rounds: never set the label back
             series = label * ROUNDS_PER_LIST
             self.communicator.current_label = max(self.communicator.current_label, series)
             self._stage = 0
@@ -241,7 +241,7 @@ class DispatchGuidance(RoundGuidance):
         self._count_missing(simplex.agent)
         simplex.finish_round()
         if self.communicator.current_label >= (self._list + 1) * ROUNDS_PER_LIST:
-            self._halt()  # neighbors have a newer list, of which this agent will hear as well
+            self._halt()  # neighbors have a newer list, which will be announced to this agent as well
         elif simplex.rounds >= self.max_iterations:
             self._conclude(simplex, now)
 

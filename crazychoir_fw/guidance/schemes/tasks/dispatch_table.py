@@ -1,7 +1,7 @@
-"""What tables have in common: they offer work to agents, hear what is done, and find out who is gone.
+"""Common part of tables: they offer work to agents, receive reports, and detect agents that are gone.
 
-A table never decides who does what. It announces a new list by a label; each agent asks for what is its own, the agents
-agree among themselves, and tell what became of it. Time is that of whoever calls `step`.
+A table never assigns work. It announces a new list by a label. Each agent requests its own list; the agents agree among
+themselves, and report decisions and results. Time is that of the caller of `step`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ LABELS_SKIPPED = 100
 know that what they said last may not have been heard."""
 
 Note = Callable[..., None]
-"""`note(kind, agent, details)`: something happened; agent is None for nobody's."""
+"""`note(kind, agent, details)` records an event; agent is None for an event of the table itself."""
 
 
 @dataclass(frozen=True)
@@ -36,14 +36,14 @@ class Offer:
 class DispatchTable(ABC):
     """A table of work for a number of agents.
 
-    An agent that does not ask for its list within the deadline is taken for gone until it asks again: what nobody else
-    can do is taken back. If nothing is finished for a while, the list is announced again, so that the work of somebody
-    who fell silent in the middle of it goes to others.
+    An agent that does not request its list within the deadline counts as gone until it requests one again; work that no
+    other agent can do is taken back. If no work is finished for a while, the list is announced again. So the work of an
+    agent that fell silent in the middle of it goes to others.
 
     Attributes:
         agents: How many agents there are.
         label: Label of the present list; 0 before the first.
-        gone: Who is taken for gone.
+        gone: Agents that count as gone.
         finished: How much work was finished.
     """
 
@@ -54,7 +54,7 @@ class DispatchTable(ABC):
             agents: How many agents there are.
             deadline: How long an agent may take to ask for its list (s).
             patience: After so long without anything finished the list is announced again (s).
-            start_delay: From START to the first list (s), so that everybody has heard of START.
+            start_delay: From START to the first list (s), so that START has reached all agents.
 
         Raises:
             RangeError: If a number is outside its range.
@@ -80,10 +80,10 @@ class DispatchTable(ABC):
         self._asked: set[int] = set()
         self._decided: set[int] = set()
         self._taken: set[int] = set()
-        self._left: list[int] = []  # what nobody took of the present list
+        self._left: list[int] = []  # items of the present list that no agent took
         self._has_looked = True
 
-    # ---------------------------------------------------------------- for whoever runs it
+    # ---------------------------------------------------------------- for the process that runs it
 
     def listen(self, callback: Callable[[int], None]) -> None:
         """Call `callback(label)` at each new list."""
@@ -99,7 +99,7 @@ class DispatchTable(ABC):
         return {"label": self.label, "finished": self.finished, "gone": sorted(self.gone), **self._memory()}
 
     def remember(self, memory: Mapping[str, Any], now: float) -> None:
-        """Go on in place of a table, made alike, whose memory this is, and announce its list anew.
+        """Replace a table of the same arguments: take over its memory, and announce its list again.
 
         Args:
             memory: As of `memory`, of a table that had begun.
@@ -137,7 +137,7 @@ class DispatchTable(ABC):
             self.announce()
 
     def announce(self) -> None:
-        """Tell everybody that there is a new list."""
+        """Notify all listeners of a new list."""
         self.label += 1
         self._announced = self._now
         self._asked, self._decided, self._taken, self._left = set(), set(), set(), []
@@ -146,7 +146,7 @@ class DispatchTable(ABC):
             listener(self.label)
 
     def _look(self) -> None:
-        """See who did not ask."""
+        """Detect agents that did not request the list."""
         self._has_looked = True
         gone = set(range(self.agents)) - self._asked
         for agent in sorted(gone - self.gone):
@@ -162,7 +162,7 @@ class DispatchTable(ABC):
     # ---------------------------------------------------------------- for agents
 
     def request(self, agent: int, callback: Callable[[Offer], None]) -> None:
-        """Ask for the list of an agent; it is handed to the callback, at once or later.
+        """Request the list of an agent; the callback gets it at once or later.
 
         Raises:
             RangeError: If there is no such agent.
@@ -239,7 +239,7 @@ class DispatchTable(ABC):
 
     @abstractmethod
     def _memory(self) -> dict[str, Any]:
-        """Return what it must remember beside label, what is finished, and who is gone."""
+        """Return the state of the subclass: all but label, count of finished work, and agents that are gone."""
 
     @abstractmethod
     def _remember(self, memory: Mapping[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""The best assignment, found by one who knows all costs: what distributed assignments are measured against."""
+"""The best assignment, found with all costs in one place: the reference for distributed assignments."""
 
 from __future__ import annotations
 

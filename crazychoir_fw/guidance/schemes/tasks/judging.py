@@ -28,13 +28,13 @@ class Agreement:
     label: int
     """Which list."""
     count: int
-    """How many tasks somebody does."""
+    """Number of tasks that were taken."""
     best_count: int
-    """How many could be done."""
+    """Max number of tasks that could be taken."""
     cost: float
     """Sum of distances (m)."""
     best_cost: float
-    """The least one (m)."""
+    """Min sum (m)."""
     is_consistent: bool
     """Whether no task is done by two."""
 

@@ -1,4 +1,4 @@
-"""One task of the table: somebody has to be at a point."""
+"""One task of the table: a point that one drone must visit."""
 
 from __future__ import annotations
 
@@ -16,4 +16,4 @@ class PositionTask:
     position: tuple[float, float]
     """Where (m, world)."""
     agents: tuple[int, ...]
-    """Who can do it."""
+    """Numbers of the agents that can do it."""

@@ -19,7 +19,7 @@ _LATE_S = 5.0
 class PositionTaskExecutor:
     """One drone's way to one point after the other, at a height of its own.
 
-    Drones that fly at different heights cross each other's ways. Who is asked to go where it is going already, goes on.
+    Drones that fly at different heights cross each other's ways. A repeated command to the same goal changes nothing.
     """
 
     def __init__(

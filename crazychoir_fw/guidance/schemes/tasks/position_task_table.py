@@ -16,7 +16,7 @@ from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.guidance.schemes.tasks.dispatch_table import DispatchTable
 from crazychoir_fw.guidance.schemes.tasks.position_task import PositionTask
 
-_MAX_DRAWS = 1000  # of one task, until somebody can do it
+_MAX_DRAWS = 1000  # of one task, until an agent that is not gone can do it
 _MAX_REMEMBERED = 1_000_000  # draws, some seconds
 
 

@@ -19,7 +19,7 @@ from crazychoir_fw.guidance.schemes.tasks.task_metrics import TaskMetrics
 class TaskGuidance(DispatchGuidance):
     """Shares out the tasks of a `PositionTaskTable`, one per drone, at the least sum of distances, and visits them.
 
-    Who gets no task, since it can do none or there are not enough for all, hovers.
+    A drone without a task hovers: it can do none, or there are not enough tasks for all.
     """
 
     needs = Needs(graph=True, table="tasks")
@@ -56,7 +56,7 @@ class TaskGuidance(DispatchGuidance):
 
     def _move(self, now: float) -> None:
         if self._phase is not Phase.FLIGHT:
-            return  # it was told to land while an optimization ran
+            return  # a landing was commanded while an optimization ran
         here = self._position()
         way = self.executor.stay(here) if self.task is None else self.executor.go(self.task.position, here, now)
         if way is not None:

@@ -33,7 +33,7 @@ class WorkMetrics(Metrics):
 
 
 class TaskMetrics(WorkMetrics):
-    """Whether lists of tasks were shared out as well as one who knows everything could."""
+    """Whether lists of tasks were shared out as well as by an assignment with all costs in one place."""
 
     @criterion("optimal assignments", kind=bool)
     def assignment_optimal(self, flown: Flown, _: bool) -> Verdict:

@@ -22,7 +22,7 @@ class _Work:
     owner: int | None = None
     since: float = field(init=False)
     link: np.ndarray | None = None
-    worked_on_since: float = -np.inf  # a load that nobody has on board is not being delivered
+    worked_on_since: float = -np.inf  # a delivery begins when the load is on board
     marks: list[Mark] = field(default_factory=list)
     intervals: list[TaskInterval] = field(default_factory=list)
 
@@ -30,7 +30,7 @@ class _Work:
         self.since = self.begin
 
     def hand_to(self, drone: int | None, now: float) -> None:
-        """Somebody else's from now on, or nobody's any more."""
+        """Change the owner from now on; None: no drone owns it."""
         if self.end is None and drone != self.owner:
             self._mark_until(now, False)
             self.owner, self.since = drone, now
@@ -44,7 +44,7 @@ class _Work:
             self.end = now
 
     def _mark_until(self, now: float, is_finished: bool) -> None:
-        """Mark it as what it was: its owner's, or nobody's."""
+        """Add a mark of the time since the last change, with the owner of that time."""
         if now > self.since:
             self.marks.append(Mark(self.position, self.label, self.since, now, self.owner, self.link))
             busy = max(self.since, self.worked_on_since)
