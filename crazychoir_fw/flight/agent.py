@@ -65,7 +65,7 @@ class Agent(Stateful):
     planner: Planner | None = None
     """What plans, for drones that follow trajectories."""
     is_watched: bool = False
-    """Whether it is known only: it decides and speaks, but nobody commands it."""
+    """Whether the agent is observed only: its guidance runs and publishes, but this process sends it no commands."""
     phase: DronePhase = DronePhase.GROUND
     reference: Reference | None = None
     """What it follows at present."""
@@ -76,7 +76,7 @@ class Agent(Stateful):
     has_flown: bool = False
     """Whether it was clearly off the floor since its motors began to turn."""
     low_since: float | None = None
-    """Since when it lies on the floor though nobody told it to (s)."""
+    """Time from which it has been on the floor without a command to land (s)."""
     in_round: bool = False
     """Whether its guidance waits for neighbors."""
     lost: frozenset[int] = frozenset()

@@ -22,7 +22,7 @@ class ControlGroup:
     """A controller of N drones, and which they are.
 
     Drones whose motors do not turn are computed as well, as if they were to stay where they are: their integrals stay
-    empty, and what comes out is sent to nobody.
+    empty, and their output is discarded.
     """
 
     def __init__(
@@ -69,7 +69,7 @@ class ControlGroup:
             own, up, asked = some_of(poses, self.indices), turning[self.indices], accelerations[self.indices]
         controller.set_pose(own)
         if self.follows == "acceleration":
-            # who has no motors on is to hover, for nobody
+            # drones whose motors are off get the reference of a hover; their output is discarded
             controller.set_reference(Reference(acceleration=asked * up[:, None]))
         else:
             controller.set_reference(self._reference(agents, asked, up, own))

@@ -51,7 +51,7 @@ class Experiment(Stateful):
     """
 
     no_rewind: str | None = None
-    """Why time cannot be turned back though the backend can, a sentence."""
+    """Why the flight cannot be rewound though the backend can, a sentence."""
     unkept = ("shares", "observe")
 
     def __init__(
@@ -225,7 +225,7 @@ class Experiment(Stateful):
             agent.phase = DronePhase.FLYING
             agent.has_flown, agent.low_since = False, None
             agent.begin_at(poses.position[agent.index])
-            # until somebody says otherwise
+            # until the guidance or the caller sets another reference
             agent.reference = Reference(position=agent.home.copy(), velocity=np.zeros(3), acceleration=np.zeros(3))
             self.accelerations[agent.index] = 0.0
 
@@ -253,7 +253,7 @@ class Experiment(Stateful):
 
         Args:
             timeout_s: How long (s).
-            all_drones: Whether drones that fly as they should are waited for as well.
+            all_drones: Whether to wait for drones without a failure as well.
         """
         end = self.time + timeout_s
         while any(agent.is_up and (all_drones or agent.failure is not None) for agent in self.agents):
@@ -466,7 +466,7 @@ class Experiment(Stateful):
             self.backend.send(indices, twist, group.kind)
 
     def _look(self, up: Sequence[Agent], poses: Pose) -> None:
-        """See who has landed, and who cannot go on."""
+        """Handle landings, and drones whose flight failed."""
         if self._phases.is_anybody_landing:
             landed = landed_of(up, poses)
             if landed:

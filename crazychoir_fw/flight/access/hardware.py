@@ -175,7 +175,7 @@ class HardwareAccess(Access):
 
             try:
                 future.set_result(drone.upload_trajectory(_TRAJECTORY, to_pieces(curve).rows))
-            except Exception as error:  # told to whoever asks
+            except Exception as error:  # raised again in the thread that reads the future
                 future.set_exception(error)
 
         threading.Thread(target=write, name=f"upload-{self.names[index]}", daemon=True).start()
