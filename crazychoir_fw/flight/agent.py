@@ -96,7 +96,7 @@ class Agent(Stateful):
 
 
 class SwarmPhases:
-    """The phases of agents as arrays, as of the last `look`; whoever holds an agent may set its phase."""
+    """The phases of agents as arrays, as of the last `look`; any code may set the phase of an agent."""
 
     def __init__(self, agents: Sequence[Agent]) -> None:
         """Take the agents, and look."""

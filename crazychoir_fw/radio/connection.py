@@ -67,7 +67,7 @@ class Connection:
         Args:
             answer_timeout_s: How long the drone may be silent at first (s).
             timeout_s: How long all of it may take (s), tables of contents and parameters included.
-            with_parameters: Whether the values of all parameters are waited for; without them none can be set.
+            with_parameters: Whether to wait for the values of all parameters; without them none can be set.
 
         Raises:
             RadioError: If it is not reached; the text says how far it got.

@@ -117,7 +117,7 @@ class RadioDrone:
 
     @property
     def is_stopped(self) -> bool:
-        """Whether `stop` was called, by whomever, and `resume` was not."""
+        """Whether `stop` was called, by a caller or automatically, and `resume` was not."""
         return self._flight.mode is Mode.STOPPED
 
     @property
@@ -256,7 +256,7 @@ class RadioDrone:
     def emergency_stop(self) -> None:
         """Stop the motors until the drone is restarted; nothing else brings it back.
 
-        A drone out of reach is told as soon as it is reached again, whatever was called meanwhile.
+        A drone out of reach gets the request as soon as it is reached again, even after calls of other methods.
         """
         self._flight.stop_for_good()
         self._sender.outbox.wake()

@@ -242,7 +242,7 @@ class Sender:
         return self.stream.due() if self.is_connected else math.inf
 
     def forget(self) -> None:
-        """Send nothing of what was asked for and has not left."""
+        """Drop the commands that are queued."""
         self.outbox.drop_posted()
         self.stream.clear()
 

@@ -51,7 +51,7 @@ class HighLevelService:
         return ()
 
     def end_session(self) -> None:
-        """The drone goes on with what it was told."""
+        """The drone goes on with its latest high-level command."""
 
 
 QUESTION = 0
