@@ -34,7 +34,7 @@ class MissionError(CrazychoirError, ValueError):
 
 
 class CheckoutError(CrazychoirError):
-    """There is no usable checkout of the firmware; the text names the folder and the command that mends it."""
+    """There is no usable checkout of the firmware; the text names the folder and the command that repairs it."""
 
 
 class BuildError(CrazychoirError):

@@ -1,4 +1,4 @@
-"""The kinds of values in a mission file: those of `common.constraints`, and those that know files, providers, vehicles.
+"""The kinds of values in a mission file: those of `common.constraints`, and kinds of files, providers and vehicles.
 
 Whatever is refused ends as "… must be <must>", so that the reader of the message learns the allowed range without
 opening the documentation.

@@ -70,8 +70,8 @@ class MocapConfig:
 class SimulatedMocap:
     """Turns true poses into samples: at a rate, noisy, late, and now and then lost or wrong.
 
-    For one drone or for several; the dice of a drone depend on the seed and on its index alone, not on how many there
-    are nor on who is lost.
+    For one drone or for several; the random numbers of a drone depend on the seed and on its index alone. The number of
+    drones and the losses of others do not change them.
     """
 
     def __init__(self, config: MocapConfig | None = None, *, seed: int = 0, first: int = 0) -> None:

@@ -256,7 +256,7 @@ class Journal:
         return journal
 
     def _check(self) -> None:
-        """Refuse columns that do not fit together, so that whoever reads the journal need not."""
+        """Refuse columns that do not fit together, so that readers of the journal need not check them."""
         lengths = {len(self._ticks), len(self._drones), len(self._kind_numbers)}
         if len(lengths) != 1 or any(not 0 <= number < len(self._kinds) for number in self._kind_numbers):
             raise ValueError("the columns of the journal do not fit together")
