@@ -10,7 +10,7 @@ class CrazychoirError(Exception):
 
 
 class RangeError(CrazychoirError, ValueError):
-    """A value is outside its allowed range; the text names who, what, value and range."""
+    """A value is outside its allowed range; the text names object, key, value and range."""
 
 
 class UnknownNameError(CrazychoirError, KeyError):

@@ -1,4 +1,4 @@
-"""Whom a drone listens to: the rule for one client, for the next one, and for a second one.
+"""Client sessions of a drone: the rule for one client, for the next one, and for a second one.
 
 UDP has no connections, and cflib says neither hello nor goodbye: each of its connections comes from a new address,
 begins with a request for the link source that is never repeated, and ends with a set-point of zeros; in between it

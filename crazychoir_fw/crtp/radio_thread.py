@@ -285,7 +285,7 @@ class Radio:
             counts.malformed += 1
 
     def _budget(self, radio: DroneRadio, datagram: bytes, address: Address) -> TokenBucket:
-        """Return how much is still taken from who sent a datagram."""
+        """Return the remaining budget of the sender of a datagram."""
         if address == radio.session.address:
             return radio.of_client
         # a request that is not repeated shall get through while others send garbage

@@ -113,8 +113,8 @@ class SwarmPhases:
         self.numbers = np.array([phase.number for phase in phases], float)
         """Their numbers in logs, shape (N,)."""
         self.turning = np.array([phase.has_motors_on for phase in phases], bool)
-        """Whose motors turn, shape (N,)."""
-        self.turning.flags.writeable = False  # everybody is given this one
+        """Whether the motors of each drone turn, shape (N,)."""
+        self.turning.flags.writeable = False  # all callers share this array
         self.up = [agent for agent in self._agents if agent.is_up]
-        """Whose motors turn."""
+        """Agents whose motors turn."""
         self.is_anybody_landing = DronePhase.LANDING in phases

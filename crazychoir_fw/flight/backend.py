@@ -65,7 +65,7 @@ class Backend(Protocol):
         """Motors off."""
 
     def failures(self) -> dict[int, str]:
-        """Return who cannot fly any more, and why, a sentence each."""
+        """Return the drones that cannot fly any more, with a sentence each that says why."""
 
     def record(self, extra: dict[str, NDArray[np.float64]]) -> None:
         """Take a sample of everything for the log; `extra` are signals of the layers, shape (N,) each."""

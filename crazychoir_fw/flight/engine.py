@@ -107,7 +107,7 @@ def fly(
 def make_experiment(
     mission: LayeredMission, backend: Backend | None = None, observe: Callable[[Experiment], None] | None = None
 ) -> Experiment:
-    """Return the layers of a mission on a backend, for those who press the buttons from Python.
+    """Return the layers of a mission on a backend, for a Python script that commands the flight itself.
 
     Args:
         mission: The mission; its `flight` is not flown.

@@ -30,7 +30,7 @@ Names = str | Iterable[str] | None
 _DESCENT_SPEED = 0.4  # [m/s], of a drone whose layers cannot land it
 _SHORTEST_DESCENT_S = 1.0
 _DESCENDS = 0.02  # [m/s], above what velocities of a drone at rest are taken for
-_ROUNDS_PER_LOOK = 4  # rounds between two looks at who failed
+_ROUNDS_PER_LOOK = 4  # rounds between two checks for failed drones
 PARTS = ("simulation", "guidance", "planning", "control", "sending", "record")
 
 
@@ -343,7 +343,7 @@ class Experiment(Stateful):
             for agent, outputs in zip(agents, decisions, strict=True):
                 self._take(agent, outputs, poses, now)
         except USER_ERRORS:
-            self._together = None  # who it was turns out when each decides for itself
+            self._together = None  # from now on each guidance decides alone, which shows the one that raised
 
     def _begin_rounds(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
         """Tell each guidance where its drone is, and let it speak to its neighbors."""
@@ -375,7 +375,7 @@ class Experiment(Stateful):
                 self._fail_by(agent, guidance, error)
 
     def _let_watch(self, poses: Pose) -> None:
-        """Tell those who watch other drones where these are."""
+        """Pass the poses of watched drones to the guidance laws that watch them."""
         for agent, watched in self._watching:
             if agent.failure is None:
                 for j in watched:
@@ -387,7 +387,7 @@ class Experiment(Stateful):
         if not agent.is_up:
             return
         if outputs.idle and agent.phase is DronePhase.LANDING:
-            # guidance goes by time alone: who lags behind and still comes down shall not fall the rest of the way
+            # guidance goes by time alone: a drone that lags and still descends shall not fall the rest of the way
             if not poses.velocity[agent.index, 2] < -_DESCENDS:
                 self._touch_down([agent])
             return
@@ -424,7 +424,7 @@ class Experiment(Stateful):
     def _control(
         self, groups: Iterable[ControlGroup], turning: NDArray[np.bool_], poses: Pose, now: float
     ) -> list[tuple[ControlGroup, Any, Any]]:
-        """Ask controllers for commands; returns whom to send which, group by group.
+        """Ask controllers for commands; returns the drones and their commands, group by group.
 
         Drones of a group that raises get a controller each, and one that raises there lands its own drone only.
         """

@@ -51,7 +51,7 @@ class Flying(Stateful):
     unkept = ("_access",)
 
     def __init__(self, experiment: Experiment, access: Access, legs: Sequence[Leg], name: str) -> None:
-        """Begin: who stands on the floor takes off.
+        """Begin: drones on the floor take off.
 
         Raises:
             StateError: If a drone follows no trajectories, or cannot fly.

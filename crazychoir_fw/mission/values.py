@@ -38,7 +38,7 @@ def refusal(must: str, path: str = "", **below: object) -> PydanticCustomError:
 
 
 def objection(sentence: str, path: str = "") -> PydanticCustomError:
-    """Return the error that the loader words as "<path>: <sentence>", for those who say all there is to say."""
+    """Return the error that the loader words as "<path>: <sentence>", for checks that word the whole sentence."""
     return PydanticCustomError("objection", "{sentence}", {"sentence": sentence, "path": path})
 
 

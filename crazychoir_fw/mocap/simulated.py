@@ -79,8 +79,8 @@ class SimulatedMocap:
 
         Args:
             config: How well it sees; None has the numbers of the vehicle model.
-            seed: Of all dice.
-            first: Index of the first drone: who sees drones one by one gives each the noise that it has in a group.
+            seed: Seed of the random numbers.
+            first: Index of the first drone: a caller with one object per drone gets the same noise as for a group.
         """
         self.config = MocapConfig.default() if config is None else config
         self.occluded: set[int] = set()

@@ -158,7 +158,7 @@ class ReconnectPolicy:
     """No wait is longer (s)."""
     resumes: bool = False
     """Whether commands are taken again as soon as the link is back. Without it a drone that was lost waits for
-    `resume` or `takeoff`: it may lie on the floor, next to the person who picks it up."""
+    `resume` or `takeoff`: it may lie on the floor, next to a person about to pick it up."""
 
     def __post_init__(self) -> None:
         for name in ("attempts", "first_wait_s", "longest_wait_s"):

@@ -61,7 +61,7 @@ class Drone:
         """Number of its provider in the core (`crazychoir_fw.onboard.core.provider_identity`)."""
         provider = self.provider_number
         self.uplink = Uplink(self._cf)
-        """The way of all requests: who listens to commands, or disturbs them, hooks in here."""
+        """The way of all requests: code that listens to commands, or disturbs them, hooks in here."""
         self.uplink.handle("packet", self._receive_packet)
         self.uplink.handle("setpoint", self._receive_setpoint)
         self.uplink.handle("place", self._place)

@@ -294,7 +294,7 @@ class World(WorldBase):
             RenderingError: If there is no OpenGL on this machine.
             ValueError: If there is no such camera.
         """
-        # drawing is for those who look: importing it takes longer than a flight
+        # imported here, since the import takes longer than a flight and only pictures need it
         from crazychoir_fw.recording.picture import picture
         from crazychoir_fw.simulation.targets import Targets
 

@@ -99,7 +99,7 @@ GREETING = b"Bitcraze Crazyflie".ljust(MAX_PAYLOAD, b"\0")
 
 
 class LinkService:
-    """Returns what it gets, says who it is, or swallows."""
+    """Echoes a packet, answers a request for the link source, or drops the packet."""
 
     ports = (Port.LINK,)
 

@@ -92,7 +92,7 @@ class Access:
         return False
 
     def true_pose(self) -> Pose:
-        """Return where the drones are, as well as anybody knows, arrays of shape (N, ...)."""
+        """Return the true poses, or the measured ones without a simulation, arrays of shape (N, ...)."""
         return self.backend.poses()
 
     def references(self) -> NDArray[np.float64] | None:
