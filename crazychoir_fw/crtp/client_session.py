@@ -123,7 +123,7 @@ class ClientSession:
         return request
 
     def forget(self, address: Address) -> None:
-        """Know that a client does not wait any more."""
+        """Remove a client from the queue."""
         self._waiting.pop(address, None)
 
     def leave(self) -> None:

@@ -160,7 +160,7 @@ class Radio:
                 events = self._selector.select(self._timeout())
                 with self._lock:
                     self._handle(events)
-            except Exception as error:  # a defect of ours or of a link, and clients still want their replies
+            except Exception as error:  # a defect here or in a link, and clients still want their replies
                 self._report(None, "the radio failed", error)
                 time.sleep(0.01)
 
@@ -508,7 +508,7 @@ class Radio:
         return bool(gone)
 
     def _make_private(self, radio: DroneRadio, now: float) -> None:
-        """Listen to a new owner apart from others, and no more to the old one."""
+        """Bind the private socket of a drone to its new owner, or release it."""
         late: list[tuple[bytes, Address]] = []
         owner = radio.session.address
         private = radio.private

@@ -82,7 +82,7 @@ class Agent(Stateful):
     lost: frozenset[int] = frozenset()
     """Neighbors that its guidance does not hear."""
     failure: str | None = None
-    """Why it flies no more, a sentence."""
+    """Why it cannot fly, a sentence."""
 
     @property
     def is_up(self) -> bool:

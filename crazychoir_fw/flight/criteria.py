@@ -211,7 +211,7 @@ class Judge:
         return found
 
     def _landed(self, counted: NDArray[np.bool_], names: Sequence[str]) -> Verdict:
-        # what became of those that failed or were stopped is said elsewhere
+        # drones that failed or were stopped are reported by their failures
         last = np.asarray(self.log.signals["layers.phase"])[-1]
         elsewhere = [phase.number for phase in (DronePhase.FAILED, DronePhase.STOPPED, DronePhase.GROUND)]
         asked = counted & ~np.isin(last, elsewhere)

@@ -1,4 +1,4 @@
-"""Fly a mission to its end: drones get ready, fly its phases, and what came of it is judged."""
+"""Fly a mission to its end: wait for the drones, fly the phases, and judge the result."""
 
 from __future__ import annotations
 

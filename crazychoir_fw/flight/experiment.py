@@ -497,7 +497,7 @@ class Experiment(Stateful):
             self._fail_by(agent, agent.guidance, error)
 
     def _serve(self, service: Service, call: Callable[..., None], *arguments: Any) -> None:
-        """Give a service its turn; one that raises gets no more."""
+        """Give a service its turn; a service that raises is removed."""
         try:
             call(*arguments)
         except USER_ERRORS as error:
@@ -521,7 +521,7 @@ class Experiment(Stateful):
             self._fail(agent, sentence)
             return
         height = float(np.asarray(self.backend.pose_of(agent.index).position)[2]) - agent.floor
-        if not height > TOUCHDOWN_M:  # on the floor, or nowhere known
+        if not height > TOUCHDOWN_M:  # on the floor, or at an unknown height
             self._fail(agent, sentence)
             return
         try:
@@ -536,7 +536,7 @@ class Experiment(Stateful):
         self._note("failure", agent, f"{sentence}; it lands")
 
     def _fail(self, agent: Agent, sentence: str) -> None:
-        """Stop the motors of a drone that cannot fly any more."""
+        """Stop the motors of a drone that cannot fly."""
         if agent.phase is DronePhase.FAILED:
             return
         was_up = agent.is_up
@@ -562,7 +562,7 @@ class Experiment(Stateful):
 
     @property
     def failures(self) -> list[str]:
-        """Why drones fly no more, and services serve no more, one sentence each."""
+        """Failures of drones and services, one sentence each."""
         return [agent.failure for agent in self.agents if agent.failure is not None] + self.service_failures
 
     # ---------------------------------------------------------------- log

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 class WatchedBackend:
-    """Poses come from motion capture, velocities from a filter. Commands go nowhere."""
+    """Poses come from motion capture, velocities from a filter. Commands are dropped."""
 
     is_real_time = True
 

@@ -25,7 +25,7 @@ class Frame:
     time: float
     """Of the flight (s)."""
     rate: float
-    """Simulated seconds per second, of late."""
+    """Simulated seconds per second, measured recently."""
     position: Array
     """(N, 3), m, world."""
     orientation: Array

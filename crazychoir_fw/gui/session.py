@@ -114,7 +114,7 @@ class Session(Feed):
         return self
 
     def close(self) -> None:
-        """End the flight, and let go of the drones."""
+        """End the flight, and release the drones."""
         self._closing.set()
         if self._thread is not None:
             self._thread.join(timeout=20.0)

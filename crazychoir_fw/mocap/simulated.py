@@ -89,7 +89,7 @@ class SimulatedMocap:
         self.reset()
 
     def reset(self) -> None:
-        """Begin again, with the same dice."""
+        """Begin again, with the same random numbers."""
         self._first: float | None = None
         self._frames = 0
         self._dice: list[np.random.Generator] = []
@@ -148,7 +148,7 @@ class SimulatedMocap:
         return Pose(position=position, orientation=orientation, time=now)
 
     def _draw(self, count: int) -> Array:
-        """Return the dice of a frame: all of them, so that a loss does not change the noise after it."""
+        """Return the random numbers of a frame: all of them, so that a loss does not change the noise after it."""
         if not self._dice:
             self._dice = [np.random.default_rng([self._seed, self._index + i]) for i in range(count)]
         if len(self._dice) != count:

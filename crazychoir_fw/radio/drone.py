@@ -319,7 +319,7 @@ class RadioDrone:
         set_parameters(self.cf, self._who, {name: value}, self._options.confirm_timeout_s)
 
     def get_parameter(self, name: str) -> float | int:
-        """Return the value of a parameter, as last heard of.
+        """Return the value of a parameter, as last received.
 
         Raises:
             UnknownNameError: If the drone has no such parameter.

@@ -278,7 +278,7 @@ class FlightState:
             self.mode_until = math.inf
 
     def _fall_silent(self, now: float) -> None:
-        """No commands come any more."""
+        """Handle the command timeout."""
         what = self._options.on_silence
         if self._is_leveling:
             self.stop("no command")
@@ -365,7 +365,7 @@ class FlightState:
         cf.supervisor.send_emergency_stop()
         # one that has just landed does not look for it until it resets, which disarming begins
         cf.supervisor.send_arming_request(False)
-        if cf.link is not None:  # else it has gone nowhere
+        if cf.link is not None:  # else it was not sent
             self._emergency_stop_due = math.inf
 
     def _disarm(self, cf: LinkedCrazyflie) -> None:

@@ -48,7 +48,7 @@ class Liftoff:
         self.due, self._until = now + _LOOK_S, now + max(self._patience_s, _LOOK_S)
 
     def forget(self) -> None:
-        """The drone is not to fly any more, or stands on the floor again."""
+        """Clear the expectation: the drone need not fly, or stands on the floor again."""
         self._again = None
         self.due = self._until = math.inf
         self.has_happened = False

@@ -68,7 +68,7 @@ class Journal:
         self.is_kept = True
         """Whether requests are written down."""
         self.forgotten = 0
-        """How many requests, the first ones, are on disk and not here any more."""
+        """Number of requests, the first ones, that are on disk and not in memory."""
         self._clear()
 
     def _clear(self) -> None:
@@ -88,7 +88,7 @@ class Journal:
         return f"<Journal of {len(self)} requests>"
 
     def stop(self, why: str) -> None:
-        """Forget all requests and write none down any more.
+        """Forget all requests and stop recording.
 
         Args:
             why: A sentence, which is the gap from now on.

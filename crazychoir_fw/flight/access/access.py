@@ -39,7 +39,7 @@ class DroneState:
     link: str = ""
     """How the link is, in words."""
     failure: str = ""
-    """Why it flies no more, a sentence."""
+    """Why it cannot fly, a sentence."""
 
 
 @dataclass(frozen=True)
@@ -160,7 +160,7 @@ class Access:
         return float("nan") if values is None else float(values[index]["xyz".index(axis)])
 
     def console(self, index: int) -> str:
-        """Return what the onboard software printed of late."""
+        """Return what the onboard software printed recently."""
         del index
         return ""
 

@@ -133,7 +133,7 @@ class HardwareAccess(Access):
                 try:
                     value = drone.get_parameter(f"{group}.{name}")
                 except CrazychoirError:
-                    value = float("nan")  # not heard of yet
+                    value = float("nan")  # not received yet
                 read_only = element.get_readable_access() == "RO"
                 found.append(Variable(f"{group}.{name}", str(element.ctype), value, read_only))
         return found
