@@ -92,7 +92,7 @@ class Processes:
                             yield Record(number, CRASHED, dict(task[1]), failures=(sentence,))
                     _hand_out(worker, again, waiting)
         finally:
-            for worker in [worker for worker in workers if worker.task is not None]:  # nobody asks for it any more
+            for worker in [worker for worker in workers if worker.task is not None]:  # their results are dropped
                 workers.remove(worker)
                 worker.process.terminate()
                 _bury(worker)

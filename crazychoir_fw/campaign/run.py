@@ -37,7 +37,7 @@ def run(campaign: Campaign, folder: Path, engine: Engine, tell: Tell = lambda ov
     Args:
         campaign: What flies.
         folder: Where the table is.
-        engine: Who flies.
+        engine: Engine that flies the tasks.
         tell: Called after every flight.
 
     Raises:

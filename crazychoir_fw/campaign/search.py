@@ -1,4 +1,4 @@
-"""Looks for the smallest deviation that makes a flight fail, and keeps it as a flight that must succeed one day."""
+"""Looks for the smallest deviation that makes a flight fail, and keeps it as a regression test."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Search:
 
         Args:
             campaign: What varies; `search.budget` flights are flown.
-            engine: Who flies.
+            engine: Engine that flies the tasks.
             tell: Called with flights that are over, of them passed, and all.
         """
         assert campaign.settings.search is not None
@@ -117,7 +117,7 @@ class Search:
         return min(failed, key=distance) if failed else None
 
     def _smaller(self, point: Shares) -> Shares:
-        """Take deviations away that are not needed, the smallest first, then halve what is left."""
+        """Remove unneeded deviations, the smallest first, then halve the remaining ones."""
         for k in sorted(range(self._columns), key=lambda k: abs(_z(point[k]))):
             if self._left <= _BATCH:
                 break
@@ -163,7 +163,7 @@ def _optuna() -> Any:
 
 
 def write_finding(campaign: Campaign, finding: Finding, folder: Path) -> Path:
-    """Write a flight that must succeed one day; `crazychoir campaign FOLDER` flies all flights of a folder."""
+    """Write a failed flight as a regression test; `crazychoir campaign FOLDER` flies all flights of a folder."""
     path = folder / FOLDER / f"{campaign.name}_{finding.record.digest[:8]}.yaml"
     job = finding.job
     content = {

@@ -27,7 +27,7 @@ CREATE TABLE IF NOT EXISTS flights (
 
 
 class Table:
-    """Flights that are over; each is kept before the next one is told of."""
+    """Completed flights; each is stored before the next one is reported."""
 
     def __init__(self, folder: Path) -> None:
         """Open, or begin, the table of a folder.

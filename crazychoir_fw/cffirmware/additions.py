@@ -48,7 +48,7 @@ def _trajectories(ffi: Any, firm: dict[str, Any]) -> dict[str, Any]:
         return made
 
     def poly4d_free(p: poly4d) -> None:
-        """Does nothing: memory is freed when nobody needs it."""
+        """Does nothing: memory is freed with the last reference to it."""
         demand(p, poly4d, "poly4d_free(): p")
 
     def place(dimension: int, coefficient: int, name: str) -> tuple[int, int]:

@@ -25,7 +25,7 @@ from crazychoir_fw.firmware.toolchain import Compiler, find_compiler
 
 MODULE = "_crazychoir_cffirmware"
 
-# sources beyond the checkout's own list whose functions have a name here; those that need more are left out
+# sources beyond the checkout's own list whose functions have a name here; sources with other needs are left out
 _CONTROLLERS = tuple(f"controller_{name}.c" for name in ("brescianini", "lee", "mellinger"))
 _MEASURED = ("tdoa", "position", "pose", "distance", "tof", "flow", "absolute_height", "yaw_error")
 _OPTIONAL = (*_CONTROLLERS, *(f"mm_{name}.c" for name in _MEASURED))

@@ -1,4 +1,4 @@
-"""The plain name `cffirmware`: a file of a few lines in the folder of installed packages, written when somebody asks.
+"""The plain name `cffirmware`: a file of a few lines in the folder of installed packages, written on request.
 
 It does not come with the installation, because a name of Bitcraze's must not be taken unasked. A real build is found
 first wherever PYTHONPATH, or the folder of a script, comes before installed packages.

@@ -1,4 +1,4 @@
-"""What every struct of the module can do: own memory or look at somebody else's, and keep alive what it points at."""
+"""What every struct of the module can do: own memory or view another object's, and keep alive what it points at."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Struct:
 
     @property
     def thisown(self) -> bool:
-        """Whether the object owns its memory. It can be set, without effect: memory is freed when nobody needs it."""
+        """Whether the object owns its memory. It can be set, without effect: the last reference frees the memory."""
         return not isinstance(self._keep, Struct)
 
     @thisown.setter

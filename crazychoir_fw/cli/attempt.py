@@ -96,7 +96,7 @@ def attempt(request: FlightRequest, loaded: "Callable[[Mission], None] | None" =
 
 
 def _film(result: "FlightResult", folder: Path, request: FlightRequest) -> bool:
-    """Make the film that was asked for, or say how to make one; return whether what was asked for is there."""
+    """Make the requested film, or print the command that makes one; return whether no film is missing."""
     if request.film is None:
         console.print(f"film: crazychoir film {shlex.quote(str(folder))}", style="dim", markup=False, soft_wrap=True)
         return True

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.gui.session import Session
 
 DEFAULT_PORT = 8080
-"""Where the page is if nobody says otherwise."""
+"""Default port of the page."""
 
 _READY_S = 240.0  # whatever keeps drones from being ready for so long says so itself
 Host = Annotated[str, typer.Option(help="Address to listen at; from other machines browsers need the token.")]
@@ -134,7 +134,7 @@ class Page:
     log: Path | None
 
     def show(self, session: "Session") -> None:
-        """Open a flight, and serve its page until somebody presses Ctrl-C.
+        """Open a flight, and serve its page until Ctrl-C.
 
         Raises:
             CrazychoirError: If there is no flight, or its log cannot be written.
@@ -158,11 +158,11 @@ class Page:
         stream.close(remove=True)
 
     def _serve(self, session: "Session", server: Any, address: str) -> None:
-        """Fly until somebody presses Ctrl-C."""
+        """Fly until Ctrl-C."""
         with self.bound, session:
             with console.status("The drones get ready"):
                 session.wait_until_ready(_READY_S)
-            # who comes before the server has started waits for it
+            # a browser that connects before the server has started waits for it
             self.bound.listen()
             console.print(f"The page is at {address} (Ctrl-C ends it)", soft_wrap=True, markup=False)
             if self.opens_browser:
@@ -206,7 +206,7 @@ def _write_log(session: "Session", path: Path) -> None:
 
 
 def bind(host: str, port: int) -> socket.socket:
-    """Return a socket at an address that is nobody else's.
+    """Return a socket bound to a free address.
 
     Raises:
         OSError: If it is taken.

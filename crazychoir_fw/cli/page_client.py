@@ -38,7 +38,7 @@ def answer_to(command: dict[str, Any], address: str, headers: dict[str, str]) ->
 
 
 def _text_of(body: bytes) -> str | None:
-    """Return the sentence of an answer; None if it is none of ours."""
+    """Return the sentence of an answer; None if the answer has another format."""
     try:
         text = json.loads(body)["text"]
     except (ValueError, KeyError, TypeError):

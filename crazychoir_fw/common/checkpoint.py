@@ -12,7 +12,7 @@ _LAYERS = "layers"  # in the memo of a copy: those that it has met
 
 
 class Stateful:
-    """A layer of a flight, such as a law, a controller, a communicator or a backend, that can be turned back.
+    """A layer of a flight, such as a law, a controller, a communicator or a backend, whose state can be restored.
 
     It stays the same object and gets its attributes back, so that closures and callbacks still know it. What it holds
     is copied, but for other layers, which stay the same objects too.

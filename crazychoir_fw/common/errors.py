@@ -10,7 +10,7 @@ class CrazychoirError(Exception):
 
 
 class RangeError(CrazychoirError, ValueError):
-    """A value is outside its allowed range; the text names who, what, value and range."""
+    """A value is outside its allowed range; the text names object, key, value and range."""
 
 
 class UnknownNameError(CrazychoirError, KeyError):
@@ -34,7 +34,7 @@ class MissionError(CrazychoirError, ValueError):
 
 
 class CheckoutError(CrazychoirError):
-    """There is no usable checkout of the firmware; the text names the folder and the command that mends it."""
+    """There is no usable checkout of the firmware; the text names the folder and the command that repairs it."""
 
 
 class BuildError(CrazychoirError):

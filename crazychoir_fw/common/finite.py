@@ -19,7 +19,7 @@ def finite(who: str, **values: object) -> list[float]:
     """Return the values as floats.
 
     Args:
-        who: Says whose command it is, in the error.
+        who: Name of the drone that the command is for, in the error.
         values: The values by their names.
 
     Raises:

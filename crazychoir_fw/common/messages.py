@@ -80,7 +80,7 @@ def _zeros() -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class TrajectoryPoint:
-    """One point of the topic ``traj_params``: a list of one is a go-to, of many a drawn trajectory."""
+    """One point of the topic ``traj_params``: a single point is a go-to, several are a drawn trajectory."""
 
     time_s: float
     """Time from the begin (s)."""

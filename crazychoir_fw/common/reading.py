@@ -10,7 +10,7 @@ from crazychoir_fw.common.errors import CrazychoirError
 
 
 def read_bytes(path: Path, largest: int, error: type[CrazychoirError]) -> bytes:
-    """Return the content of a file; a pipe or a device is refused and never waited for.
+    """Return the content of a file; a pipe or a device is refused at once.
 
     Args:
         path: The file.

@@ -89,7 +89,7 @@ def _handled(handle: Any) -> Iterator[None]:
 
 
 def _leave_terminal(number: int) -> None:
-    """Write no more to a terminal that is gone: each line would be an error in the middle of a landing."""
+    """Stop writing to a terminal that is closed: each line would be an error in the middle of a landing."""
     if number != signal.SIGHUP:
         return
     for stream in (sys.stdout, sys.stderr):

@@ -38,7 +38,7 @@ class ControllerReplay:
     pitch_rms_deg: float | None
     """Desired pitch."""
     roll_median_deg: float | None
-    """Median of the absolute difference: what is left without the moments when a stream jumps."""
+    """Median of the absolute difference, which excludes the moments when a stream jumps."""
     pitch_median_deg: float | None
     """The same of pitch."""
     thrust_rms_percent: float
@@ -124,7 +124,7 @@ def _pid(flight: RecordedFlight, phases: Phases, rows: NDArray[np.bool_]) -> Con
     best = min(itertools.product(_SHIFTS, _SHIFTS), key=cost)
     ours = _run_pid(flight, *best)
     if not phases.starts_on_floor and rows.any():
-        # integrators of a flight that was joined in the air hold what nobody knows
+        # the integrators of a flight that was joined in the air hold unknown values
         first = np.flatnonzero(rows)[:100]
         ours[:, :2] += np.median((logged - ours)[first, :2], axis=0)
     return _figures(flight.time, ours, logged, rows, best)

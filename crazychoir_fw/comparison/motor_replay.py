@@ -1,7 +1,7 @@
 """Comparison 2: thrust and torque commands through our mixer and battery compensation to the four motors.
 
 A log holds the thrust command, the four ratios that came out and the voltage, but not the torque commands. Those are
-what the four ratios, turned back into thrust, say beside their mean; the thrust is the logged one. So the comparison
+computed from the four ratios: converted to thrust, less their mean; the thrust is the logged one. So the comparison
 tests that the mixer is linear before the compensation, the curve, its largest thrust and the filter of the voltage.
 """
 

@@ -122,7 +122,7 @@ class RecordedFlight:
     metadata: dict[str, Any] = field(default_factory=dict)
     """What the YAML file beside it says."""
     notes: tuple[str, ...] = ()
-    """What was found wrong and how it was mended, as sentences."""
+    """Defects of the log and their repairs, as sentences."""
 
     @property
     def controller(self) -> str:

@@ -96,7 +96,7 @@ def hover_sentence(comparison: Comparison) -> str | None:
 
 
 def remarks_of(comparison: Comparison) -> list[str]:
-    """Return what was mended in the log, and what could not be compared."""
+    """Return what was repaired in the log, and what could not be compared."""
     lag = comparison.chain.lag_s
     late = [f"the shift of {1000 * lag:.0f} ms is at the end of the searched range"] if abs(lag) > 0.295 else []
     return [*comparison.flight.notes, *comparison.problems, *late]

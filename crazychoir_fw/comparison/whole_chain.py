@@ -290,7 +290,7 @@ def compare_paths(
         phases: Its parts.
         tuning: See `fly_beside`.
         times: Of the simulated rows on the clock of the real flight (s), shape (T,).
-        setpoints: Where the drones were told to be (m), shape (T, 3).
+        setpoints: Position set-points of the drones (m), shape (T, 3).
         simulated: Position (m), attitude (w, x, y, z), thrust (counts), voltage (V), shape (T, 9).
         what: Begin of the message about a drone that was lost.
         thrust_max: See `fly_again`.

@@ -1,4 +1,4 @@
-"""Whom a drone listens to: the rule for one client, for the next one, and for a second one.
+"""Client sessions of a drone: the rule for one client, for the next one, and for a second one.
 
 UDP has no connections, and cflib says neither hello nor goodbye: each of its connections comes from a new address,
 begins with a request for the link source that is never repeated, and ends with a set-point of zeros; in between it
@@ -24,10 +24,10 @@ from crazychoir_fw.crtp.packet import MAX_PAYLOAD, NULL
 Address = tuple[str, int]
 
 SILENCE_S = 1.0
-"""Who has sent nothing for so long has gone; the radio of a real drone waits as long."""
+"""Silence timeout (s): after it a client counts as disconnected. The radio of a real drone waits as long."""
 GOODBYE_S = 0.15
-"""So long nothing comes from a client that has closed its link, and no living one is silent after a set-point of zeros:
-it pings every 0.1 s."""
+"""Silence (s) after a set-point of zeros that ends a session. A client that has closed its link sends nothing more,
+while a connected one pings every 0.1 s."""
 
 MAX_WAITING = 16
 """Clients that wait for one drone; of more the earliest is forgotten."""
@@ -62,15 +62,15 @@ def is_link_source(datagram: bytes) -> bool:
 
 
 class ClientSession:
-    """Whom one drone belongs to. It knows neither sockets nor the clock; times (s) never go back."""
+    """The client session of one drone. It knows neither sockets nor the clock; times (s) never go back."""
 
     def __init__(self, silence_s: float = SILENCE_S, newest_wins: bool = False) -> None:
         self._silence_s = silence_s
         self._newest_wins = newest_wins
         self.address: Address | None = None
-        """Whom the drone belongs to."""
+        """Address of the client that owns the session; None while the drone is free."""
         self.heard_at = 0.0
-        """When that client was heard last (s)."""
+        """Time of the latest datagram from that client (s)."""
         self._waiting: dict[Address, bytes] = {}  # with the requests that they will not repeat, the latest at the end
         self._said_goodbye = False
 
@@ -123,7 +123,7 @@ class ClientSession:
         return request
 
     def forget(self, address: Address) -> None:
-        """Know that a client does not wait any more."""
+        """Remove a client from the queue."""
         self._waiting.pop(address, None)
 
     def leave(self) -> None:

@@ -1,4 +1,4 @@
-"""The radio of one drone: its socket, whom it belongs to, and what it may still send."""
+"""The radio of one drone: its socket, its client session, and its budget of packets."""
 
 from __future__ import annotations
 

@@ -111,7 +111,7 @@ class TickPacer:
 
 
 class Clock:
-    """Seconds since some start. Any thread may ask; one thread at a time tells it whom to follow."""
+    """Seconds since some start. Any thread may read it; one thread at a time may change its source."""
 
     def __init__(self, read: Callable[[], float], rate: float = 1.0) -> None:
         """Follow a source from zero on, see `follow`."""

@@ -9,7 +9,7 @@ MAX_PAYLOAD = 30
 
 
 class Port(enum.IntEnum):
-    """Who a packet is for."""
+    """The port of a packet: the service that receives it."""
 
     CONSOLE = 0
     PARAM = 2

@@ -2,7 +2,7 @@
 
 cflib's `PowerSwitch` and `Cloader` send these requests in packets of port 15, channel 3, beside any session, from a
 socket of their own: a byte that names the chip, one that names the request, and what belongs to it. As on a vehicle
-every client is obeyed, whoever flies the drone.
+the radio chip obeys every client, whether or not that client owns the session of the drone.
 
 ====================  ==========================================================================================
 ``FE 01``             All off, the radio chip too: nothing answers any more.

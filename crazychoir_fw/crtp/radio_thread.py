@@ -38,9 +38,9 @@ STALL_SHARE = 0.5
 """A client that has been silent for half the time that ends a session, without a ping even, does not read either: it
 gets replies, but no log data."""
 _LOOK_S = 0.02
-"""Time from one look at who has gone to the next (s)."""
+"""Interval between two checks for disconnected clients (s)."""
 _DEAF_S = 0.1
-"""After so long a time (s) without a turn, what waits at the sockets is read before anybody is said to have gone."""
+"""After a pause of the thread longer than this (s), it reads the sockets before it ends sessions for silence."""
 _IDLE_S = 0.5
 _RETRY_S = 0.001
 
@@ -160,7 +160,7 @@ class Radio:
                 events = self._selector.select(self._timeout())
                 with self._lock:
                     self._handle(events)
-            except Exception as error:  # a defect of ours or of a link, and clients still want their replies
+            except Exception as error:  # a defect here or in a link, and clients still want their replies
                 self._report(None, "the radio failed", error)
                 time.sleep(0.01)
 
@@ -181,7 +181,7 @@ class Radio:
 
     def _handle(self, events: list[tuple[selectors.SelectorKey, int]]) -> None:
         now = self._clock()
-        # who was not listened to, because the process was stopped or the machine is busy, has not been silent
+        # after a pause of this thread (process stopped, machine busy) the silence of a client is no timeout
         was_deaf = now - self._latest_turn > _DEAF_S and not self._was_deaf
         if was_deaf or self._was_deaf:
             # owners first, before another client is given what seems to be free
@@ -198,7 +198,7 @@ class Radio:
                 self._receive(key.data, key.fileobj, now)
                 if key.data.private_for != key.data.session.address:
                     self._make_private(key.data, now)
-        # before looking who has output: what is sent after this wakes again
+        # before the check for output: packets sent after this wake the thread again
         self._is_awake = False
         if self._link is not None:
             self._fetch_arrivals(now)
@@ -285,7 +285,7 @@ class Radio:
             counts.malformed += 1
 
     def _budget(self, radio: DroneRadio, datagram: bytes, address: Address) -> TokenBucket:
-        """Return how much is still taken from who sent a datagram."""
+        """Return the remaining budget of the sender of a datagram."""
         if address == radio.session.address:
             return radio.of_client
         # a request that is not repeated shall get through while others send garbage
@@ -343,7 +343,7 @@ class Radio:
             self._answer(radio, datagram, now)
 
     def _answer_in_turn(self, now: float) -> None:
-        """Answer those who need not wait any longer for others."""
+        """Answer the requests whose turn has come."""
         turns = self._turns
         for radio, datagram in turns.release(now) if self.link_rate > 0.0 else turns.release_all():
             self._answer(radio, datagram, now)
@@ -484,7 +484,7 @@ class Radio:
         self._serve_next(radio, now)
 
     def _serve_next(self, radio: DroneRadio, now: float) -> None:
-        """Hand the drone to who waits for it, if it is free."""
+        """Hand a free drone to the next client in the queue."""
         if radio.power.state is not Power.ON:
             return
         previous = radio.session.address
@@ -508,7 +508,7 @@ class Radio:
         return bool(gone)
 
     def _make_private(self, radio: DroneRadio, now: float) -> None:
-        """Listen to a new owner apart from others, and no more to the old one."""
+        """Bind the private socket of a drone to its new owner, or release it."""
         late: list[tuple[bytes, Address]] = []
         owner = radio.session.address
         private = radio.private
@@ -533,7 +533,7 @@ class Radio:
         for datagram, address in late:
             self._rule(radio, datagram, address, now)
 
-    # ---------------------------------------------------------------- what is told
+    # ---------------------------------------------------------------- notes and reports
 
     def _note(self, radio: DroneRadio, now: float, kind: str, **details: str) -> None:
         """Have the world remember something; too much of it is forgotten."""
@@ -561,13 +561,13 @@ def _is_stale(radio: DroneRadio, direction: Direction, letter: _Letter) -> bool:
     """Tell whether a packet has been overtaken by another client, or by another session of its own."""
     client = radio.session.address
     if direction is Direction.UP:
-        # of one who has gone the drone still hears the last words
+        # the drone still gets the last packets of a client that has disconnected
         return client is not None and client != letter.client
     return client != letter.client or radio.counts.sessions != letter.session
 
 
 def _waiting_at(opened: socket.socket) -> list[tuple[bytes, Address]]:
-    """Read all that has come; refusals among it are heard of later."""
+    """Read all datagrams that have come; refused sends among them are reported later."""
     waiting: list[tuple[bytes, Address]] = []
     with suppress(OSError):
         while len(waiting) < _MAX_WAITING and (got := receive(opened)) is not None:

@@ -1,4 +1,4 @@
-"""Who is read first, when a swarm reads many drones at once.
+"""The order in which drones are read, when a swarm reads many of them at once.
 
 cflib asks every drone for its tables of contents, some 800 questions, calls it connected, and goes on with the values
 of all its parameters, 284 questions more. The clients of a swarm share one interpreter. Thirty that read side by side
@@ -25,7 +25,7 @@ from crazychoir_fw.crtp.toc import ITEM
 PATIENCE_S = 2.0
 """A question is held so long (s) at most."""
 MAX_HELD = 16
-"""Questions of one drone; cflib asks one after the other, and who asks more is answered."""
+"""Max held questions of one drone; cflib asks one after the other, and questions above the limit are answered."""
 IDLE_S = 0.1
 """A turn ends after so long (s) without a question."""
 LONGEST_S = 2.0

@@ -354,7 +354,7 @@ class Server:
         """Let the high-level commander have a drone back whose client has gone, as soon as it does not fly.
 
         Every cflib session ends with a set-point of zeros, after which the firmware takes no high-level command until
-        it is told that set-points have ended (docs/reference/planner-commander.md#18).
+        it gets the notification that set-points have ended (docs/reference/planner-commander.md#18).
         """
         drone = radio.station.context.drone
         if not self._relax_after_session:

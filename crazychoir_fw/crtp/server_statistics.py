@@ -11,7 +11,7 @@ class PacketCounts:
     """Packets of one drone since the server started."""
 
     received: int = 0
-    """Datagrams that came, whatever they were and from whomever."""
+    """Datagrams received, of any kind and from any address."""
     taken: int = 0
     """Packets of its client that reached the drone."""
     replied: int = 0

@@ -68,7 +68,7 @@ class ServiceContext:
 
         Args:
             change: What is to be done.
-            is_bounded: True for callers who see to it that only so many of theirs wait; they are never refused, so that
+            is_bounded: True for callers that limit the number of their pending changes; they are never refused, so that
                 a flood of something else does not keep an emergency stop from the drone.
 
         Returns:

@@ -57,7 +57,7 @@ def build_provider(
         CheckoutError: If the checkout is missing, incomplete or too old.
         UnknownNameError: If there is no such platform, or no such app file.
         CompileError: If sources do not compile; with what the compiler printed.
-        LinkError: If symbols are undefined; with their names and who needs them.
+        LinkError: If symbols are undefined; with their names and the sources that need them.
         BuildError: If there is no compiler, the cache cannot be written, nothing is to be built, or the variables are
             too large for a drone.
     """

@@ -199,7 +199,7 @@ class Cache:
 
 
 def make_private(folder: Path) -> None:
-    """Let nobody else into a folder whose content is executed.
+    """Make a folder with executable content private to this user.
 
     Raises:
         BuildError: If it belongs to another user, others could have written into it, or it is a link of another user.

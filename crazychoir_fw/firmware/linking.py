@@ -58,7 +58,7 @@ def link(
 
 
 def explain(undefined: Sequence[Undefined]) -> str:
-    """Return one line per undefined symbol, with those who need it."""
+    """Return one line per undefined symbol, with the sources that need it."""
     lines = []
     for symbol in undefined:
         sources = ", ".join(map(str, symbol.needed_by)) or "an unknown file"

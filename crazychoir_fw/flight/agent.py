@@ -65,7 +65,7 @@ class Agent(Stateful):
     planner: Planner | None = None
     """What plans, for drones that follow trajectories."""
     is_watched: bool = False
-    """Whether it is known only: it decides and speaks, but nobody commands it."""
+    """Whether the agent is observed only: its guidance runs and publishes, but this process sends it no commands."""
     phase: DronePhase = DronePhase.GROUND
     reference: Reference | None = None
     """What it follows at present."""
@@ -76,13 +76,13 @@ class Agent(Stateful):
     has_flown: bool = False
     """Whether it was clearly off the floor since its motors began to turn."""
     low_since: float | None = None
-    """Since when it lies on the floor though nobody told it to (s)."""
+    """Time from which it has been on the floor without a command to land (s)."""
     in_round: bool = False
     """Whether its guidance waits for neighbors."""
     lost: frozenset[int] = frozenset()
     """Neighbors that its guidance does not hear."""
     failure: str | None = None
-    """Why it flies no more, a sentence."""
+    """Why it cannot fly, a sentence."""
 
     @property
     def is_up(self) -> bool:
@@ -96,7 +96,7 @@ class Agent(Stateful):
 
 
 class SwarmPhases:
-    """The phases of agents as arrays, as of the last `look`; whoever holds an agent may set its phase."""
+    """The phases of agents as arrays, as of the last `look`; any code may set the phase of an agent."""
 
     def __init__(self, agents: Sequence[Agent]) -> None:
         """Take the agents, and look."""
@@ -113,8 +113,8 @@ class SwarmPhases:
         self.numbers = np.array([phase.number for phase in phases], float)
         """Their numbers in logs, shape (N,)."""
         self.turning = np.array([phase.has_motors_on for phase in phases], bool)
-        """Whose motors turn, shape (N,)."""
-        self.turning.flags.writeable = False  # everybody is given this one
+        """Whether the motors of each drone turn, shape (N,)."""
+        self.turning.flags.writeable = False  # all callers share this array
         self.up = [agent for agent in self._agents if agent.is_up]
-        """Whose motors turn."""
+        """Agents whose motors turn."""
         self.is_anybody_landing = DronePhase.LANDING in phases

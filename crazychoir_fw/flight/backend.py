@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 Indices = Sequence[int] | NDArray[np.intp]
 """Numbers of drones, from 0, in the order of `Backend.names`."""
 
-_BEHIND_S = 0.1  # who is later than this does not try to catch up
+_BEHIND_S = 0.1  # a flight later than this does not try to catch up
 
 KINDS = ("fpqr", "frpy", "vel")
 """Commands by Twist: thrust and body rates; thrust and roll, pitch, yaw; velocity and yaw rate."""
@@ -38,16 +38,16 @@ class Backend(Protocol):
         """Time (s), by the clock that poses have as well."""
 
     def poses(self) -> Pose:
-        """Return where all drones are, arrays of shape (N, ...); NaN for one that nobody has seen of late."""
+        """Return where all drones are, arrays of shape (N, ...); NaN for a drone whose pose is stale."""
 
     def pose_of(self, index: int) -> Pose:
         """Return where one drone is, arrays of shape (3,)."""
 
     def true_positions(self) -> NDArray[np.float64]:
-        """Return where all drones are, as well as anybody knows (m, world), shape (N, 3)."""
+        """Return the true positions, or the measured ones without a simulation (m, world), shape (N, 3)."""
 
     def unlock(self, indices: Indices) -> list[int]:
-        """Let motors run; returns who may not."""
+        """Let motors run; returns the drones whose motors may not."""
 
     def send(self, indices: Indices, twist: Twist, kind: str) -> None:
         """Give commands of a kind ``fpqr``, ``frpy`` or ``vel``: a Twist with arrays of shape (len(indices), 3)."""
@@ -65,7 +65,7 @@ class Backend(Protocol):
         """Motors off."""
 
     def failures(self) -> dict[int, str]:
-        """Return who cannot fly any more, and why, a sentence each."""
+        """Return the drones that cannot fly any more, with a sentence each that says why."""
 
     def record(self, extra: dict[str, NDArray[np.float64]]) -> None:
         """Take a sample of everything for the log; `extra` are signals of the layers, shape (N,) each."""

@@ -22,7 +22,7 @@ class ControlGroup:
     """A controller of N drones, and which they are.
 
     Drones whose motors do not turn are computed as well, as if they were to stay where they are: their integrals stay
-    empty, and what comes out is sent to nobody.
+    empty, and their output is discarded.
     """
 
     def __init__(
@@ -35,8 +35,8 @@ class ControlGroup:
             indices: Numbers of the drones.
             kind: What it commands, ``fpqr``, ``frpy`` or ``vel``.
             follows: What references consist of, ``acceleration``, ``position`` or ``fullstate``.
-            accelerated: Of those that follow full states, who follows accelerations, see `MixedReferenceCtrl`; the
-                positions that they are given are where they are.
+            accelerated: Drones that follow accelerations instead of full states, see `MixedReferenceCtrl`; the
+                reference positions of these are their measured ones.
         """
         self.controller = controller
         self.of_one: Callable[[int], ControlGroup] | None = None
@@ -53,7 +53,7 @@ class ControlGroup:
     def step(
         self, agents: Sequence[Agent], accelerations: Array, turning: NDArray[np.bool_], poses: Pose, now: float
     ) -> tuple[Array, Twist] | None:
-        """Return whom to send which commands, arrays of shape (n, 3), or None.
+        """Return the numbers of drones and their commands, arrays of shape (n, 3), or None.
 
         Args:
             agents: All agents.
@@ -69,7 +69,7 @@ class ControlGroup:
             own, up, asked = some_of(poses, self.indices), turning[self.indices], accelerations[self.indices]
         controller.set_pose(own)
         if self.follows == "acceleration":
-            # who has no motors on is to hover, for nobody
+            # drones whose motors are off get the reference of a hover; their output is discarded
             controller.set_reference(Reference(acceleration=asked * up[:, None]))
         else:
             controller.set_reference(self._reference(agents, asked, up, own))

@@ -81,7 +81,7 @@ def make_groups(
     Args:
         mission: The mission.
         masses: What all drones weigh (kg).
-        truth: Returns their true poses, if anybody knows them.
+        truth: Returns their true poses; None where the backend has none.
     """
     of_layer: dict[str, tuple[Any, dict[str, list[int]]]] = {}
     for i, name in enumerate(names_of(mission)):

@@ -1,6 +1,6 @@
 """What a flight of layers comes down to: errors of formation and tracking, and whether they are small enough.
 
-Plain data in (the log, who shall be where), figures and sentences out.
+Plain data in (the log, reference positions), figures and sentences out.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def positions(log: FlightLog) -> Array:
 
 
 def references(log: FlightLog) -> Array:
-    """Return where they were to be (m), shape (T, N, 3); NaN where nobody said."""
+    """Return the logged reference positions (m), shape (T, N, 3); NaN where the log has none."""
     found = log.stack("layers.x", "layers.y", "layers.z")
     assert found is not None
     return np.asarray(found, np.float64)
@@ -105,7 +105,7 @@ class Judge:
     def places(self) -> Array:
         """Return where all drones shall be at the end (m), shape (N, 3), NaN where that is open.
 
-        Their laws say so, or else where each was told to be.
+        The guidance laws supply them; otherwise they are the last logged references.
         """
         if self._final is None:
             return np.full(self._at.shape[1:], np.nan)
@@ -122,7 +122,7 @@ class Judge:
             return np.full(self._at.shape[1], np.nan)
         places = self._places_of_laws()
         if places is None:
-            # who is still under way is compared with where he is to be then
+            # a drone that is still under way is compared with its reference at that time
             errors = np.linalg.norm(np.mean(self._at[self._final] - self._wanted[self._final], axis=0), axis=1)
         else:
             errors = np.linalg.norm(np.mean(self._at[self._final], axis=0) - places, axis=1)
@@ -151,7 +151,7 @@ class Judge:
         return rms, largest
 
     def least_distances(self, in_the_plane: bool = False) -> Array:
-        """Return how near another flying drone came to each (m), shape (N,); NaN for who was alone.
+        """Return the min distance of each drone to another flying one (m), shape (N,); NaN for one that flew alone.
 
         Args:
             in_the_plane: Whether heights do not count.
@@ -178,7 +178,7 @@ class Judge:
         return np.where(np.isfinite(least), least, np.nan)
 
     def landed(self) -> NDArray[np.bool_]:
-        """Return who stands with motors off after a flight, shape (N,)."""
+        """Return which drones stand with motors off after a flight, shape (N,)."""
         return np.asarray(self.log.signals["layers.phase"])[-1] == DronePhase.LANDED.number
 
     # ---------------------------------------------------------------- verdicts
@@ -211,7 +211,7 @@ class Judge:
         return found
 
     def _landed(self, counted: NDArray[np.bool_], names: Sequence[str]) -> Verdict:
-        # what became of those that failed or were stopped is said elsewhere
+        # drones that failed or were stopped are reported by their failures
         last = np.asarray(self.log.signals["layers.phase"])[-1]
         elsewhere = [phase.number for phase in (DronePhase.FAILED, DronePhase.STOPPED, DronePhase.GROUND)]
         asked = counted & ~np.isin(last, elsewhere)

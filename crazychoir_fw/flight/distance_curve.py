@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def distance_curve(mission: LayeredMission, judge: Judge) -> ErrorCurve | None:
     """Return the least horizontal distance over time, if a filter keeps drones apart and two of them flew together.
 
-    The limit is that of the criterion, otherwise the filter's distance. Crosses show where drones were told to be.
+    The limit is that of the criterion, otherwise the filter's distance. Crosses show the reference positions.
     """
     layer, limit = mission.layers.safety, mission.criteria.min_horizontal_distance_m
     if layer is None:

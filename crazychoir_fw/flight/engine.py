@@ -1,4 +1,4 @@
-"""Fly a mission to its end: drones get ready, fly its phases, and what came of it is judged."""
+"""Fly a mission to its end: wait for the drones, fly the phases, and judge the result."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def fly(
 def make_experiment(
     mission: LayeredMission, backend: Backend | None = None, observe: Callable[[Experiment], None] | None = None
 ) -> Experiment:
-    """Return the layers of a mission on a backend, for those who press the buttons from Python.
+    """Return the layers of a mission on a backend, for a Python script that commands the flight itself.
 
     Args:
         mission: The mission; its `flight` is not flown.

@@ -15,7 +15,7 @@ class Event:
     kind: str
     """``takeoff``, ``start``, ``land``, ``landed``, ``stop``, ``failure``, ``lost``, ``rejoined``."""
     drone: str | None
-    """Whose; None: nobody's."""
+    """Name of the drone; None for an event that concerns the whole flight."""
     details: str | Mapping[str, Any] = ""
     """A sentence, or what belongs to it, by name."""
 

@@ -30,7 +30,7 @@ Names = str | Iterable[str] | None
 _DESCENT_SPEED = 0.4  # [m/s], of a drone whose layers cannot land it
 _SHORTEST_DESCENT_S = 1.0
 _DESCENDS = 0.02  # [m/s], above what velocities of a drone at rest are taken for
-_ROUNDS_PER_LOOK = 4  # rounds between two looks at who failed
+_ROUNDS_PER_LOOK = 4  # rounds between two checks for failed drones
 PARTS = ("simulation", "guidance", "planning", "control", "sending", "record")
 
 
@@ -51,7 +51,7 @@ class Experiment(Stateful):
     """
 
     no_rewind: str | None = None
-    """Why time cannot be turned back though the backend can, a sentence."""
+    """Why the flight cannot be rewound though the backend can, a sentence."""
     unkept = ("shares", "observe")
 
     def __init__(
@@ -225,7 +225,7 @@ class Experiment(Stateful):
             agent.phase = DronePhase.FLYING
             agent.has_flown, agent.low_since = False, None
             agent.begin_at(poses.position[agent.index])
-            # until somebody says otherwise
+            # until the guidance or the caller sets another reference
             agent.reference = Reference(position=agent.home.copy(), velocity=np.zeros(3), acceleration=np.zeros(3))
             self.accelerations[agent.index] = 0.0
 
@@ -253,7 +253,7 @@ class Experiment(Stateful):
 
         Args:
             timeout_s: How long (s).
-            all_drones: Whether drones that fly as they should are waited for as well.
+            all_drones: Whether to wait for drones without a failure as well.
         """
         end = self.time + timeout_s
         while any(agent.is_up and (all_drones or agent.failure is not None) for agent in self.agents):
@@ -343,7 +343,7 @@ class Experiment(Stateful):
             for agent, outputs in zip(agents, decisions, strict=True):
                 self._take(agent, outputs, poses, now)
         except USER_ERRORS:
-            self._together = None  # who it was turns out when each decides for itself
+            self._together = None  # from now on each guidance decides alone, which shows the one that raised
 
     def _begin_rounds(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
         """Tell each guidance where its drone is, and let it speak to its neighbors."""
@@ -375,7 +375,7 @@ class Experiment(Stateful):
                 self._fail_by(agent, guidance, error)
 
     def _let_watch(self, poses: Pose) -> None:
-        """Tell those who watch other drones where these are."""
+        """Pass the poses of watched drones to the guidance laws that watch them."""
         for agent, watched in self._watching:
             if agent.failure is None:
                 for j in watched:
@@ -387,7 +387,7 @@ class Experiment(Stateful):
         if not agent.is_up:
             return
         if outputs.idle and agent.phase is DronePhase.LANDING:
-            # guidance goes by time alone: who lags behind and still comes down shall not fall the rest of the way
+            # guidance goes by time alone: a drone that lags and still descends shall not fall the rest of the way
             if not poses.velocity[agent.index, 2] < -_DESCENDS:
                 self._touch_down([agent])
             return
@@ -424,7 +424,7 @@ class Experiment(Stateful):
     def _control(
         self, groups: Iterable[ControlGroup], turning: NDArray[np.bool_], poses: Pose, now: float
     ) -> list[tuple[ControlGroup, Any, Any]]:
-        """Ask controllers for commands; returns whom to send which, group by group.
+        """Ask controllers for commands; returns the drones and their commands, group by group.
 
         Drones of a group that raises get a controller each, and one that raises there lands its own drone only.
         """
@@ -466,7 +466,7 @@ class Experiment(Stateful):
             self.backend.send(indices, twist, group.kind)
 
     def _look(self, up: Sequence[Agent], poses: Pose) -> None:
-        """See who has landed, and who cannot go on."""
+        """Handle landings, and drones whose flight failed."""
         if self._phases.is_anybody_landing:
             landed = landed_of(up, poses)
             if landed:
@@ -497,7 +497,7 @@ class Experiment(Stateful):
             self._fail_by(agent, agent.guidance, error)
 
     def _serve(self, service: Service, call: Callable[..., None], *arguments: Any) -> None:
-        """Give a service its turn; one that raises gets no more."""
+        """Give a service its turn; a service that raises is removed."""
         try:
             call(*arguments)
         except USER_ERRORS as error:
@@ -521,7 +521,7 @@ class Experiment(Stateful):
             self._fail(agent, sentence)
             return
         height = float(np.asarray(self.backend.pose_of(agent.index).position)[2]) - agent.floor
-        if not height > TOUCHDOWN_M:  # on the floor, or nowhere known
+        if not height > TOUCHDOWN_M:  # on the floor, or at an unknown height
             self._fail(agent, sentence)
             return
         try:
@@ -536,7 +536,7 @@ class Experiment(Stateful):
         self._note("failure", agent, f"{sentence}; it lands")
 
     def _fail(self, agent: Agent, sentence: str) -> None:
-        """Stop the motors of a drone that cannot fly any more."""
+        """Stop the motors of a drone that cannot fly."""
         if agent.phase is DronePhase.FAILED:
             return
         was_up = agent.is_up
@@ -562,7 +562,7 @@ class Experiment(Stateful):
 
     @property
     def failures(self) -> list[str]:
-        """Why drones fly no more, and services serve no more, one sentence each."""
+        """Failures of drones and services, one sentence each."""
         return [agent.failure for agent in self.agents if agent.failure is not None] + self.service_failures
 
     # ---------------------------------------------------------------- log

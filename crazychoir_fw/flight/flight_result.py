@@ -30,7 +30,7 @@ class FlightResult:
 
     @property
     def success(self) -> bool:
-        """Whether every drone did what it was told."""
+        """Whether every drone met the criteria of its mission."""
         return self.summary["success"]
 
     @property

@@ -94,7 +94,7 @@ class HardwareBackend:
         self._recorder = PlainRecorder(self.names)
         self._refusals: dict[int, str] = {}
         self.before_flight: Callable[..., None] = lambda **_: None
-        self.radio_parts: list[tuple[list[int], Any]] = []  # numbers of drones in the mission, and who commands them
+        self.radio_parts: list[tuple[list[int], Any]] = []  # numbers of drones in the mission, and their commander
         """Called before the first phase of a mission; what it raises keeps the drones on the floor."""
         self.when_closed: list[Callable[[], object]] = []
         """Called when the drones are let go."""

@@ -27,7 +27,7 @@ _STEPS_PER_SECOND = 100  # the rate of the original; by Runge-Kutta it is exact 
 
 
 class _Commands:
-    """What each drone was told last: the drones of one integrator may be flown in different ways."""
+    """The latest command of each drone: drones of one integrator may be flown in different ways."""
 
     def __init__(self, count: int, weight: Array) -> None:
         self.fixed = np.zeros((count, 4))  # thrust and rates of those that are flown so
@@ -56,14 +56,14 @@ class _Commands:
 
 
 class _Fleet(CrazyflieIntegrator):
-    """An integrator whose drones are told different things."""
+    """An integrator whose drones follow commands of different kinds."""
 
     def fly(self, commands: _Commands) -> None:
         self._loop = commands
 
 
 class IntegratorBackend(Stateful):
-    """Point masses that turn at once as they are told. A drone that starts above the floor waits there."""
+    """Point masses that follow commands without delay. A drone that starts above the floor waits there."""
 
     is_real_time = False
     unkept = ("_recorder",)
@@ -117,7 +117,7 @@ class IntegratorBackend(Stateful):
         self._due = 0.0  # steps that rounds have left over
         self._recorder = PlainRecorder(names)
         self.read_poses: Callable[[], Pose] = self._truth
-        """Returns the poses that the layers are told."""
+        """Returns the poses that the layers receive."""
 
     @property
     def time(self) -> float:

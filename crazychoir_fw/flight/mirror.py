@@ -22,7 +22,7 @@ _TELL_S = 0.05  # between two broadcasts of where they are, to drones that avoid
 
 
 class Mirror:
-    """Moves the mirrored bodies of a world. Who is not heard of stays where it is, and is told to be stale."""
+    """Moves the mirrored bodies of a world. A body without fresh poses stays where it is, and is marked stale."""
 
     def __init__(self, world: World, bodies: list[MirroredBody]) -> None:
         """Take a world and those of its bodies that are to be moved, in the order of the poses to come."""
@@ -52,11 +52,11 @@ class Mirror:
 
     @property
     def stale(self) -> frozenset[str]:
-        """Names of those that are not heard of."""
+        """Names of those whose poses are stale."""
         return frozenset(followed.body.id for followed in self._followed if followed.is_stale)
 
     def report(self) -> list[dict[str, Any]]:
-        """Return how well they were heard, for summary.json."""
+        """Return the reception statistics of each mirrored body, for summary.json."""
         return [followed.report() for followed in self._followed]
 
 

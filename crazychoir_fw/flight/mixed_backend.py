@@ -65,7 +65,7 @@ class MixedBackend:
         self.mirror = Mirror(self.world, [self.world.mirrored[name] for name in mirrored])
         """What moves the mirrored bodies."""
         self.before_flight: Callable[..., None] = lambda **_: None
-        self.radio_parts: list[tuple[list[int], Any]] = []  # numbers of drones in the mission, and who commands them
+        self.radio_parts: list[tuple[list[int], Any]] = []  # numbers of drones in the mission, and their commander
         """See `HardwareBackend`."""
         self._real_numbers = np.concatenate([np.zeros(0, np.intp), *self._numbers[1:]])
 
@@ -118,7 +118,7 @@ class MixedBackend:
     # ---------------------------------------------------------------- commands
 
     def _shared_out(self, indices: Indices) -> list[tuple[Backend, list[int], list[int]]]:
-        """Return who of the drones belongs to which backend: their places in `indices`, and their numbers there."""
+        """Return the drones of each backend: their places in `indices`, and their numbers there."""
         shares: dict[int, tuple[Backend, list[int], list[int]]] = {}
         for place, i in enumerate(indices):
             part, k = self._where[int(i)]

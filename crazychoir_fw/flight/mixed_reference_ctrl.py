@@ -28,10 +28,10 @@ class MixedReferenceCtrl(FlatnessPositionCtrl):
         )
 
     def __init__(self, is_accelerated: NDArray[np.bool_], **arguments: Any) -> None:
-        """Choose who is who.
+        """Choose which drones follow accelerations.
 
         Args:
-            is_accelerated: Who follows accelerations, shape (N,).
+            is_accelerated: Whether each drone follows accelerations, shape (N,).
             arguments: Those of both laws.
         """
         super().__init__(**arguments)

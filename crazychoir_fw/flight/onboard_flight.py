@@ -164,7 +164,7 @@ class OnboardFlight:
         return self.backend.log({**about, "faults": self.backend.faults, "windows": windows})
 
     def assess(self, log: FlightLog) -> Assessment:
-        """Return what the flight came down to; places are looked at if all drones flew to its end."""
+        """Return the result of the flight; places are looked at if all drones flew to its end."""
         start = self.began or 0.0
         if self._not_ready is not None:
             failures = [self._not_ready]

@@ -23,7 +23,7 @@ TOLD, TRUE = "stateEstimate", "sim"
 class PlainRecorder:
     """Collects samples under the names of the onboard log.
 
-    ``stateEstimate.*`` is what the layers were told, ``sim.*`` the truth where there is one.
+    ``stateEstimate.*`` is the pose that the layers received, ``sim.*`` the truth where there is one.
     """
 
     def __init__(self, names: Sequence[str]) -> None:

@@ -57,7 +57,7 @@ def judge(mission: Mission, plan: FlightPlan, log: "FlightLog", start: float) ->
             )
     for name, course, miss in zip(plan.fleet, plan.courses, endpoint_errors(plan, log), strict=True):
         if course.flies_itself:
-            continue  # nobody here knows where it wants to be
+            continue  # its motor control has a target of its own, which the plan does not hold
         if name not in mission.may_fail and not miss <= mission.tolerance.endpoint:
             failures.append(f"{name}: ended {miss:.2f} m from its target, tolerance {mission.tolerance.endpoint:g} m")
     return failures

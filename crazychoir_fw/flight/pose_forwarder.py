@@ -13,7 +13,7 @@ _LOOK_EVERY = 0.005  # [s]
 
 
 class PoseForwarder:
-    """A thread that hands new poses on, also while everybody else waits for drones to get ready."""
+    """A thread that hands new poses on, also while other threads wait for drones to get ready."""
 
     def __init__(self, source: PoseSource, receivers: Mapping[str, Callable[[Any, Any], object]]) -> None:
         """Begin.

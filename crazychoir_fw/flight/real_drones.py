@@ -118,7 +118,7 @@ def _likeness(mission: LayeredMission, i: int) -> MirroredConfig:
 
 
 def _mocap(mission: LayeredMission, drones: Iterable[int]) -> PoseSource | None:
-    """Return the motion capture of a mission, if there is one that somebody needs."""
+    """Return the motion capture of a mission; None unless one of these drones is tracked by it."""
     settings = mission.hardware.mocap
     bodies = [mission.fleet[i].mocap for i in drones if mission.fleet[i].mocap is not None]
     if settings is None or not bodies:

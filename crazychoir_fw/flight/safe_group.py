@@ -1,4 +1,4 @@
-"""Controllers that keep drones apart: groups that are told who is near, and filters behind velocity controllers."""
+"""Controllers that keep drones apart: groups that receive nearby drones, and filters behind velocity controllers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 
 
 class SafeControlGroup(ControlGroup):
-    """A group whose controller is told each round who is near its drones."""
+    """A group whose controller receives the poses of nearby drones each round."""
 
     def __init__(self, sensing: Sensing, *arguments: Any) -> None:
         """Take what all groups see by, and the arguments of `ControlGroup`."""

@@ -1,4 +1,4 @@
-"""What drones see of each other: who flies nearby, looked up for the whole swarm at once."""
+"""What drones see of each other: nearby flying drones, looked up for the whole swarm at once."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from crazychoir_fw.flight.backend import Indices
 Array = NDArray[np.float64]
 
 _STANDING_S = 0.2
-"""After this time (s) without another position a drone counts as at rest: it is, or nobody sees it any more."""
+"""After this time (s) without another position a drone counts as at rest: it hovers, or its poses are stale."""
 
 
 class Sensing:
-    """Tells the controllers of a swarm who is near each drone, at its own rate.
+    """Passes the poses of nearby drones to the controllers of a swarm, at its own rate.
 
     Seen are drones whose motors turn: what lies on the floor is no obstacle for those above. One that is not seen any
     more, though its motors turn, stays where it was seen last, at rest.
@@ -33,7 +33,7 @@ class Sensing:
         Args:
             sensing_distance: How far drones see, horizontally (m).
             rate: Looks per second (Hz).
-            read: Returns the poses that are seen, arrays of shape (N, 3); None sees what the layers are told.
+            read: Returns the poses that are seen, arrays of shape (N, 3); None uses the poses that the layers receive.
         """
         self.getter = ClosestRobotGetter(sensing_distance)
         self._read = read
@@ -67,7 +67,7 @@ class Sensing:
         self._gathered = self.getter.gathered(Pose(position=position, velocity=velocity))
 
     def near(self, indices: Indices) -> Pose:
-        """Return who is near some drones, arrays of shape (n, K, 3), nan where nobody is."""
+        """Return the poses near each given drone, arrays of shape (n, K, 3); NaN in unused rows."""
         seen = self._gathered
         assert seen.position is not None and seen.velocity is not None
         return Pose(position=seen.position[indices], velocity=seen.velocity[indices])

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from crazychoir_fw.guidance.schemes.tasks import DispatchTable
 
 Note = Callable[..., None]
-"""`note(kind, drone, details="")` writes a happening.
+"""`note(kind, drone, details="")` records an event.
 
-drone is a number, or None for nobody's; details are a sentence, or plain values by name."""
+drone is a number, or None for the whole flight; details are a sentence, or plain values by name."""
 
 
 def _no_note(kind: str, drone: int | None, details: str | Mapping[str, Any] = "") -> None:

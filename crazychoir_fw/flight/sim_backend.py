@@ -57,7 +57,7 @@ class SimBackend(Stateful):
         self.names = [drone.id for drone in world.drones]
         self.masses = np.array([drone.mass for drone in world.drones])
         self.read_poses: Callable[[], Pose] = truth(world) if odometry == "truth" else estimates(world)
-        """Returns the poses that the layers are told."""
+        """Returns the poses that the layers receive."""
         self.radio: Any = None
         """The simulated radios, if requests go through some."""
         self.faults: list[dict[str, Any]] = []
@@ -111,7 +111,7 @@ class SimBackend(Stateful):
         return drone.can_fly or is_resetting(drone)
 
     def _make_ready(self, index: int) -> bool:
-        """Arm a drone that must be; return whether what it is told now is not dropped by a reset."""
+        """Arm a drone that must be; return whether it takes commands and no reset is about to drop them."""
         drone = self.world.drones[index]
         if self._must_be_armed[index] and not drone.can_fly and drone.can_arm:
             drone.arm()
@@ -214,7 +214,7 @@ class SimBackend(Stateful):
         return self._recorder.finish(metadata)
 
     def state(self) -> dict[str, Any]:
-        """See `Stateful`. The journal begins anew: an hour of it would be copied into every state otherwise."""
+        """See `Stateful`. The journal is cleared: an hour of it would be copied into every state otherwise."""
         self.world.journal = Journal(self.world.journal.recipe)
         return {"world": self.world.snapshot(), **{name: getattr(self, name) for name in _KEPT}}
 

@@ -179,7 +179,7 @@ class StartTransit(Stateful):
 
     @property
     def is_over(self) -> bool:
-        """Whether all have arrived, or are not on their way any more."""
+        """Whether all drones have arrived, or none is under way any more."""
         return self.phase == "done" or not self._going
 
     @property

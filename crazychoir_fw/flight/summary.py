@@ -1,4 +1,4 @@
-"""What a flight comes down to, whoever flew it: the content of `summary.json`."""
+"""The content of `summary.json`, the same for simulated and real flights."""
 
 from __future__ import annotations
 

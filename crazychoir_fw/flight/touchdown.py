@@ -1,4 +1,4 @@
-"""Drones at the floor: those that landed, and those that came down though nobody told them to."""
+"""Drones at the floor: those that landed, and those that came down without a command to land."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`WatchedBackend`: bodies that motion capture sees and nobody here commands, in the time of the clock on the wall."""
+"""`WatchedBackend`: bodies that motion capture tracks and this process does not command, in wall-clock time."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 
 
 class WatchedBackend:
-    """Poses come from motion capture, velocities from a filter. Commands go nowhere."""
+    """Poses come from motion capture, velocities from a filter. Commands are dropped."""
 
     is_real_time = True
 
@@ -89,27 +89,27 @@ class WatchedBackend:
         return self.poses().position
 
     def unlock(self, indices: Indices) -> list[int]:
-        """See `Backend`: nobody's motors are asked."""
+        """See `Backend`: no motors are locked, since these bodies take no commands."""
         return []
 
     def send(self, indices: Indices, twist: Twist, kind: str) -> None:
-        """See `Backend`: nobody hears."""
+        """See `Backend`: dropped, since these bodies take no commands."""
 
     def go_to(self, index: int, point: TrajectoryPoint) -> None:
-        """See `Backend`: nobody hears."""
+        """See `Backend`: dropped, since these bodies take no commands."""
 
     def land(self, index: int, floor: float, seconds: float) -> None:
-        """See `Backend`: nobody hears."""
+        """See `Backend`: dropped, since these bodies take no commands."""
 
     def stop(self, indices: Indices) -> None:
-        """See `Backend`: nobody hears."""
+        """See `Backend`: dropped, since these bodies take no commands."""
 
     def advance(self, seconds: float) -> None:
         """See `Backend`."""
         self.pace.wait(seconds)
 
     def failures(self) -> dict[int, str]:
-        """See `Backend`: who is not commanded fails nothing."""
+        """See `Backend`: a body that takes no commands cannot fail."""
         return {}
 
     def record(self, extra: dict[str, Array]) -> None:

@@ -32,11 +32,11 @@ class Sample(NamedTuple):
     orientation: NDArray[np.float32]
     """(N, 4), xyzw."""
     velocity: NDArray[np.float32]
-    """(N, 3), m/s, world; NaN where nobody knows."""
+    """(N, 3), m/s, world; NaN where no velocity is known."""
     reference: NDArray[np.float32]
     """(N, 3), m, world; NaN where there is none."""
     watched: dict[tuple[int, str], float] | None
-    """Log variables that somebody plotted then, by drone and name."""
+    """Log variables that a browser plotted then, by drone and name."""
 
 
 class SampleStream(Protocol):
@@ -46,7 +46,7 @@ class SampleStream(Protocol):
         """Take a sample of a session."""
 
     def begin_again(self, samples: Iterable[tuple[float, Sample]]) -> None:
-        """Go on after time was turned back."""
+        """Go on after a rewind."""
 
 
 @dataclass
@@ -185,7 +185,7 @@ class Branches:
     def path(self, number: int, begin: float = 0.0, most: int = 3000) -> dict[str, Any]:
         """Return where the drones were in a branch: times (s), shape (T,), and positions (m), shape (T, N, 3).
 
-        None stands for the position of a drone that nobody had heard of, because JSON has no NaN.
+        None stands for the position of a drone without any pose so far, because JSON has no NaN.
 
         Raises:
             StateError: If there is no such branch.

@@ -34,7 +34,7 @@ class Drawing:
     times: NDArray[np.float64]
     """When each was drawn (s), from 0, not decreasing, shape (m,)."""
     drone: str
-    """Who flies it."""
+    """Name of the drone that flies it."""
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as plain data."""
@@ -63,7 +63,7 @@ class Drawings:
         """Begin with none.
 
         Args:
-            drones: Who may fly.
+            drones: Names of the drones that may fly.
             folder: Where drawings are saved, a folder of CSV files for each name.
         """
         self._drones = list(drones)
@@ -115,7 +115,7 @@ class Drawings:
             points: x, y, z (m, world), shape (m, 3).
             times: Seconds, not decreasing, shape (m,).
             name: Name of it.
-            drone: Who flies it.
+            drone: Name of the drone that flies it.
 
         Raises:
             RangeError: If it is no curve, or there are too many.

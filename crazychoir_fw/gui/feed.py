@@ -1,4 +1,4 @@
-"""What browsers are told of a flight: frames, lines of the console, and samples of the variables that they plot."""
+"""What browsers receive of a flight: frames, lines of the console, and samples of the variables that they plot."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Frame:
     time: float
     """Of the flight (s)."""
     rate: float
-    """Simulated seconds per second, of late."""
+    """Simulated seconds per second, measured recently."""
     position: Array
     """(N, 3), m, world."""
     orientation: Array
@@ -61,7 +61,7 @@ class Line:
 
 
 class Feed:
-    """One flight, as browsers are told it."""
+    """The frames, console lines and plotted samples of one flight that browsers receive."""
 
     def __init__(self, names: list[str]) -> None:
         """Begin; `names` are those of the drones."""

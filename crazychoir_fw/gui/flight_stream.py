@@ -43,7 +43,7 @@ class SessionStream:
         self._flushes.look()
 
     def begin_again(self, samples: Iterable[tuple[float, Sample]]) -> None:
-        """Go on after time was turned back: readers drop what was written before the past of the new branch."""
+        """Go on after a rewind: readers drop what was written before the past of the new branch."""
         if self._samples is not None:
             for time, sample in samples:
                 self._add(time, sample)

@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 APPROACH_SPEED = 0.5  # [m/s]
 SHORTEST_S = 2.0
-"""Least time of a go-to that nobody gave a time (s)."""
+"""Min duration of a go-to without a given time (s)."""
 _SETTLE_S = 1.0
 _AT_HEIGHT_M = 0.1
 
 
 def duration_of(distance: float) -> float:
-    """Return the time (s) that a go-to over a distance (m) takes where nobody says."""
+    """Return the default duration (s) of a go-to over a distance (m)."""
     return max(SHORTEST_S, distance / APPROACH_SPEED)
 
 
@@ -51,7 +51,7 @@ class Flying(Stateful):
     unkept = ("_access",)
 
     def __init__(self, experiment: Experiment, access: Access, legs: Sequence[Leg], name: str) -> None:
-        """Begin: who stands on the floor takes off.
+        """Begin: drones on the floor take off.
 
         Raises:
             StateError: If a drone follows no trajectories, or cannot fly.
@@ -62,7 +62,7 @@ class Flying(Stateful):
         self.started: float | None = None
         """When the curves began (s)."""
         self.problems: list[str] = []
-        """Why drones were left out, sentences that nobody has been told yet."""
+        """Why drones were left out, sentences that are not reported yet."""
         self.duration = max(leg.curve.duration for leg in legs)
         self._experiment = experiment
         self._access = access
@@ -80,7 +80,7 @@ class Flying(Stateful):
             self._until += _SETTLE_S
 
     def without(self, drones: Sequence[int]) -> None:
-        """Leave out drones that somebody stopped, landed or sent elsewhere."""
+        """Leave out drones that received another command: stop, land or go-to."""
         self.legs = [leg for leg in self.legs if leg.drone not in drones]
 
     @property

@@ -1,8 +1,8 @@
-"""Who may talk to the page: browsers that opened it here, or that know the token.
+"""Which browsers may talk to the page: those that opened it here, or that know the token.
 
 A foreign page, open in the same browser, can send requests to this machine too; they carry its origin, or ask for a
 host of its choice, and are refused. Nor can it show this page in a frame and lead a click to a button. So STOP and
-TAKE-OFF are pressed by people who see this page.
+TAKE-OFF are pressed only by users who see this page.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class Guard:
 
         Args:
             app: The application.
-            token: What whoever comes must know; without, only names of this machine are answered.
+            token: Secret that each request must carry; without it, only names of this machine are answered.
         """
         self._app = app
         self._token = token

@@ -1,6 +1,6 @@
-"""What browsers are told while the drones fly: a frame 15 times a second as numbers, and words twice a second.
+"""What browsers receive while the drones fly: a frame 15 times a second as numbers, and words twice a second.
 
-Frames are made once for all browsers. One that cannot keep up misses frames, and nobody waits for it.
+Frames are made once for all browsers. A slow browser misses frames, and delays no other.
 """
 
 from __future__ import annotations
@@ -121,7 +121,7 @@ class _Browser:
                 row = [values.get(key, math.nan) for key in chosen]
                 rows.append([value if math.isfinite(value) else None for value in row])
         if not times:
-            # time may have been turned back
+            # time may have gone back by a rewind
             newest = self._feed.plotted[-1][0] if self._feed.plotted else -math.inf
             if newest < self._plotted - 0.2:
                 self._plotted = -math.inf

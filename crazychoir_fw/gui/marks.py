@@ -1,4 +1,4 @@
-"""Places that explain a flight to whoever watches: targets, intruders, tasks, loads."""
+"""Places that explain a flight to its viewers: targets, intruders, tasks, loads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The page: a head with STOP that is there on every tab, and one tab for each thing that people do."""
+"""The page: a head with STOP that is there on every tab, and one tab for each task of a user."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _mount(app: Any, title: str, build_one: Callable[[], None]) -> None:
     ui.page("/", title=f"{title} - crazychoir")(build_one)
     nicegui_app.add_static_files("/static", _STATIC)
     nicegui_app.middleware_stack = None  # that of a page which this process had before
-    # what a browser has missed for so long it asks for anew; the flight does not care
+    # a browser that reconnects later than this reloads the page; the flight does not depend on it
     ui.run_with(app, title="crazychoir", dark=None, reconnect_timeout=30.0, show_welcome_message=False)
 
 

@@ -188,7 +188,7 @@ def _warnings(preview: Preview, times: Array) -> list[str]:
 
 
 def _least_distance(positions: Array) -> tuple[float, tuple[int, int], int]:
-    """Return the least distance (m) of two drones, which, and the number of the sample."""
+    """Return the min distance (m) of two drones, which, and the number of the sample."""
     least: tuple[float, tuple[int, int], int] = (float("inf"), (0, 0), 0)
     for i, j in combinations(range(positions.shape[1]), 2):
         distances = np.linalg.norm(positions[:, i] - positions[:, j], axis=1)

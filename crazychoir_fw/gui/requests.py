@@ -124,7 +124,7 @@ Command = Annotated[
 
 
 class Envelope(ApiRequest):
-    """A command with its id: whoever sends it again, with the same id, gets the first answer."""
+    """A command with its id: a retry with the same id gets the first answer."""
 
     id: Id
     command: Command

@@ -87,7 +87,7 @@ class Session(Feed):
         self.room = Room(None)
         """What stands around the drones."""
         self.no_rewind: str | None = None
-        """Why time cannot be turned back, a sentence."""
+        """Why the flight cannot be rewound, a sentence."""
         self.tested = tested
         self.radio_checks: list[Check] | None = None
         """What was found at drones over the radio, once they were looked at."""
@@ -114,14 +114,14 @@ class Session(Feed):
         return self
 
     def close(self) -> None:
-        """End the flight, and let go of the drones."""
+        """End the flight, and release the drones."""
         self._closing.set()
         if self._thread is not None:
             self._thread.join(timeout=20.0)
 
     @property
     def is_closing(self) -> bool:
-        """Whether somebody has ended the flight."""
+        """Whether `close` was called."""
         return self._closing.is_set()
 
     def __enter__(self) -> Session:
@@ -186,10 +186,10 @@ class Session(Feed):
             self.experiment = self._make(self.mission)
             self.access = open_access(self.experiment.backend)
             self.room = Room(getattr(self.experiment.backend, "world", None), self.names)
-            # a log of everything grows by megabytes a second, and nobody asked for one
+            # a log of everything grows by megabytes a second, and the page needs none
             self.experiment.backend.record = lambda extra: None  # type: ignore[method-assign]
             self.no_rewind = self.access.no_rewind or self.experiment.no_rewind
-            # one can go back to before the first command
+            # a rewind can go back to before the first command
             self._keep_moment(self.experiment.time)
             self._publish()
             self.is_ready = True
@@ -241,7 +241,7 @@ class Session(Feed):
         return self.speed == 0.0 and not self.experiment.backend.is_real_time
 
     def _answer(self, patience_s: float) -> None:
-        """Do what was asked for."""
+        """Run the queued actions."""
         while True:
             try:
                 action, future = self._queue.get(timeout=patience_s) if patience_s else self._queue.get_nowait()
@@ -262,7 +262,7 @@ class Session(Feed):
         clock = wall.perf_counter()
         self._due = (clock if self._due is None else self._due) + self.experiment.period / self.speed
         if self._due > clock:
-            # a command that comes meanwhile is heard within a round
+            # a command that arrives meanwhile is run within a round
             wall.sleep(self._due - clock)
         else:
             if clock - self._due > _BEHIND_S:
@@ -304,7 +304,7 @@ class Session(Feed):
         return Sample(*(part.astype(np.float32) for part in parts), watched)
 
     def _references(self) -> Array:
-        """Return where the drones are wanted (m, world), shape (N, 3); NaN where nobody says."""
+        """Return the reference positions of the drones (m, world), shape (N, 3); NaN where there is none."""
         reference = self.access.references()
         if reference is None:
             reference = np.full((len(self.names), 3), np.nan)
@@ -329,7 +329,7 @@ class Session(Feed):
             time: When (s).
 
         Raises:
-            StateError: If time cannot be turned back.
+            StateError: If the flight cannot be rewound.
         """
         if self.no_rewind is not None:
             raise StateError(self.no_rewind)

@@ -68,5 +68,5 @@ class Viewing(Feed):
         }
 
     async def words(self) -> dict[str, Any]:
-        """Return what changes slowly: nothing but who watches."""
+        """Return the slowly changing values of a flight that is only watched."""
         return {"branch": 0, "branches": [], "error": "The flight is over." if self.is_over else None, "speed": 1.0}

@@ -1,4 +1,4 @@
-"""What browsers are told twice a second of a flight that they may command: cards, marks, branches."""
+"""What browsers receive twice a second of a flight that they may command: cards, marks, branches."""
 
 from __future__ import annotations
 

@@ -28,7 +28,7 @@ Positions = Callable[[], NDArray[np.float64]]
 
 
 def graph_of(mission: LayeredMission) -> Graph:
-    """Return who hears whom, among all drones and among those of each guidance: the largest graph, if it changes."""
+    """Return which drones hear which, among all and among those of each guidance: the largest graph, if it changes."""
     names = [drone.id for drone in mission.fleet]
     edges: set[tuple[int, int]] = set()
     for communication, numbers in _parts(mission):
@@ -63,14 +63,14 @@ def schedule_of(
 
 
 def goes_by_distance(mission: LayeredMission) -> bool:
-    """Return whether it depends on everybody's position who hears whom."""
+    """Return whether the graph depends on the distances between drones."""
     return any(
         getattr(communication.graph, "within_distance", None) is not None for communication, _ in _parts(mission)
     )
 
 
 def _parts(mission: LayeredMission) -> list[tuple[Communication, list[int]]]:
-    """Return each rule of communication, with the numbers of those whom it is for."""
+    """Return each rule of communication, with the numbers of the drones that it applies to."""
     names = [drone.id for drone in mission.fleet]
     parts = [(mission.layers.communication, list(range(len(names))))]
     for layer in mission.layers.guidances:

@@ -1,4 +1,4 @@
-"""What a mission says as plain data: YAML, the files that it extends, values changed by `--set`, and who said what."""
+"""The plain data of a mission: YAML, the files that it extends, values changed by `--set`, and their sources."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def read_file(path: Path) -> Any:
 
 @dataclass(frozen=True)
 class Told:
-    """What a mission says altogether, and who said what."""
+    """The merged data of a mission, and the source of each value."""
 
     data: dict[Hashable, Any]
     _documents: Sequence[Document]
@@ -190,7 +190,7 @@ def merged(below: Any, above: Any) -> Any:
     return both
 
 
-# -------------------------------------------------------------------------------- who said it
+# -------------------------------------------------------------------------------- sources of values
 
 
 def path_in(sentence: str) -> tuple[Step, ...]:

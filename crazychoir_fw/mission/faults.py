@@ -1,4 +1,4 @@
-"""The list `faults` of a mission file: what goes wrong, with whom and when.
+"""The list `faults` of a mission file: what goes wrong, with which drone and when.
 
 Each entry has one key, the kind of the fault, like an entry of `flight`. Keys, ranges and defaults are those of the
 classes in `crazychoir_fw.simulation.faults`, which are the only place where they are written.

@@ -1,4 +1,4 @@
-"""The drones of a mission: who starts where, with which vehicle and onboard software."""
+"""The drones of a mission: the start, vehicle and onboard software of each."""
 
 import math
 from collections.abc import Mapping, Sequence

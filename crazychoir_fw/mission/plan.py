@@ -55,7 +55,7 @@ class Course:
 
     start: Point  # [m], world frame, on the floor
     yaw: float  # [rad]
-    position: Point = (0.0, 0.0, 0.0)  # where it was told to be last [m], world frame
+    position: Point = (0.0, 0.0, 0.0)  # latest position set-point [m], world frame
     is_flying: bool = False
     flies_itself: bool = False  # by a motor control of its own
     airborne: list[tuple[int, int]] = field(default_factory=list)  # from the take-off to the end of the landing [ticks]

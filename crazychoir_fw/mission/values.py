@@ -1,4 +1,4 @@
-"""The kinds of values in a mission file: those of `common.constraints`, and those that know files, providers, vehicles.
+"""The kinds of values in a mission file: those of `common.constraints`, and kinds of files, providers and vehicles.
 
 Whatever is refused ends as "… must be <must>", so that the reader of the message learns the allowed range without
 opening the documentation.
@@ -38,7 +38,7 @@ def refusal(must: str, path: str = "", **below: object) -> PydanticCustomError:
 
 
 def objection(sentence: str, path: str = "") -> PydanticCustomError:
-    """Return the error that the loader words as "<path>: <sentence>", for those who say all there is to say."""
+    """Return the error that the loader words as "<path>: <sentence>", for checks that word the whole sentence."""
     return PydanticCustomError("objection", "{sentence}", {"sentence": sentence, "path": path})
 
 

@@ -1,4 +1,4 @@
-"""What is said of poses between two samples: the filtered derivative, and the prediction of one stage."""
+"""Estimates of poses between two samples: the filtered derivative, and the prediction of one stage."""
 
 from __future__ import annotations
 

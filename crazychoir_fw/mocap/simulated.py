@@ -70,8 +70,8 @@ class MocapConfig:
 class SimulatedMocap:
     """Turns true poses into samples: at a rate, noisy, late, and now and then lost or wrong.
 
-    For one drone or for several; the dice of a drone depend on the seed and on its index alone, not on how many there
-    are nor on who is lost.
+    For one drone or for several; the random numbers of a drone depend on the seed and on its index alone. The number of
+    drones and the losses of others do not change them.
     """
 
     def __init__(self, config: MocapConfig | None = None, *, seed: int = 0, first: int = 0) -> None:
@@ -79,8 +79,8 @@ class SimulatedMocap:
 
         Args:
             config: How well it sees; None has the numbers of the vehicle model.
-            seed: Of all dice.
-            first: Index of the first drone: who sees drones one by one gives each the noise that it has in a group.
+            seed: Seed of the random numbers.
+            first: Index of the first drone: a caller with one object per drone gets the same noise as for a group.
         """
         self.config = MocapConfig.default() if config is None else config
         self.occluded: set[int] = set()
@@ -89,7 +89,7 @@ class SimulatedMocap:
         self.reset()
 
     def reset(self) -> None:
-        """Begin again, with the same dice."""
+        """Begin again, with the same random numbers."""
         self._first: float | None = None
         self._frames = 0
         self._dice: list[np.random.Generator] = []
@@ -148,7 +148,7 @@ class SimulatedMocap:
         return Pose(position=position, orientation=orientation, time=now)
 
     def _draw(self, count: int) -> Array:
-        """Return the dice of a frame: all of them, so that a loss does not change the noise after it."""
+        """Return the random numbers of a frame: all of them, so that a loss does not change the noise after it."""
         if not self._dice:
             self._dice = [np.random.default_rng([self._seed, self._index + i]) for i in range(count)]
         if len(self._dice) != count:

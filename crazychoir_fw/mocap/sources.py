@@ -37,7 +37,7 @@ class PoseSource(Protocol):
         """
 
     def close(self) -> None:
-        """Look no more."""
+        """Stop looking for poses."""
 
 
 def installed_source(name: str) -> Callable[[Sequence[Any]], PoseSource]:
@@ -152,7 +152,7 @@ class MotionCapture:
         self._lock = threading.Lock()
         self._ends = threading.Event()
         self.failure: str | None = None
-        """Why no frames come any more."""
+        """Why no more frames arrive."""
         threading.Thread(target=self._listen, name="motion capture", daemon=True).start()
 
     def _listen(self) -> None:

@@ -31,7 +31,7 @@ _EXCEPTIONS: dict[int, type[CrazychoirError]] = {
 
 
 def check(status: int, what: str) -> None:
-    """Raise the exception of a status code; `what` says who asked for what."""
+    """Raise the exception of a status code; `what` names the caller and the request."""
     if status != lib.CF_OK:
         phrase = ffi.string(lib.cf_status_text(status)).decode()
         raise _EXCEPTIONS.get(status, CrazychoirError)(f"{what}: {phrase}")
@@ -45,7 +45,7 @@ def receive_packet(cf: Any, port: int, channel: int, data: bytes, who: str) -> b
         port: 0 to 15.
         channel: 0 to 3.
         data: The payload, at most 30 bytes.
-        who: Says who asked for what, in the error.
+        who: Names the caller and the request, in the error.
 
     Raises:
         RangeError: If the packet has a wrong length, or a number in it is not finite.

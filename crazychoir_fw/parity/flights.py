@@ -44,8 +44,8 @@ def compare_flights(
     A candidate that brings its own stabilizer loop is compared from the moment when it can fly, by `OWN_LOOP`.
 
     Args:
-        reference: Who flies the first world.
-        candidate: Who flies the second one.
+        reference: Provider of the first world.
+        candidate: Provider of the second world.
         seconds: How long at most, from the moment when the drones can fly.
         seed: Seed of all noise.
         fleet: The drones; those whose controller one side lacks stay at home in both worlds.

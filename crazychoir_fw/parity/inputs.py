@@ -177,7 +177,7 @@ def record(
     """Fly the fleet with the reference provider and keep what its functions were given.
 
     Args:
-        reference: Who flies.
+        reference: Provider of the world.
         seconds: How long at most, from the moment when the drones can fly.
         seed: Seed of all noise.
         fleet: The drones; those whose controller the provider lacks stay at home.
@@ -269,7 +269,7 @@ class _Recorder:
         last = min(end, onboard.fault_tick - 1) if onboard.fault else end
         is_kept = (found["step"] > 0) & (found["tick"] <= last)
         found = {track: rows[is_kept] for track, rows in found.items()}
-        # the loop counts its steps at the end of a tick; its functions were told the number before
+        # the loop counts its steps at the end of a tick; its functions got the number before
         found["step"] = found["step"] - np.uint32(1)
         return found
 

@@ -1,4 +1,4 @@
-"""What the drones of a comparison are told to do: legs with every kind of set-point, and the pilot that flies them."""
+"""The commands to drones of a comparison: legs with every kind of set-point, and the pilot that flies them."""
 
 from __future__ import annotations
 

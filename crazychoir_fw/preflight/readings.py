@@ -37,7 +37,7 @@ class Readings:
 
     @property
     def is_complete(self) -> bool:
-        """Whether each variable was heard."""
+        """Whether each variable was received."""
         return all(name in self.latest for name in self._names)
 
     def __enter__(self) -> Readings:

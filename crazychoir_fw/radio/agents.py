@@ -1,4 +1,4 @@
-"""Who is flown: names of agents and where to reach them."""
+"""The agents of a flight: their names and the addresses of their drones."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ class Connection:
         Args:
             answer_timeout_s: How long the drone may be silent at first (s).
             timeout_s: How long all of it may take (s), tables of contents and parameters included.
-            with_parameters: Whether the values of all parameters are waited for; without them none can be set.
+            with_parameters: Whether to wait for the values of all parameters; without them none can be set.
 
         Raises:
             RadioError: If it is not reached; the text says how far it got.
@@ -158,7 +158,7 @@ class ReconnectPolicy:
     """No wait is longer (s)."""
     resumes: bool = False
     """Whether commands are taken again as soon as the link is back. Without it a drone that was lost waits for
-    `resume` or `takeoff`: it may lie on the floor, next to the person who picks it up."""
+    `resume` or `takeoff`: it may lie on the floor, next to a person about to pick it up."""
 
     def __post_init__(self) -> None:
         for name in ("attempts", "first_wait_s", "longest_wait_s"):

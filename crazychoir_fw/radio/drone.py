@@ -117,7 +117,7 @@ class RadioDrone:
 
     @property
     def is_stopped(self) -> bool:
-        """Whether `stop` was called, by whomever, and `resume` was not."""
+        """Whether `stop` was called, by a caller or automatically, and `resume` was not."""
         return self._flight.mode is Mode.STOPPED
 
     @property
@@ -256,7 +256,7 @@ class RadioDrone:
     def emergency_stop(self) -> None:
         """Stop the motors until the drone is restarted; nothing else brings it back.
 
-        A drone out of reach is told as soon as it is reached again, whatever was called meanwhile.
+        A drone out of reach gets the request as soon as it is reached again, even after calls of other methods.
         """
         self._flight.stop_for_good()
         self._sender.outbox.wake()
@@ -319,7 +319,7 @@ class RadioDrone:
         set_parameters(self.cf, self._who, {name: value}, self._options.confirm_timeout_s)
 
     def get_parameter(self, name: str) -> float | int:
-        """Return the value of a parameter, as last heard of.
+        """Return the value of a parameter, as last received.
 
         Raises:
             UnknownNameError: If the drone has no such parameter.

@@ -278,7 +278,7 @@ class FlightState:
             self.mode_until = math.inf
 
     def _fall_silent(self, now: float) -> None:
-        """No commands come any more."""
+        """Handle the command timeout."""
         what = self._options.on_silence
         if self._is_leveling:
             self.stop("no command")
@@ -301,7 +301,7 @@ class FlightState:
     def make_ready(self, cf: LinkedCrazyflie, who: str) -> None:
         """Wait until the motors may run, arming the drone where it must be; see `supervisor.make_ready`."""
         options = self._options
-        # what was asked for a moment ago is not yet what the supervisor says
+        # the supervisor reports a disarm only after a delay
         time.sleep(max(0.0, self._disarmed_at + _SETTLES_S - time.monotonic()))
         armed = make_ready(cf, who, arms=options.arms, timeout_s=options.ready_timeout_s)
         with self._lock:
@@ -319,7 +319,7 @@ class FlightState:
         self._sender.outbox.wake()
 
     def _see_off(self, cf: LinkedCrazyflie) -> None:
-        """Look whether a drone that was told to take off does, and tell it again if not."""
+        """Check whether a drone takes off after the command, and retry the command if not."""
         bits = supervisor_bits(cf)
         with self._lock:
             if not self._liftoff.is_expected:  # it was stopped meanwhile
@@ -365,7 +365,7 @@ class FlightState:
         cf.supervisor.send_emergency_stop()
         # one that has just landed does not look for it until it resets, which disarming begins
         cf.supervisor.send_arming_request(False)
-        if cf.link is not None:  # else it has gone nowhere
+        if cf.link is not None:  # else it was not sent
             self._emergency_stop_due = math.inf
 
     def _disarm(self, cf: LinkedCrazyflie) -> None:

@@ -226,7 +226,7 @@ class RadioHandler:
         """Arm or disarm, for drones that need it; `takeoff` does it as well.
 
         Raises:
-            RadioError: If some are not connected; the others do as they are told.
+            RadioError: If some are not connected; the others get the request.
         """
         self._each(agents, lambda drone: drone.arm(armed))
 
@@ -234,7 +234,7 @@ class RadioHandler:
         """Tell drones that have crashed, and lie on their feet again, that they may fly.
 
         Raises:
-            RadioError: If some are not connected; the others are told.
+            RadioError: If some are not connected; the others get the request.
         """
         self._each(agents, lambda drone: drone.recover())
 

@@ -1,4 +1,4 @@
-"""A drone that was told to fly, and whether it does."""
+"""A drone that got a take-off command, and whether it takes off."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _LOOK_S = 0.3  # motors turn, and the supervisor has looked
 
 
 class Liftoff:
-    """Sees to it that a drone on the floor that was told to fly takes off.
+    """Checks that a drone on the floor takes off after the command, and retries the command otherwise.
 
     Its supervisor takes it through a reset 30 s after it became ready without flying, again and again, and 3 s after a
     landing (docs/reference/planner-commander.md#14.2, #14.5, #14.6). For some 0.1 s the planner on board refuses
@@ -48,7 +48,7 @@ class Liftoff:
         self.due, self._until = now + _LOOK_S, now + max(self._patience_s, _LOOK_S)
 
     def forget(self) -> None:
-        """The drone is not to fly any more, or stands on the floor again."""
+        """Clear the expectation: the drone need not fly, or stands on the floor again."""
         self._again = None
         self.due = self._until = math.inf
         self.has_happened = False

@@ -65,7 +65,7 @@ class Options:
     max_rate_hz: float = 100.0
     """Set-points per second and drone at most; of more, the newest is taken."""
     command_timeout_s: float = 1.0
-    """Age of a command that is not repeated any more (s)."""
+    """Max age of a set-point that is still repeated (s)."""
     on_silence: str = "hover"
     """What then happens: ``hover`` (zero velocity; needs a position on board), ``level`` (level attitude and a thrust a
     little below the weight for `level_s`, then motors off), ``land`` (by the planner on board), ``stop`` (motors off),

@@ -46,7 +46,7 @@ def set_parameters(
 
 
 def get_parameter(cf: Crazyflie, who: str, name: str) -> float | int:
-    """Return the value of a parameter, as cflib last heard of it.
+    """Return the value of a parameter, as cflib last received it.
 
     Raises:
         UnknownNameError: If the drone has no such parameter.

@@ -26,7 +26,7 @@ class SetPointStream:
     Args:
         keep_alive_hz: Repetitions per second.
         max_rate_hz: Set-points per second at most.
-        timeout_s: Age of a set-point that is not repeated any more (s).
+        timeout_s: Max age of a set-point that is still repeated (s).
     """
 
     def __init__(self, keep_alive_hz: float, max_rate_hz: float, timeout_s: float) -> None:
@@ -242,7 +242,7 @@ class Sender:
         return self.stream.due() if self.is_connected else math.inf
 
     def forget(self) -> None:
-        """Send nothing of what was asked for and has not left."""
+        """Drop the commands that are queued."""
         self.outbox.drop_posted()
         self.stream.clear()
 

@@ -20,7 +20,7 @@ class ErrorCurve:
     limit: float | None = None
     """What is allowed."""
     places: NDArray[np.float64] | None = None  # (N, 3)
-    """Where drones shall be at the end (m), NaN where nobody knows."""
+    """Target positions of the drones at the end (m); NaN where there is none."""
     ends: NDArray[np.float64] | None = None  # (N, 3)
     """Where they are then (m)."""
     pairs: Sequence[tuple[int, int]] = ()

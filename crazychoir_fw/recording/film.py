@@ -64,8 +64,8 @@ def film_flight(
         drones: Names of the bodies that are drones; by default those with an engine plugin, or else all free ones.
         story: What explains the flight: title, phases, faults, marks, links; None shows neither these nor names and
             clock.
-        targets: Where drones are told to be at each of the `times` (m, world), shape (F, N, 3), shown as ghosts;
-            NaN where no place is asked for.
+        targets: Target positions of drones at each of the `times` (m, world), shape (F, N, 3), shown as ghosts;
+            NaN where there is no target.
         painted: Drones that keep the color of the model, while the others get those of the plot; None is all.
         magnify: Whether small drones of a wide swarm are drawn larger than they are, up to three times.
         progress: Called after each picture with how many are drawn and how many there will be.

@@ -105,7 +105,7 @@ class FlightLog:
         return FlightLog(self.time[kept], self.drone_ids, signals, self.metadata, self.events, self.journal, scenery)
 
     def reference(self) -> NDArray[np.float64] | None:
-        """Return where drones were told to be (m), shape (T, N, 3), NaN where they were not; None if they never were.
+        """Return the position set-points (m), shape (T, N, 3), NaN where there is none; None if the log has none.
 
         It is what layers asked for, `layers.x, y, z`, or `ctrltarget.x, y, z`; three exact zeros are no place.
         """

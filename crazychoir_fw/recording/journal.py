@@ -68,7 +68,7 @@ class Journal:
         self.is_kept = True
         """Whether requests are written down."""
         self.forgotten = 0
-        """How many requests, the first ones, are on disk and not here any more."""
+        """Number of requests, the first ones, that are on disk and not in memory."""
         self._clear()
 
     def _clear(self) -> None:
@@ -88,7 +88,7 @@ class Journal:
         return f"<Journal of {len(self)} requests>"
 
     def stop(self, why: str) -> None:
-        """Forget all requests and write none down any more.
+        """Forget all requests and stop recording.
 
         Args:
             why: A sentence, which is the gap from now on.
@@ -256,7 +256,7 @@ class Journal:
         return journal
 
     def _check(self) -> None:
-        """Refuse columns that do not fit together, so that whoever reads the journal need not."""
+        """Refuse columns that do not fit together, so that readers of the journal need not check them."""
         lengths = {len(self._ticks), len(self._drones), len(self._kind_numbers)}
         if len(lengths) != 1 or any(not 0 <= number < len(self._kinds) for number in self._kind_numbers):
             raise ValueError("the columns of the journal do not fit together")

@@ -83,7 +83,7 @@ class LogStream:
         """
         self.path = Path(path)
         self.failure: str | None = None
-        """Why nothing is written any more, as a sentence."""
+        """Why writing has stopped, as a sentence."""
         self.has_rows = False
         """Whether there is a sample in it."""
         self._sections = 0
@@ -162,7 +162,7 @@ class LogStream:
         self._is_due.set()
 
     def close(self, remove: bool = False) -> None:
-        """Write no more.
+        """Stop writing.
 
         Args:
             remove: Whether the file is removed, because its content is elsewhere.

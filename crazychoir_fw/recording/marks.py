@@ -30,7 +30,7 @@ class Mark:
     end: float = math.inf
     """Until when (s)."""
     drone: int | None = None
-    """Whose it is, and whose color it has; None: nobody's so far."""
+    """Number of the drone that it is assigned to, and whose color it has; None while it is unassigned."""
     link: NDArray[np.float64] | None = None
     """Another point that belongs to it (m, world), shape (3,)."""
     kind: str = "task"
@@ -93,7 +93,7 @@ class TaskInterval:
     label: str
     """On what."""
     is_finished: bool
-    """Whether it was done then; otherwise it was taken over by somebody else, or given up."""
+    """Whether it was done then; otherwise another drone took it over, or it was given up."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What is drawn over a scene for people: names, ghosts where drones are told to be, links, marks and trails."""
+"""What is drawn over a scene for people: names, ghosts at the targets of drones, links, marks and trails."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _TRAIL_WIDTH_PX = 2.5
 
 
 def add_ghosts(scene: mujoco.MjvScene, targets: NDArray[np.float64], colors: NDArray[np.float64]) -> None:
-    """Add a translucent ball where each drone is told to be, as far as there is room.
+    """Add a translucent ball at the target of each drone, as far as there is room.
 
     Args:
         scene: Scene to add to.

@@ -33,7 +33,7 @@ def picture(
         width: Width of the picture (pixels).
         height: Height of the picture (pixels).
         names: Names of the drones to show, in the order of `positions`.
-        targets: Where they are told to be (m, world frame), shown as ghosts, shape (N, 3).
+        targets: Their target positions (m, world frame), shown as ghosts, shape (N, 3).
 
     Returns:
         The picture, shape (height, width, 3).

@@ -26,7 +26,7 @@ _MAX_SAMPLES = 2000  # per line: more than the page has pixels
 _INK, _SOFT = "#22262B", "#8A929B"
 _DASHES = (0, (4, 2))
 _FULL_MOTOR = 65535.0  # [PWM counts]
-_MIN_SPAN_M = 0.1  # of an axis over time: who hovers shall not look restless
+_MIN_SPAN_M = 0.1  # of an axis over time: noise of a hovering drone shall not fill it
 
 
 def plot_flight(
@@ -49,7 +49,7 @@ def plot_flight(
         path: File to write, usually `flight.png`; replaced in one step.
         title: Headline.
         curve: An error over time, shown in place of the motors.
-        timeline: Points beside the drones, and who worked on what when, shown in place of the motors as well.
+        timeline: Points beside the drones, and the tasks of each drone over time, shown in place of the motors as well.
         scenery: What stands in the scene, such as gates: the corners of a box (m), shape (8, 3), and its color.
     """
     figure = Figure(figsize=(14.0, 9.0), dpi=110, layout="constrained", facecolor="white")
@@ -241,7 +241,7 @@ def _draw_motors(axes: Axes, log: FlightLog, colors: Sequence[str]) -> None:
 
 
 def _draw_formation(axes: Axes, curve: ErrorCurve) -> None:
-    """Draw at the end of the flight who looks at whom, and crosses where each shall be."""
+    """Draw the pairs of drones whose bearings count at the end of the flight, and crosses at their targets."""
     if curve.ends is not None:
         # many pairs are a web that shall not hide the paths
         width = float(np.clip(10.0 / max(1, len(curve.pairs)), 0.25, 0.7))
@@ -322,7 +322,7 @@ def _draw_box(axes: Axes, mark: Mark, color: str) -> None:
 
 
 def _draw_intervals(axes: Axes, timeline: TaskTimeline, colors: Sequence[str]) -> None:
-    """Draw who worked on what: a bar from when it took it on, filled if it finished it."""
+    """Draw the tasks of each drone: a bar from the time when it took one on, filled if it finished it."""
     _tidy(axes, timeline.title)
     axes.set_xlabel("time (s)")
     axes.set_ylim(len(colors) - 0.5, -0.5)

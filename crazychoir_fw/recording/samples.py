@@ -19,7 +19,7 @@ Fields = Mapping[str, tuple[Sequence[int], DTypeLike]]
 
 
 class RowStore(Protocol):
-    """Where rows go that are not in memory any more: a `LogStream` or a `SpillFile`."""
+    """Where rows go that have left memory: a `LogStream` or a `SpillFile`."""
 
     def append(self, kind: bytes, section: int, parts: Sequence[Any]) -> Frame | None:
         """Write rows; None: they are not taken."""
@@ -29,7 +29,7 @@ class RowStore(Protocol):
 
 
 class Samples:
-    """Rows of fields that each have one shape and type. Those that a stream has are not in memory any more."""
+    """Rows of fields that each have one shape and type. Those that a stream has are not in memory."""
 
     def __init__(self, fields: Fields) -> None:
         """Begin without a row.

@@ -1,4 +1,4 @@
-"""Rows of a long flight that nobody writes to a stream, in a file without a name instead of in memory."""
+"""Rows of a long flight without a log stream, in an unnamed temporary file instead of in memory."""
 
 from __future__ import annotations
 

@@ -90,7 +90,7 @@ def chase(
     behind_m: float = 0.55,
     above_m: float = 0.2,
 ) -> Viewpoint:
-    """Return the view of somebody who flies behind a drone: follows its yaw, stays level when it rolls or pitches.
+    """Return the view from behind a drone: follows its yaw, stays level when it rolls or pitches.
 
     Args:
         position: Origin of the body (m, world frame), shape (3,).

@@ -61,7 +61,7 @@ class Drone:
         """Number of its provider in the core (`crazychoir_fw.onboard.core.provider_identity`)."""
         provider = self.provider_number
         self.uplink = Uplink(self._cf)
-        """The way of all requests: who listens to commands, or disturbs them, hooks in here."""
+        """The way of all requests: code that listens to commands, or disturbs them, hooks in here."""
         self.uplink.handle("packet", self._receive_packet)
         self.uplink.handle("setpoint", self._receive_setpoint)
         self.uplink.handle("place", self._place)
@@ -191,9 +191,9 @@ class Drone:
 
     @property
     def peers(self) -> NDArray[np.float64]:
-        """Where this drone has been told that others are (m, world), shape (n, 3), n at most 10.
+        """Positions of other drones that this drone has received (m, world), shape (n, 3), n at most 10.
 
-        The world tells it 100 times a second, but only while its parameter ``colAv.enable`` is set.
+        The world sends them 100 times a second, but only while the drone's parameter ``colAv.enable`` is set.
         """
         told = [peer.pos for peer in self._cf.onboard.peers.peers if peer.id]
         return np.array([(position.x, position.y, position.z) for position in told]).reshape(-1, 3)

@@ -72,10 +72,10 @@ class DroneConfig:
     attributes: Mapping[str, str | float | int | Sequence[float]] = field(default_factory=dict)
     """Any further attribute of the engine plugin, such as ``mocap_noise`` (m) or ``anchor0`` (x, y, z in m)."""
     motor_ctrl: str | type | None = None
-    """Who flies the drone from Python: a subclass of `MotorCtrl`, or its name as ``MotorCtrlFPQR``,
+    """Python class that flies the drone: a subclass of `MotorCtrl`, or its name as ``MotorCtrlFPQR``,
     ``package.module:Class`` or ``path/to/file.py:Class``."""
     motor_ctrl_properties: Mapping[str, str | float | int] = field(default_factory=dict)
-    """What that class is told."""
+    """Properties that the class receives."""
 
     def plugin_attributes(self) -> dict[str, str]:
         """Return the attributes for the engine plugin as text.

@@ -91,7 +91,7 @@ def _provider(number: int) -> str:
 
 
 def _attributes(model: mujoco.MjModel) -> tuple[list[bytes], list[bytes]]:
-    """Return what the plugins of a model are told, and apart from it the Python classes that they name."""
+    """Return the attributes of the plugins of a model, and apart from them the Python classes that they name."""
     everything = model.plugin_attr.tobytes()
     known = list(attributes())
     places = sorted(known.index(name) for name in _PROGRAMS)

@@ -20,7 +20,7 @@ def load_apps(drones: Sequence[DroneConfig]) -> Sequence[DroneConfig]:
     """
     if not any(drone.app for drone in drones):
         return drones
-    # compilers are for those who ask for them
+    # imported here, since only drones with apps need a compiler
     from crazychoir_fw.firmware.apps import carry
 
     return carry(drones)
@@ -39,7 +39,7 @@ def load_providers(words_and_platforms: Iterable[tuple[str, str]]) -> None:
     for word, platform in dict.fromkeys(words_and_platforms):
         # an unknown platform is refused by the builder of the world, which knows the drone's name
         if word != BUILTIN and platform in platform_names():
-            # compilers and checkouts are for those who ask for them
+            # imported here, since only other providers need a compiler and a checkout
             from crazychoir_fw.firmware.providers import load
 
             load(word, platform)

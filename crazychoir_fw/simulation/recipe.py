@@ -82,7 +82,7 @@ def _plain_config(drone: DroneConfig) -> dict[str, Any]:
     config = {field.name: _plain(getattr(drone, field.name)) for field in dataclasses.fields(drone)}
     app = [drone.app] if isinstance(drone.app, str | Path) else drone.app
     config["app"] = [str(Path(path).absolute()) for path in app]
-    # what is left at its default need not be known to the version that reads the recipe
+    # a version that reads the recipe need not know fields with their default value
     return {
         field.name: config[field.name]
         for field in dataclasses.fields(drone)

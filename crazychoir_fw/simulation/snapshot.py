@@ -101,7 +101,7 @@ class Snapshot:
 
         Args:
             path: The file.
-            trust: Whether you know who wrote it. Otherwise a world that takes it looks at every number that C relies
+            trust: Whether you trust the author of the file. Otherwise a world checks every number of it that C relies
                 on, and refuses drones that fly the library of a checkout, whose memory nothing here understands.
 
         Raises:

@@ -40,7 +40,7 @@ class Stage:
     drones: list[str]
     """Names of the bodies that are drones, in the order of the log."""
     targets: NDArray[np.float64] | None
-    """Where they were told to be (m), NaN where they were not, shape (F, N, 3)."""
+    """Their target positions (m), NaN where there is none, shape (F, N, 3)."""
     painted: frozenset[str]
     """Those of them whose color the user chose."""
     warnings: tuple[str, ...] = ()

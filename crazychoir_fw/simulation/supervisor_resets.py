@@ -1,8 +1,8 @@
 """When the supervisor takes a drone on the floor through a reset, which no message tells.
 
 It does so 30 s after the drone became ready without flying, again and again, and 3 s after a landing; a drone that must
-be armed is disarmed then. For some 0.1 s the motors may not run and commands of the planner are refused; and what the
-planner was told just before is dropped (docs/reference/planner-commander.md#14.2, #14.5, #14.6).
+be armed is disarmed then. For some 0.1 s the motors may not run and commands of the planner are refused; and a command
+that the planner got just before is dropped (docs/reference/planner-commander.md#14.2, #14.5, #14.6).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where each drone is told to be: what the `ctrltarget` log variables say, where they mean a place."""
+"""Position set-point of each drone: the `ctrltarget` log variables, where these hold a position."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Targets:
         self._modes = [drone.memory[_MODES : _MODES + 12].view(np.uint32) for drone in drones]
 
     def positions(self) -> NDArray[np.float64]:
-        """Return where each drone is told to be (m, world), shape (N, 3); NaN where no place is asked for."""
+        """Return the position set-point of each drone (m, world), shape (N, 3); NaN where there is none."""
         told = np.array(self._places, dtype=np.float64)
         told[(np.array(self._modes) != lib.modeAbs).any(axis=1)] = np.nan
         return told

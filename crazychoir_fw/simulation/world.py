@@ -104,7 +104,7 @@ class World(WorldBase):
     def from_mjcf(cls, path: str | Path, seed: int = 0, threads: int | None = None) -> World:
         """Make a world of an MJCF file with Crazyflies in it: bodies with the engine plugin.
 
-        Drones are called as their bodies; the attributes of their plugins say what they are, and who flies them.
+        Drones are called as their bodies; the attributes of their plugins set type and controller.
 
         Args:
             path: The model.
@@ -288,13 +288,13 @@ class World(WorldBase):
             height: Height of the picture (pixels).
             camera: ``follow`` sees all drones; ``fpv:NAME`` and ``chase:NAME`` those of a drone; else the name of a
                 camera of the model.
-            overlays: Whether to show names, and as ghosts where the drones are told to be.
+            overlays: Whether to show names, and ghosts at the targets of the drones.
 
         Raises:
             RenderingError: If there is no OpenGL on this machine.
             ValueError: If there is no such camera.
         """
-        # drawing is for those who look: importing it takes longer than a flight
+        # imported here, since the import takes longer than a flight and only pictures need it
         from crazychoir_fw.recording.picture import picture
         from crazychoir_fw.simulation.targets import Targets
 

@@ -19,7 +19,7 @@ SETTLE_S = 130e-6
 """Time of the chip from receiving to sending and back (s)."""
 
 LARGEST_BYTES = 32
-"""Largest payload of a frame: an acknowledgment is waited for as long as one of this size would take (typical)."""
+"""Max payload of a frame: the acknowledgment timeout is the airtime of a frame of this size (typical)."""
 
 NULL_BYTES = 1
 """A null packet of the client, and the answer of a drone with nothing to say (typical: cflib finds a byte in it)."""

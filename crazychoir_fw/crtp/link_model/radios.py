@@ -177,7 +177,7 @@ def assign(configs: Sequence[RadioConfig], drones: Sequence[str]) -> dict[str, l
 
 
 def _tuned(configs: Sequence[RadioConfig]) -> list[RadioConfig]:
-    """Return the same radios, each with a channel; those that ask for none get one that is free, while there is one."""
+    """Return the same radios, each with a channel; a radio without one gets a free channel, while there is one."""
     taken = {config.channel for config in configs if config.channel is not None}
     free = (channel for channel in DEFAULT_CHANNELS if not taken & {channel - 1, channel, channel + 1})
     return [

@@ -36,7 +36,7 @@ class Memory(Protocol):
 
     type: MemoryType
     size: int
-    """Bytes, as the client is told. Bytes behind the end are never asked for."""
+    """Bytes, as announced to the client. No read goes beyond the end."""
     serial: bytes
     """8 bytes, which only 1-wire memories have; elsewhere zeros."""
 

@@ -51,7 +51,7 @@ class HighLevelService:
         return ()
 
     def end_session(self) -> None:
-        """The drone goes on with what it was told."""
+        """The drone goes on with its latest high-level command."""
 
 
 QUESTION = 0
@@ -99,7 +99,7 @@ GREETING = b"Bitcraze Crazyflie".ljust(MAX_PAYLOAD, b"\0")
 
 
 class LinkService:
-    """Returns what it gets, says who it is, or swallows."""
+    """Echoes a packet, answers a request for the link source, or drops the packet."""
 
     ports = (Port.LINK,)
 

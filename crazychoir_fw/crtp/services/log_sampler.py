@@ -89,7 +89,7 @@ class LogSampler:
         self.changed()
 
     def forget(self, key: tuple[int, int]) -> None:
-        """Take a group off that has nothing to sample any more."""
+        """Remove a group that has nothing left to sample."""
         self._groups.pop(key, None)
 
     def _sought(self, tick: int) -> None:

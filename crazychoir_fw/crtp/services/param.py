@@ -5,7 +5,7 @@ Choices where the firmware has none, or is known to be wrong:
 - A value that is not finite is refused. The answer to such a write carries the value that stays, so that the client
   does not believe in the other one; a write by name is answered with EINVAL.
 - The same holds for a write that is too short, and for one that comes while too many wait.
-- A change that the client did not ask for is told at the next tenth of a simulated second, with the value where the
+- A change that the client did not ask for is sent at the next tenth of a simulated second, with the value where the
   client looks for it; also one that was written by name, which the firmware keeps to itself.
 - What runs on board when a parameter is written, runs also when it is written by name.
 """

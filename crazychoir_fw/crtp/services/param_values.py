@@ -21,7 +21,7 @@ MAX_WAITING = 300
 """Writes of one drone that wait for the simulation: a client may set every parameter at once."""
 
 MAX_NEWS = 20
-"""So many changes are told at once; the others follow. A drone that reboots changes hundreds."""
+"""Max changes sent at once; the others follow. A drone that reboots changes hundreds."""
 
 _FORMATS = {"u1": "<B", "u2": "<H", "u4": "<L", "i1": "<b", "i2": "<h", "i4": "<l", "f4": "<f"}
 
@@ -111,10 +111,10 @@ class ParameterValues:
             else:
                 del self._pending[number]
 
-    # ------------------------------------------------------------------- what the client believes
+    # ------------------------------------------------------------------- values as the client knows them
 
     def believe(self, number: int, raw: bytes) -> None:
-        """Remember that the client was told this value."""
+        """Remember that this value was sent to the client."""
         part = self._parts[number]
         with self._lock:
             self._told_bytes[part] = raw
@@ -122,13 +122,13 @@ class ParameterValues:
             self._has_told = True
 
     def forget_client(self) -> None:
-        """Remember no longer what a client was told."""
+        """Forget which values were sent to a client."""
         with self._lock:
             self._is_told[:] = False
             self._has_told = False
 
     def news(self) -> list[tuple[int, bytes]]:
-        """Return numbers and values that are no longer what the client was told, and take them as told now."""
+        """Return numbers and values that differ from those sent to the client, and count them as sent."""
         if not self._has_told:
             return []
         with self._lock:

@@ -36,7 +36,7 @@ DEVICE_TYPES = {"cf2": "CF21", "cf21bl": "CF21BL"}
 
 
 class PlatformService:
-    """Who this drone is. Its app channel is at `app_channel`."""
+    """Platform and firmware version of this drone. Its app channel is at `app_channel`."""
 
     ports = (Port.PLATFORM,)
 

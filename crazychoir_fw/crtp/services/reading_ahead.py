@@ -6,7 +6,7 @@ question for one of these is answered already; the last item is sent only when i
 has one answer, in the order of the questions, and a client that stops in between finds items that it does not wait for,
 which cflib ignores.
 
-Over UDP a client never asks twice. So when no question has followed for some time, the item that is waited for is sent
+Over UDP a client never repeats a request. So when no question has followed for some time, the pending item is sent
 again: if the client is only slow, it ignores the second copy.
 """
 
@@ -81,7 +81,7 @@ class ReadingAhead:
         return answer
 
     def _look(self) -> None:
-        """Send again what has been waited for too long."""
+        """Send the pending item again after a timeout."""
         self._looks += 1
         if self._looks < LOOKS:
             return

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.mission.plan import Upload
     from crazychoir_fw.planning import Polynomial
 
-_MAX_PROBLEMS = 5  # that are told
+_MAX_PROBLEMS = 5  # sentences in one message
 _PLAIN_LOGS = (
     *("position.x", "position.y", "position.z", "velocity.x", "velocity.y", "velocity.z"),
     *("rates.x", "rates.y", "rates.z"),
@@ -35,11 +35,11 @@ class DroneState:
     battery_v: float = float("nan")
     """Voltage (V)."""
     estimate_error_m: float = float("nan")
-    """How far the estimator is from the truth (m), where somebody knows the truth."""
+    """Distance between estimate and truth (m); NaN where the backend has no truth."""
     link: str = ""
     """How the link is, in words."""
     failure: str = ""
-    """Why it flies no more, a sentence."""
+    """Why it cannot fly, a sentence."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Access:
     """Drones that have no onboard software, as those of the integrator, or none that is reached."""
 
     no_rewind: str | None = None
-    """Why time cannot be turned back, a sentence."""
+    """Why the flight cannot be rewound, a sentence."""
 
     no_speed: str | None = None
     """Why time goes on as it does, whatever is asked for, a sentence."""
@@ -87,12 +87,12 @@ class Access:
         self.names: list[str] = list(backend.names)
 
     def is_slow(self, index: int) -> bool:
-        """Return whether parameters take their time on the way to a drone: nobody may ask for them between rounds."""
+        """Return whether a drone's parameters arrive with a delay; do not read them between rounds then."""
         del index
         return False
 
     def true_pose(self) -> Pose:
-        """Return where the drones are, as well as anybody knows, arrays of shape (N, ...)."""
+        """Return the true poses, or the measured ones without a simulation, arrays of shape (N, ...)."""
         return self.backend.poses()
 
     def references(self) -> NDArray[np.float64] | None:
@@ -160,7 +160,7 @@ class Access:
         return float("nan") if values is None else float(values[index]["xyz".index(axis)])
 
     def console(self, index: int) -> str:
-        """Return what the onboard software printed of late."""
+        """Return what the onboard software printed recently."""
         del index
         return ""
 

@@ -133,7 +133,7 @@ class HardwareAccess(Access):
                 try:
                     value = drone.get_parameter(f"{group}.{name}")
                 except CrazychoirError:
-                    value = float("nan")  # not heard of yet
+                    value = float("nan")  # not received yet
                 read_only = element.get_readable_access() == "RO"
                 found.append(Variable(f"{group}.{name}", str(element.ctype), value, read_only))
         return found
@@ -175,7 +175,7 @@ class HardwareAccess(Access):
 
             try:
                 future.set_result(drone.upload_trajectory(_TRAJECTORY, to_pieces(curve).rows))
-            except Exception as error:  # told to whoever asks
+            except Exception as error:  # raised again in the thread that reads the future
                 future.set_exception(error)
 
         threading.Thread(target=write, name=f"upload-{self.names[index]}", daemon=True).start()

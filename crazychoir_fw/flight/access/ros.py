@@ -65,7 +65,7 @@ class RosAccess(Access):
         return self.backend.reboot(index)
 
     def stop_now(self, indices: list[int]) -> None:
-        """See `Access`: nobody waits for the answer of a service before STOP is said."""
+        """See `Access`; sends STOP without waiting for the response of a service."""
         self.backend.stop_now(indices)
 
     def _check_care(self) -> None:

@@ -16,7 +16,7 @@ from crazychoir_fw.parity.side import Block, LogGatherer, Side
 
 @dataclass(frozen=True)
 class CaseRequest:
-    """Who is asked, and which of its log variables are to be watched."""
+    """The side under test, and which of its log variables are to be watched."""
 
     side: Side
     logs: tuple[str, ...] = ()

@@ -16,7 +16,7 @@ Listener = Callable[[str, tuple[Any, ...]], None]
 """Called with verb and arguments of every request that the drone takes, in their order."""
 
 FaultFilter = Callable[[str, tuple[Any, ...]], bool]
-"""Asked before a request leaves the client: False swallows it. Who sends it later calls `Uplink.send`."""
+"""Called before a request leaves the client: False drops it. A filter that delays a request calls `Uplink.send`."""
 
 Transport = Callable[[str, tuple[Any, ...]], None]
 """Takes what has left the client, and calls `Uplink.dispatch` when it arrives, if it does."""

@@ -243,7 +243,7 @@ class CrazyflieIntegrator:
         state[below, 3:5] = 0.0
         state[below, 6:9] = 0.0
 
-    # ---------------------------------------------------------------- what is told
+    # ---------------------------------------------------------------- outputs
 
     @property
     def rates(self) -> Array:

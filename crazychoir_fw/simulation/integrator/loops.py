@@ -88,7 +88,7 @@ class GoToLoop:
         way = s**3 * (10.0 - 15.0 * s + 6.0 * s**2)
         way1 = 30.0 * s**2 * (1.0 - s) ** 2 / T
         way2 = 60.0 * s * (1.0 - 3.0 * s + 2.0 * s**2) / T**2
-        # what is left of the velocity at the begin: 1 there, 0 at the end, with all derivatives
+        # share of the start velocity: 1 at the begin, 0 at the end, with all derivatives
         run = T * s * (1.0 - s) ** 3 * (1.0 + 3.0 * s)
         run1 = (1.0 - s) ** 2 * (1.0 + 2.0 * s - 15.0 * s**2)
         run2 = -12.0 * s * (1.0 - s) * (3.0 - 5.0 * s) / T

@@ -1,4 +1,4 @@
-"""Mass and rotor drag of the airframes, for those who integrate without them."""
+"""Mass and rotor drag of the airframes, for an integrator without onboard software."""
 
 from __future__ import annotations
 
