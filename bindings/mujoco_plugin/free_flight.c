@@ -5,7 +5,7 @@
 
 #include "mujoco_plugin/rotation.h"
 
-// ------------------------------------------------------------------------------ who can fly freely
+// ---------------------------------------------------------------------- drones that can fly freely
 
 static bool are_zero(const mjtNum *numbers, int count) {
   bool zero = true;
@@ -95,7 +95,7 @@ void cf_free_flight_new(swarm_t *swarm, const mjModel *model) {
   tie_by_tendons(swarm, model);
 }
 
-// ------------------------------------------------------------------------------------ who does now
+// ---------------------------------------------------------------- drones that fly freely this step
 
 static void note_contact(swarm_t *swarm, const mjModel *model, int geom) {
   const int index = geom >= 0 ? swarm->drone_of_body[model->geom_bodyid[geom]] : -1;

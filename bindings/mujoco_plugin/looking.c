@@ -41,7 +41,7 @@ static cf_hull_t hull_of(const mjModel *model, int body) {
   return hull;
 }
 
-// Also what hangs on a drone by joints is no mover: nobody searches it.
+// A body that hangs on a drone by joints is no mover either: ranging sensors do not detect it.
 static bool is_mover(const swarm_t *swarm, const mjModel *model, int geom) {
   const int body = model->geom_bodyid[geom];
   const int type = model->geom_type[geom];

@@ -4,7 +4,7 @@
 
 #include "bitcraze/freertos/freertos_shim.h"
 
-// Why a task waits. The same queue may be awaited by who wants to send and by who wants to receive.
+// Why a task waits. Senders (SPACE) and receivers (ITEM) may wait for the same queue.
 enum { CF_WAITS_TIME, CF_WAITS_ITEM, CF_WAITS_SPACE, CF_WAITS_EVENTS, CF_WAITS_NOTIFICATION };
 
 // When a wait ends at the latest, so that one of several attempts ends as one of a single attempt.
