@@ -61,7 +61,7 @@ typedef struct {
   cf_wind_t          wind;
   cf_imu_t           imu;
   cf_barometer_t     barometer;
-  cf_random_t        random;  // spare generator, for disturbances of this drone
+  cf_random_t        random;  // parent generator: the others are split from it
 
   cf_rangers_t rangers;
 
