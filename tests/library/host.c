@@ -102,7 +102,7 @@ static void on_signal(int signal) {
   if (rescue != NULL) {
     siglongjmp(*rescue, signal);
   }
-  // a crash of the test itself: once more, without anybody to catch it
+  // a crash of the test itself: raise the signal again with the default handler
   struct sigaction by_default = {.sa_handler = SIG_DFL};
   sigaction(signal, &by_default, NULL);
   raise(signal);

@@ -107,7 +107,7 @@ def test_a_mapping_names_no_drones():
 
 
 class Watcher(CFGuidance):
-    """Notes what it is told of others."""
+    """Record the poses of other drones that it receives."""
 
     watched = (3,)
 

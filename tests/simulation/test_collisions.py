@@ -153,7 +153,7 @@ def test_a_flood_of_events_is_bounded_and_counted():
     world = make_world(20, seed=1)
     world.run(0.2)
     for _ in range(30):
-        world.data.time += 1.0  # long enough for the contacts with the floor to begin anew
+        world.data.time += 1.0  # long enough for the contacts with the floor to begin again
         mujoco.mj_step(world.model, world.data)
     world.step()
     assert [event.kind for event in world.events] == ["touchdown"] * 512 + ["collisions_lost"]
