@@ -1,4 +1,4 @@
-// CRTP packets of a client, handed to whom they concern (cf_receive_packet of commands.h).
+// CRTP packets of a client, dispatched to their modules (cf_receive_packet of commands.h).
 
 #include <string.h>
 

@@ -116,7 +116,7 @@ static const char *signal_text(int signal) {
     case SIGBUS:
       return "bus error";
     case SIGFPE:
-      return "division by zero";  // of integers; those of floats do not stop anybody
+      return "division by zero";  // of integers; divisions of floats raise no signal
     case SIGILL:
       return "illegal instruction";
     case SIGABRT:

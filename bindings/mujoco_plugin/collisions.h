@@ -1,4 +1,4 @@
-/* Contacts of drones that begin: what MuJoCo detected in a step, reported once. Internal.
+/* Contacts of drones that begin, as MuJoCo detected them, reported once. Internal to the plugin.
  *
  * What a drone touches already is stored in the drone (contacts.h), so that a restored flight
  * reports the same. Reported contacts are queued here until the caller takes them. */

@@ -88,7 +88,7 @@ static void tie_by_tendons(swarm_t *swarm, const mjModel *model) {
 void cf_free_flight_new(swarm_t *swarm, const mjModel *model) {
   for (int i = 0; i < swarm->count; i++) {
     drone_t *drone = &swarm->drones[i];
-    // soft things touch without a geom, so that nothing would tell whom
+    // soft bodies touch without a geom, so that a contact does not name the drone
     drone->is_free = model->nflex == 0 && is_one_body(drone, model) && is_plain(drone, model);
   }
   tie_by_equalities(swarm, model);

@@ -156,7 +156,8 @@ void cf_looking_begin(swarm_t *swarm, const mjData *data) {
   }
 }
 
-// The first thread that asks sorts, the others wait. Who it is does not matter: positions decide.
+// The first calling thread sorts, the others wait. The result is the same for every thread, because
+// it depends on positions only.
 static const cf_peer_grid_t *grid_of(swarm_t *swarm) {
   cf_looking_t *looking = &swarm->looking;
   int           state   = GRID_OLD;
@@ -285,7 +286,7 @@ static int32_t column_of(double coordinate) {
   return (int32_t)floor(coordinate);
 }
 
-// All columns that the cone passes through, as far as anybody is there.
+// Searches all columns with drones that the cone passes through.
 static void look_at_drones(search_t *search, const cf_peer_grid_t *grid) {
   const double reach = fmin(search->nearest, PEER_REACH);
   const double sine  = sqrt(fmax(0.0, 1.0 - search->cone * search->cone));

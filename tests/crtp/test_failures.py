@@ -32,7 +32,7 @@ FREEZE_S = 3.0
 
 @dataclass(frozen=True)
 class Happened:
-    """What became of everybody."""
+    """The outcome of all scripts and drones."""
 
     scripts: dict[str, Outcome]
     log: FlightLog

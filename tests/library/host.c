@@ -1,5 +1,5 @@
-/* What the core is to a provider library, for tests: remembers what libraries say, and brings back
- * who crashed. */
+/* Replaces the core of a provider library, for tests: records the output of libraries, and returns
+ * from functions that crashed. */
 #include "host.h"
 
 #include <setjmp.h>

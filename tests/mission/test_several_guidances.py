@@ -1,4 +1,4 @@
-"""Several kinds of guidance in one mission: who decides, plans and controls for whom, and what is refused."""
+"""Several kinds of guidance in one mission: the layers of each drone, and missions that are refused."""
 
 import numpy as np
 import pytest

@@ -52,7 +52,7 @@ class Member:
 
 
 def step(members, awaited, wall):
-    """Let all have their rounds, and return whether anybody waited in vain."""
+    """Run a round of all members; return whether any of them timed out."""
     for member in members:
         member.begin(awaited)
         for other in members:

@@ -156,7 +156,7 @@ def fly(world, first=0, last=60):
 
 @pytest.fixture(scope="module")
 def reference():
-    """The bytes after the flight with one thread; everybody avoids everybody."""
+    """The bytes after the flight with one thread; every drone avoids every other."""
     set_threads(1)
     world = scattered_world(14)
     state = fly(world)

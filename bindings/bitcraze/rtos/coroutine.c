@@ -138,8 +138,8 @@ static uint64_t *top(int number) {
   return cf_stacks[number] + CF_STACK_BYTES / WORD;
 }
 
-// Nobody can write to the lowest page of each stack, so that endless recursion is a crash, which
-// ends, and nothing else of the library is overwritten. Who looks for leaks may read it.
+// Makes the lowest page of each stack read-only: endless recursion crashes there instead of
+// overwriting other data of the library. Leak checkers may read the page.
 static void guard(void) {
   const long page = sysconf(_SC_PAGESIZE);
   for (int i = 0; i < CF_STACKS && page > 0 && page <= LARGEST_PAGE; i++) {

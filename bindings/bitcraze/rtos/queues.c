@@ -89,7 +89,7 @@ static bool is_possible(const StaticQueue_t *queue, int what) {
   return what == CF_WAITS_ITEM ? queue->count > 0 : queue->count < queue->length;
 }
 
-// Until there is an item, or space for one. Somebody else may be faster, hence the loop.
+// Waits for an item, or for space for one. Another task may take it first, hence the loop.
 static bool wait_for(const StaticQueue_t *queue, int what, TickType_t wait) {
   if (!is_possible(queue, what) && cf_rtos_can_wait(wait)) {
     const cf_deadline_t deadline = cf_rtos_deadline(wait);

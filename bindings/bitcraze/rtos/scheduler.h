@@ -15,7 +15,7 @@ typedef uint64_t cf_deadline_t;
 TickType_t    cf_rtos_now(void);
 cf_deadline_t cf_rtos_deadline(TickType_t wait);
 
-// Whether who calls may wait: a task that is willing to.
+// Whether the caller may wait: it is a task, and passes a timeout above zero.
 bool cf_rtos_can_wait(TickType_t wait);
 
 // For a task: returns true when it was woken, false when the time was over.

@@ -114,7 +114,7 @@ static cf_status_t boot(void *state CF_UNUSED, const cf_system_boot_t *how) {
   if (!all) {
     return CF_ERR_STATE;
   }
-  // run tasks until they wait for their first packet or tick, so that the first packet is handled
+  // run tasks until they wait for their first packet or tick: then they handle a packet at once
   cf_work_on("the firmware's tasks");
   cf_rtos_run_ready();
   int      type;

@@ -1,4 +1,4 @@
-/* The shim of FreeRTOS that the firmware's tasks run on: who runs when, and what waits return. */
+/* The shim of FreeRTOS that the firmware's tasks run on: order of tasks, and results of waits. */
 #define _GNU_SOURCE  // sigsetjmp
 #include <setjmp.h>
 #include <stdio.h>

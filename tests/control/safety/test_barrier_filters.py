@@ -1,4 +1,4 @@
-"""Both safety filters: rows, optimum, braking, and flights where everybody wants to be where another is."""
+"""Both safety filters: rows, optimum, braking, and flights where each agent's goal is another's place."""
 
 import numpy as np
 import pytest

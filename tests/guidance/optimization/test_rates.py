@@ -251,7 +251,7 @@ def test_aggregative_tracking_is_linear(team, jointly_connected, factor_per_roun
 
 
 def constrained(size, seed):
-    """Costs and half-planes of each agent, the optimum of all, and prices that make it everybody's own optimum."""
+    """Costs and half-planes of each agent, the optimum of all, and prices that make it the optimum of each agent."""
     dice = np.random.default_rng(seed)
     inside = dice.normal(size=DIMENSION)
     parts = []
@@ -318,7 +318,7 @@ def test_admm_moves_less_and_less(team, seed, size):
 @settings(max_examples=8)
 @given(seed=SEEDS, size=st.integers(2, 6))
 def test_the_simplex_may_stop_when_nothing_changed_for_twice_the_diameter(team, seed, size):
-    """Buerger, Notarstefano, Bullo, Allgoewer 2012: finitely many rounds, and who saw nothing change for 2 d + 1 rounds
+    """Buerger, Notarstefano, Bullo, Allgoewer 2012: finitely many rounds; an agent without changes for 2 d + 1 rounds
     has the best basis."""
     dice = np.random.default_rng(seed)
     b = dice.uniform(-2.0, 2.0, 3)
@@ -337,7 +337,7 @@ def test_the_simplex_may_stop_when_nothing_changed_for_twice_the_diameter(team, 
 @given(seed=SEEDS, size=st.integers(2, 6))
 def test_constraints_consensus_may_stop_when_nothing_changed_for_twice_the_diameter(team, seed, size):
     """Notarstefano, Bullo 2011: the cost of what an agent knows never falls, it is the optimum after finitely many
-    rounds, and who saw nothing change for 2 d + 1 rounds has it."""
+    rounds, and an agent without changes for 2 d + 1 rounds has it."""
     parts, _, _ = constrained(size, seed)
     cost = parts[0].P, parts[0].q
     parts = [QuadraticProblem(*cost, A=one.A, b=one.b) for one in parts]
