@@ -4,7 +4,7 @@
  *   "0xBC", u8 version, u8 channel, u8 speed, f32 pitch trim, f32 roll trim, version 1 also: u8
  *   high byte and u32 low bytes of the address; u8 sum of all bytes before
  *
- * The simulated radio has no channel and no speed; both are kept for who asks. */
+ * The simulated radio has no channel and no speed; both are kept for clients. */
 #ifndef CF_CONFIGURATION_BLOCK_H
 #define CF_CONFIGURATION_BLOCK_H
 
@@ -13,7 +13,7 @@
 
 #define CF_CONFIGURATION_BYTES 32  // the block has 21
 
-#define CF_RADIO_CHANNEL 80            // of a vehicle that nobody configured
+#define CF_RADIO_CHANNEL 80            // of a vehicle that was never configured
 #define CF_RADIO_SPEED 2               // 2 Mbit/s
 #define CF_RADIO_ADDRESS 996028180224  // 0xE7E7E7E700, with the radio id as its last byte
 

@@ -1,5 +1,5 @@
-/* What a drone touches: remembered in the drone itself, so that the beginning of a contact is told
- * once, also after a flight was restored. Filled by whoever detects collisions. */
+/* What a drone touches: stored in the drone's state, so that the beginning of a contact is reported
+ * once, also after a flight was restored. The collision detection of the simulator fills it. */
 #ifndef CF_CONTACTS_H
 #define CF_CONTACTS_H
 

@@ -129,7 +129,7 @@ static cf_status_t boot(cf_t *cf) {
     return booted;
   }
   if (provider->system != NULL && tell_start(cf, provider)) {
-    // their boot sets the parameters anew, so that the filter begins again from these, as on the
+    // the checkout's boot resets the parameters, so that the filter restarts from these, as on the
     // vehicle when a client sets them
     const uint8_t yes = 1;
     set_parameter(provider, cf->provider_state, "kalman", "resetEstimation", &yes, sizeof yes);
@@ -152,7 +152,7 @@ static void fill_eeprom(cf_t *cf) {
 cf_status_t cf_init(cf_t *cf, const cf_config_t *config) {
   const cf_config_t copy = *config;  // the caller may pass the drone's own
   if (cf_provider_name(copy.provider) == NULL) {
-    return CF_ERR_UNKNOWN;  // nobody knows how much memory there is
+    return CF_ERR_UNKNOWN;  // the size of the state depends on the provider
   }
   memset(cf, 0, (size_t)cf_state_bytes(copy.provider));
   cf->config = copy;

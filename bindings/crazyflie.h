@@ -57,7 +57,7 @@ typedef struct {
   const cf_surroundings_t *surroundings;  // what ranging decks see; null: a flat floor at z = 0
 } cf_motion_t;
 
-// How a drone that lies still is kept there by the simulator (mujoco_plugin/sleep.h).
+// Sleep state of a drone at rest, which the simulator holds at its pose (mujoco_plugin/sleep.h).
 typedef struct {
   float  still_time;   // [s] with stopped rotors, up to now
   float  placed_time;  // [s] with stopped rotors near `pose`, up to now
@@ -123,8 +123,8 @@ void cf_wrench(const cf_t *cf, const cf_motion_t *motion, float force[3], float 
 // Whether it cannot fly any more: the core stopped it, it crashed, or its supervisor is locked.
 bool cf_is_out(const cf_t *cf);
 
-// Brings the log variables up to date that nobody pays for in the tick (cf_onboard_refresh_logs,
-// refresh_logs of the provider), in `count` drones whose states start `stride` bytes apart.
+// Updates the log variables that the tick does not compute (cf_onboard_refresh_logs, refresh_logs
+// of the provider), in `count` drones whose states start `stride` bytes apart.
 void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride);
 
 // Refreshes the logs of drones as cf_refresh_logs does, then copies stretches of their memory to
@@ -136,8 +136,8 @@ void cf_copy_logs(uint8_t *to, cf_t *first, int count, ptrdiff_t stride, const u
 // To be called after a client wrote a parameter of the drone into its memory.
 void cf_parameter_written(cf_t *cf, const char *group, const char *name);
 
-// Tells the drone where others are, all at once (onboard/peer_localization.h). Who has no
-// wants_peers does not look at them.
+// Writes the positions of all peers into the drone (onboard/peer_localization.h). A drone without
+// wants_peers does not read them.
 void cf_tell_peers(cf_t *cf, const cf_peer_t *peers, int count);
 
 // Bytes of one drone with this provider, a whole number of doubles; 0 for a provider that does not

@@ -82,7 +82,7 @@ typedef enum {
 
 typedef struct {
   uint8_t mode;      // cf_loco_mode_t, never CF_LOCO_AUTO
-  uint8_t anchor;    // the one that was heard
+  uint8_t anchor;    // id of the anchor whose packet arrived
   uint8_t previous;  // TDoA: the one that it is compared with
   float   distance;  // [m], to `anchor`; TDoA: the same minus the distance to `previous`
 } cf_ranging_t;

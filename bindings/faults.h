@@ -1,9 +1,9 @@
-/* Faults that somebody gives to a drone on purpose: broken motors, sensors, batteries, gusts.
+/* Faults that a caller injects into a drone: broken motors, sensors, batteries, gusts.
  *
- * Each function changes the drone from its next tick on and for good; the one who asks also asks
- * for the end. Everything lives in cf_t, so that a fault is part of a snapshot, and a drone without
- * one pays for a look at two flags per tick. What the core itself stops a drone for is another
- * matter: cf_fault_t of onboard/onboard.h. */
+ * Each function changes the drone from its next tick on; the fault lasts until the caller ends it.
+ * Everything lives in cf_t, so that a fault is part of a snapshot. A drone without a fault checks
+ * two flags per tick. The faults for which the core itself stops a drone are different: cf_fault_t
+ * of onboard/onboard.h. */
 #ifndef CF_FAULTS_H
 #define CF_FAULTS_H
 

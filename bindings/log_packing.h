@@ -32,7 +32,7 @@ typedef struct {
   cf_t          *drone;
   uint8_t        number;         // of the block, chosen by the client
   uint8_t        count;          // of values, which fill CF_LOG_VALUE_BYTES at most
-  bool           needs_refresh;  // some values are computed only when somebody reads them
+  bool           needs_refresh;  // some values are computed only when they are read
   cf_log_value_t values[CF_LOG_VALUE_BYTES];
 } cf_log_block_t;
 

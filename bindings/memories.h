@@ -27,7 +27,7 @@ cf_status_t cf_read_memory(const cf_t *cf, uint8_t type, uint32_t address, uint3
 
 // Writes bytes into a memory; refusals as for reading, and CF_ERR_VALUE where a number would not be
 // finite. A valid configuration block in the EEPROM counts from the next boot on; geometry and
-// calibration are used at once; a tester that is told something else than it says counts an error.
+// calibration are used at once; the memory tester counts bytes that differ from its pattern.
 cf_status_t cf_write_memory(cf_t *cf, uint8_t type, uint32_t address, uint32_t length,
                             const uint8_t *data);
 

@@ -1,4 +1,4 @@
-// CRTP packets of a client, handed to whom they concern (cf_receive_packet of commands.h).
+// CRTP packets of a client, dispatched to their modules (cf_receive_packet of commands.h).
 
 #include <string.h>
 
@@ -50,8 +50,8 @@ static cf_status_t locate_myself(cf_t *cf, const cf_located_t *item) {
                             : cf_send_external_position(cf, p[0], p[1], p[2]);
 }
 
-// Returns the first refusal about this drone; the other items are told all the same. Peers that do
-// not fit into the table are forgotten.
+// Returns the first refusal about this drone; the drone still receives the other items. Peers that
+// do not fit into the table are dropped.
 static cf_status_t locate(cf_t *cf, const cf_localization_packet_t *packet) {
   cf_status_t status = CF_OK;
   for (int i = 0; i < packet->n_items; i++) {
@@ -86,7 +86,7 @@ static cf_status_t receive_localization(cf_t *cf, uint8_t channel, const uint8_t
   return locate(cf, &packet);
 }
 
-// What is wrong with a command is told by its reply.
+// The reply carries the error of a command.
 static cf_status_t receive_high_level(cf_t *cf, uint8_t channel, const uint8_t *data, int length,
                                       cf_packet_reply_t *reply) {
   if (channel != CHANNEL_COMMAND) {

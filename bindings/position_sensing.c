@@ -7,7 +7,7 @@
 // ------------------------------------------------------------------------------------------ boot
 
 // What the client of a real drone uploads: geometry as it was estimated, calibration as it was
-// received. The base stations of the simulation are ideal but for errors that nobody knows.
+// received. The simulated base stations are ideal but for errors that the client does not know.
 static void describe_stations(const cf_lighthouse_config_t *config, cf_base_stations_t *stations) {
   for (uint32_t i = 0; i < CF_LIGHTHOUSE_STATIONS; i++) {
     const cf_station_pose_t *pose    = &config->stations[i];

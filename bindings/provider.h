@@ -82,7 +82,8 @@ typedef struct {
   tofMeasurement_t tof;
 } cf_latest_samples_t;
 
-// Where another drone was, and when this one was told [ms, its tick]. Id 0 is an empty entry.
+// Position of another drone; pos.timestamp is the tick [ms] at which this drone received it. Id 0
+// is an empty entry.
 typedef struct {
   uint8_t id;
   point_t pos;  // [m], world
@@ -98,7 +99,7 @@ typedef struct {
   bool is_attitude_reversion_off;
 } cf_system_boot_t;
 
-// What they are told every millisecond.
+// Inputs of the checkout's tasks, every millisecond.
 typedef struct {
   uint32_t             now_ms;
   const sensorData_t  *sensors;          // the newest samples, after filters
@@ -260,7 +261,7 @@ typedef struct {
   int (*logs)(cf_variables_t *tables, int capacity);
   // After a client wrote a parameter: runs what the code wants to run then. May be null.
   void (*parameter_written)(void *state, const char *group, const char *name);
-  // Before somebody reads log variables: brings those up to date that are computed. May be null.
+  // Called before log variables are read: updates those that are computed on demand. May be null.
   void (*refresh_logs)(void *state);
 
   const cf_system_t *system;  // null: the algorithms are all there is

@@ -1,7 +1,7 @@
-/* What a drone can see of its surroundings: the one question that ranging sensors ask the world.
+/* What a drone can see of its surroundings: the one query that ranging sensors make to the world.
  *
- * Whoever moves a drone may answer it (mujoco_plugin/looking.h does); where nobody does there is a
- * flat floor at z = 0 and nothing else. */
+ * The simulator of the motion may implement it (mujoco_plugin/looking.h does). Without an
+ * implementation there is a flat floor at z = 0 and nothing else. */
 #ifndef CF_SURROUNDINGS_H
 #define CF_SURROUNDINGS_H
 

@@ -1,4 +1,4 @@
-"""Served worlds in lockstep: time goes on when somebody asks for it, so that no flight depends on the machine."""
+"""Served worlds in lockstep: the test advances the time, so that no flight depends on the speed of the machine."""
 
 import threading
 import time

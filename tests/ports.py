@@ -7,7 +7,7 @@ _FIRST, _PER_WORKER = 20000, 1000  # below those that the system gives out by it
 
 
 def free_ports(count):
-    """Return the first of so many neighboring UDP ports that nobody has; other ones for each worker of pytest."""
+    """Return the first of `count` consecutive free UDP ports; each worker of pytest gets other ports."""
     worker = int(os.environ.get("PYTEST_XDIST_WORKER", "gw0")[2:]) % 10
     begin = _FIRST + worker * _PER_WORKER
     for first in range(begin, begin + _PER_WORKER - count, count):

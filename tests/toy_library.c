@@ -40,7 +40,7 @@ typedef struct {
   uint32_t ticks;  // begun
   uint32_t ended;
   uint32_t measurements;  // that the out-of-tree estimator got
-  uint32_t refreshed;     // twice the calls, when somebody asks
+  uint32_t refreshed;     // twice the calls, at a refresh of logs
   uint32_t written;       // parameters by clients
   int16_t  battery;       // [cV], looked up from the drone's own log
   int16_t  reserved2[3];  // whole words of 8

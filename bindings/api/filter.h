@@ -36,7 +36,7 @@ void lpf2pSetCutoffFreq(lpf2pData *lpfData, float sample_freq, float cutoff_freq
 // Filters one sample.
 float lpf2pApply(lpf2pData *lpfData, float sample);
 
-// Sets the memory as if `sample` had been the input for ever; returns the filtered sample.
+// Sets the filter to its steady state for the constant input `sample`; returns the filtered sample.
 float lpf2pReset(lpf2pData *lpfData, float sample);
 
 // Integer low-pass of first order with 8 fractional bits in *filt. The share of the new sample is
@@ -44,7 +44,7 @@ float lpf2pReset(lpf2pData *lpfData, float sample);
 // up. A sum that overflows wraps around.
 int16_t iirLPFilterSingle(int32_t in, int32_t attenuation, int32_t *filt);
 
-// tau and sample_time in seconds; the memory starts as if `value` had been there for ever.
+// tau and sample_time in seconds; the filter starts in its steady state for the input `value`.
 void  init_second_order_low_pass(struct SecondOrderLowPass *filter, float tau, float Q,
                                  float sample_time, float value);
 float update_second_order_low_pass(struct SecondOrderLowPass *filter, float value);

@@ -36,7 +36,7 @@ typedef struct {
   float S[9];     // the state, see kalmanCoreStateIdx_t
   float q[4];     // attitude w, x, y, z, body to world
   float R[3][3];  // the same as a matrix, of the latest finalize
-  float P[9][9];  // covariance of S; whoever writes it from outside sets `settled` to 0
+  float P[9][9];  // covariance of S; code outside the filter that writes P sets `settled` to 0
 
   float   baroReferenceHeight;   // [m]
   float   initialQuaternion[4];  // w, x, y, z

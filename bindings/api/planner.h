@@ -8,7 +8,7 @@ enum trajectory_state {
   TRAJECTORY_STATE_IDLE     = 0,  // motors off
   TRAJECTORY_STATE_FLYING   = 1,  // follow the plan, then hover at its end
   TRAJECTORY_STATE_LANDING  = 3,  // follow the plan, then motors off
-  TRAJECTORY_STATE_DISABLED = 4,  // no opinion: somebody else flies
+  TRAJECTORY_STATE_DISABLED = 4,  // the planner makes no setpoint: another source flies
 };
 
 #endif  // PLANNER_H

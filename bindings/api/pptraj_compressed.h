@@ -7,8 +7,8 @@
  * then y, z and yaw. The first control point of a piece is the end of the piece before. A duration
  * of 0 ends the trajectory.
  *
- * Two differences from the firmware. A load is told how many bytes there are, and a piece that does
- * not end within them ends the trajectory, because no bytes can be trusted. And the play-head names
+ * Two differences from the firmware. A load takes the number of bytes, and a piece that does not
+ * end within them ends the trajectory, because no bytes can be trusted. The play-head refers to
  * pieces by their offset, so that it may be kept in a drone's state. Yaw has the meaning that
  * clients send, stored * pi / 1800 (docs/reference/planner-commander.md#5.6).
  *

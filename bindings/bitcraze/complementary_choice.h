@@ -1,4 +1,4 @@
-/* Whose complementary estimator flies: the checkout's, when its two files are part of the library
+/* Selects the complementary estimator: the checkout's, when its two files are part of the library
  * and have the functions that the adapter calls; else the builtin provider's. */
 #ifndef CF_BITCRAZE_COMPLEMENTARY_CHOICE_H
 #define CF_BITCRAZE_COMPLEMENTARY_CHOICE_H

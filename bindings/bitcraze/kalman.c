@@ -23,8 +23,8 @@ void cf_kalman_init(void *state CF_UNUSED, uint32_t now_ms) {
   kalmanCoreInit(CORE, PARAMS, now_ms);
 }
 
-// As the builtin provider does it: the filter makes 100 of a covariance that is no number, and
-// would fly on with gains that nobody chose.
+// As in the builtin provider: the filter replaces a NaN covariance by 100, and would go on with
+// gains that do not follow from its parameters.
 static bool is_noise_known(void) {
   const float sum = PARAMS->procNoiseAcc_xy + PARAMS->procNoiseAcc_z + PARAMS->procNoiseVel +
                     PARAMS->procNoisePos + PARAMS->procNoiseAtt + PARAMS->measNoiseGyro_rollpitch +

@@ -160,7 +160,8 @@ static void fuse_yaw_error(const api_yawErrorMeasurement_t *from) {
 static void fuse_sweep(const api_sweepAngleMeasurement_t *from, uint32_t now_ms) {
   lighthouseCalibrationSweep_t calibration;
   sweepAngleMeasurement_t      sweep = cf_checkout_sweep(from, &calibration);
-  // who knows the base stations fills the pointers; without them there is nothing to predict
+  // lighthouse code that has geometry and calibration of the base station fills the pointers;
+  // without them the filter cannot predict the angle
   if (sweep.sensorPos && sweep.rotorPos && sweep.rotorRot && sweep.rotorRotInv && sweep.calib &&
       sweep.calibrationMeasurementModel) {
     kalmanCoreUpdateWithSweepAngles(CORE, &sweep, now_ms, &sweep_filter);

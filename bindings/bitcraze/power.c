@@ -16,8 +16,8 @@
 #define MOTORS 4
 #define FULL_COUNT 65535
 
-// What platform_defaults.h knows of the motors. Releases before late 2025 have no thrust curve, and
-// so has a platform that nobody has measured; the curve is that of the simulated airframe then.
+// What platform_defaults.h defines for the motors. Releases before late 2025 and platforms without
+// measured motors define no thrust curve; the curve of the simulated airframe is used then.
 static cf_thrust_curve_t checkout_curve(cf_thrust_curve_t curve) {
 #if defined(VMOTOR2THRUST0) && defined(VMOTOR2THRUST1) && defined(VMOTOR2THRUST2) && \
     defined(VMOTOR2THRUST3) && defined(THRUST_MIN)

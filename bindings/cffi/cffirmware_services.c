@@ -22,7 +22,7 @@ void        consoleFlush(void);
 static _Thread_local char assertion[150];
 static _Thread_local int  has_failed;
 
-// Returns, as upstream's does: the caller in Python is told afterwards.
+// Returns, as upstream's does: the Python wrapper raises the error after the call.
 void assertFail(char *exp, char *file, int line) {
   if (!has_failed) {
     (void)snprintf(assertion, sizeof assertion, "%s in File: \"%s\", line %d\n", exp, file, line);

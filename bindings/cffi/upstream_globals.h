@@ -1,5 +1,5 @@
 /* Functions of the firmware that keep what they remember at file scope, over provider builtin, for
- * people who know them by upstream's names (crazychoir_fw.cffirmware).
+ * scripts that call them by upstream's names (crazychoir_fw.cffirmware).
  *
  * Upstream has one PID controller, one controller of Brescianini and one mixer per process. Here
  * they are a struct, which these functions take in front of upstream's arguments. */

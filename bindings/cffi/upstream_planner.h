@@ -1,5 +1,5 @@
 /* The planner in upstream's form, with pointers to its trajectories, over provider builtin, for
- * people who know it by upstream's names (crazychoir_fw.cffirmware). A drone uses
+ * scripts that call it by upstream's names (crazychoir_fw.cffirmware). A drone uses
  * builtin/planning/planner.h, which plans the same pieces without pointers.
  *
  * Source: docs/reference/planner-commander.md#6. Meters, radians, float32 seconds. Functions that

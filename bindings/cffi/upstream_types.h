@@ -1,5 +1,5 @@
-/* Small types of upstream's stabilizer_types.h that a drone has no use for, for people who know
- * them by upstream's names (crazychoir_fw.cffirmware). */
+/* Small types of upstream's stabilizer_types.h that a drone does not use, for scripts that name
+ * them as upstream does (crazychoir_fw.cffirmware). */
 #ifndef CF_CFFI_UPSTREAM_TYPES_H
 #define CF_CFFI_UPSTREAM_TYPES_H
 

@@ -46,7 +46,7 @@ static const cf_provider_t *inner CF_LIBRARY_KEEP = NULL;
   GUARDED(type_, name_, parameters_, cf_work_enter, cf_work_leave_unchanged, \
           inner->name_(__VA_ARGS__), otherwise_)
 
-// The same for functions that are told the time.
+// The same for functions that take the time as an argument.
 #define AT_NOW(call_) (cf_work_tell_time(now_ms), call_)
 #define DO_NOW(name_, parameters_, ...) \
   GUARDED_VOID(name_, parameters_, cf_work_leave, AT_NOW(inner->name_(__VA_ARGS__)))

@@ -21,7 +21,7 @@ void cf_library_print(const char *text);
 // Ends the function that runs and stops the drone at work; does not return.
 _Noreturn void cf_library_fail(const char *reason);
 
-// Time of the drone at work, as the latest function that was told one knew it.
+// Time of the drone at work [ms], as passed to the latest function that takes a time.
 uint32_t cf_library_now_ms(void);
 
 // Address of a variable of the drone at work, wherever it lives, and its cf_type_t, or null.

@@ -1,10 +1,10 @@
-/* What a provider library and the core say to each other.
+/* The interface between a provider library and the core.
  *
  * A provider library is a shared object that was compiled on the user's machine: the sources of a
- * checkout, or ours together with somebody's own C. Its algorithms keep what they remember in
- * file-scope variables. Together these are the image of a drone; it lives in the provider block of
- * that drone, and is copied to the place where the code expects it before the code runs, and back
- * afterwards. So the drones of a swarm share the code and nothing else.
+ * checkout, or ours together with the user's own C. Its algorithms keep their state in file-scope
+ * variables. Together these are the image of a drone; it lives in the provider block of that drone,
+ * and is copied to the place where the code expects it before the code runs, and back afterwards.
+ * So the drones of a swarm share the code and nothing else.
  *
  * One copy of a library works for one thread at a time. The core loads a copy for every thread
  * that ticks drones (library_loader.h). Copies lie at different addresses, therefore pointers in a

@@ -2,9 +2,9 @@
  *
  * Copies lie at different addresses. A pointer into this one is therefore kept as its distance from
  * the begin of the library, with a mark in the upper 16 bits. No address that a program can have
- * looks like this, and no small number either that somebody keeps in a pointer, such as (void *)1:
- * all others are kept as they are. Null is one of them. So are addresses elsewhere (the C library,
- * the heap), which are the same for all copies of the library. */
+ * looks like this, and no small number that code stores in a pointer, such as (void *)1:
+ * all other values are kept as they are. Null is one of them. So are addresses elsewhere (the C
+ * library, the heap), which are the same for all copies of the library. */
 #ifndef CF_LIBRARY_RELOCATION_H
 #define CF_LIBRARY_RELOCATION_H
 

@@ -15,8 +15,8 @@
 
 #define HALF_FLOAT 8  // a type to fetch as, which not all releases name
 
-// What somebody asked for by name. Ids are places in this table, and the table is part of the
-// image, since the ids are too: code asks once and keeps the id in a variable.
+// The variables that the drone's code has looked up by name. Ids are indices of this table. The
+// table is part of the image, since the ids are too: code looks up once and keeps the id.
 #define MAX_KNOWN 64
 #define NO_ID 0xffffu
 

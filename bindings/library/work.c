@@ -36,7 +36,7 @@ void cf_work_begin(void *state) {
 }
 
 void cf_work_end(void *state) {
-  // after a failure nobody owns the image any more
+  // after a failure the image has no owner any more
   if (owner == state) {
     cf_image_store(state);
     owner = NULL;
@@ -75,7 +75,7 @@ void cf_work_enter(const void *state, const char *function) {
 void cf_work_enter_factory(void *state, const char *function) {
   put_owner_away(state);
   cf_image_restore_factory();
-  // the block is what somebody allocated, so that it must be written whatever comes
+  // the caller allocated the block without initializing it: write it even if the function fails
   cf_image_store(state);
   set_to_work(state, function);
 }
@@ -116,7 +116,7 @@ static const char *signal_text(int signal) {
     case SIGBUS:
       return "bus error";
     case SIGFPE:
-      return "division by zero";  // of integers; those of floats do not stop anybody
+      return "division by zero";  // of integers; divisions of floats raise no signal
     case SIGILL:
       return "illegal instruction";
     case SIGABRT:

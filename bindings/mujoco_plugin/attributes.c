@@ -195,7 +195,7 @@ static void explain(const cf_config_t *config, int i, const char *text,
   const char *platform = cf_platform_facts(config->platform)->name;
   char        hint[96] = "";
   if (strcmp(text, "bitcraze") == 0) {
-    // who reads this has a model of their own, and a process that has not loaded the library
+    // the user loaded a model directly, in a process that has not loaded the library
     snprintf(hint, sizeof hint,
              "; call crazychoir_fw.firmware.providers.load('bitcraze', '%s') first", platform);
   }

@@ -32,7 +32,7 @@ void cf_broadcast_look(swarm_t *swarm) {
   cf_peer_grid_sort(&swarm->peers);
 }
 
-// Ids repeat in swarms of more than 255. Nobody minds: each neighbor gets an entry of its own.
+// Ids repeat in swarms of more than 255. This is harmless: each neighbor gets an entry of its own.
 static uint8_t id_of(int index) {
   return (uint8_t)(index % IDS + 1);
 }

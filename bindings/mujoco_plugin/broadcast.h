@@ -17,7 +17,7 @@
 // that decides, so that a restored flight goes on alike.
 bool cf_broadcast_is_due(double before, double now);
 
-// Whether anybody listens.
+// Whether any drone wants positions of its peers.
 bool cf_broadcast_has_listeners(const swarm_t *swarm);
 
 // Takes the positions of all drones out of work[].motion.

@@ -1,7 +1,7 @@
-/* Contacts of drones that begin: what MuJoCo detected in a step, told once. Internal to the plugin.
+/* Contacts of drones that begin, as MuJoCo detected them, reported once. Internal to the plugin.
  *
- * What a drone touches already is remembered in the drone (contacts.h), so that a restored flight
- * tells the same. What has been told waits here until it is taken. */
+ * What a drone touches already is stored in the drone (contacts.h), so that a restored flight
+ * reports the same. Reported contacts are queued here until the caller takes them. */
 #ifndef CF_MUJOCO_PLUGIN_COLLISIONS_H
 #define CF_MUJOCO_PLUGIN_COLLISIONS_H
 

@@ -86,7 +86,7 @@ static float force_on(const swarm_t *swarm, const cf_downwash_config_t *config, 
   return force;
 }
 
-// World z of the surface straight below, or so far below that nobody feels it.
+// World z [m] of the surface straight below, or of a point GROUND_REACH below if there is none.
 static float surface_below(const swarm_t *swarm, const float position[3]) {
   if (cf_scenery_is_flat_floor(swarm->scenery)) {
     return 0.0f;

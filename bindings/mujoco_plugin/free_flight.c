@@ -5,7 +5,7 @@
 
 #include "mujoco_plugin/rotation.h"
 
-// ------------------------------------------------------------------------------ who can fly freely
+// ---------------------------------------------------------------------- drones that can fly freely
 
 static bool are_zero(const mjtNum *numbers, int count) {
   bool zero = true;
@@ -88,14 +88,14 @@ static void tie_by_tendons(swarm_t *swarm, const mjModel *model) {
 void cf_free_flight_new(swarm_t *swarm, const mjModel *model) {
   for (int i = 0; i < swarm->count; i++) {
     drone_t *drone = &swarm->drones[i];
-    // soft things touch without a geom, so that nothing would tell whom
+    // soft bodies touch without a geom, so that a contact does not name the drone
     drone->is_free = model->nflex == 0 && is_one_body(drone, model) && is_plain(drone, model);
   }
   tie_by_equalities(swarm, model);
   tie_by_tendons(swarm, model);
 }
 
-// ------------------------------------------------------------------------------------ who does now
+// ---------------------------------------------------------------- drones that fly freely this step
 
 static void note_contact(swarm_t *swarm, const mjModel *model, int geom) {
   const int index = geom >= 0 ? swarm->drone_of_body[model->geom_bodyid[geom]] : -1;

@@ -41,7 +41,7 @@ static cf_hull_t hull_of(const mjModel *model, int body) {
   return hull;
 }
 
-// Also what hangs on a drone by joints is no mover: nobody searches it.
+// A body that hangs on a drone by joints is no mover either: ranging sensors do not detect it.
 static bool is_mover(const swarm_t *swarm, const mjModel *model, int geom) {
   const int body = model->geom_bodyid[geom];
   const int type = model->geom_type[geom];
@@ -156,7 +156,8 @@ void cf_looking_begin(swarm_t *swarm, const mjData *data) {
   }
 }
 
-// The first thread that asks sorts, the others wait. Who it is does not matter: positions decide.
+// The first calling thread sorts, the others wait. The result is the same for every thread, because
+// it depends on positions only.
 static const cf_peer_grid_t *grid_of(swarm_t *swarm) {
   cf_looking_t *looking = &swarm->looking;
   int           state   = GRID_OLD;
@@ -285,7 +286,7 @@ static int32_t column_of(double coordinate) {
   return (int32_t)floor(coordinate);
 }
 
-// All columns that the cone passes through, as far as anybody is there.
+// Searches all columns with drones that the cone passes through.
 static void look_at_drones(search_t *search, const cf_peer_grid_t *grid) {
   const double reach = fmin(search->nearest, PEER_REACH);
   const double sine  = sqrt(fmax(0.0, 1.0 - search->cone * search->cone));

@@ -54,8 +54,8 @@ void cf_looking_free(struct swarm_s *swarm);
 // Starts a step, after the motions of all drones have been sampled. Nothing else may run meanwhile.
 void cf_looking_begin(struct swarm_s *swarm, const mjData *data);
 
-// Distance [m] for the drone `self`, or for nobody (-1); see surroundings.h. Several threads may
-// ask.
+// Distance [m] for the drone `self`, or for no drone (-1); see surroundings.h. Several threads may
+// call this at once.
 float cf_looking_distance(struct swarm_s *swarm, int self, const float point[3],
                           const float direction[3], float cone, float reach);
 

@@ -101,7 +101,7 @@ static void wake_if_thrusting(const drone_t *drone, mjData *data, const cf_t *cf
 void cf_motion_sample(const drone_t *drone, const mjModel *model, mjData *data, double elapsed,
                       cf_motion_t *motion) {
   cf_t *cf = cf_state_of(drone, data);
-  // a held drone has been stopped and put back since the step: it would be turned out of its place
+  // a held drone has been stopped and put back since the step: this would rotate it off its pose
   if (model->opt.integrator == mjINT_EULER && model->opt.timestep > SHORT_STEP &&
       !cf->rest.is_held) {
     turn_by_mean_rates(drone, model, data, cf);

@@ -156,7 +156,7 @@ static void look_into(search_t *search, int32_t x, int32_t y) {
   }
 }
 
-// The columns at distance `ring` from the middle, as far as anybody is there.
+// Searches the columns with drones at distance `ring` from the middle.
 static void look_around(search_t *search, const int32_t middle[2], int32_t ring) {
   const cf_peer_grid_t *grid = search->grid;
 
@@ -182,7 +182,7 @@ static void look_around(search_t *search, const int32_t middle[2], int32_t ring)
 
 static bool is_all_searched(const search_t *search, const int32_t middle[2], int32_t ring) {
   const cf_peer_grid_t *grid = search->grid;
-  // whoever is outside of the ring is at least `ring` away, in float32 too: rounding is monotonic
+  // a drone outside of the ring has a distance >= `ring`, in float32 too: rounding is monotonic
   const bool is_full = search->count == search->most;
   if (is_full && search->squares[search->most - 1] < (float)(ring * ring)) {
     return true;

@@ -1,8 +1,8 @@
-/* Who is near whom: the drones that a ground station sees, sorted into square columns.
+/* Neighbor search: the drones that a ground station sees, sorted into square columns.
  *
- * A grid is scratch, made from positions whenever it is asked for; it is not part of any
- * state. To fill it costs a time in proportion to the drones, to ask it about one drone a time that
- * depends on its neighborhood only. Columns have a side of 1 m and no end in height. */
+ * A grid is scratch memory, computed from positions on demand; it is not part of any state.
+ * The time to fill it is proportional to the number of drones. The time of a query for one drone
+ * depends on its neighborhood only. Columns have a side of 1 m and unlimited height. */
 #ifndef CF_MUJOCO_PLUGIN_PEER_GRID_H
 #define CF_MUJOCO_PLUGIN_PEER_GRID_H
 
@@ -35,8 +35,8 @@ typedef struct {
 bool cf_peer_grid_new(cf_peer_grid_t *grid, int capacity);
 void cf_peer_grid_free(cf_peer_grid_t *grid);
 
-// Fills the grid: clear, add every drone once, sort. A position that is not finite, or 10 km away,
-// is seen by nobody and left out.
+// Fills the grid: clear, add every drone once, sort. The grid leaves out positions that are not
+// finite, or 10 km away.
 void cf_peer_grid_clear(cf_peer_grid_t *grid);
 void cf_peer_grid_add(cf_peer_grid_t *grid, int index, const float position[3]);
 void cf_peer_grid_sort(cf_peer_grid_t *grid);

@@ -27,8 +27,8 @@ int cf_plugin_mujoco_version(void);
 const char *cf_plugin_attribute(uintptr_t model, int instance, const char *name);
 
 // Lets the ticks of a swarm run beside the first half of the next step. Between on and off, which
-// must be calls of one thread, nobody else may touch this mjData; afterwards everything is up to
-// date. Takes the addresses of mjModel and mjData; does nothing when there is no Crazyflie in them.
+// must be calls of one thread, no other thread may access this mjData; afterwards everything is up
+// to date. Takes the addresses of mjModel and mjData; does nothing when they have no Crazyflie.
 void cf_plugin_overlap(uintptr_t model, uintptr_t data, int is_overlapping);
 
 // Advances by at most so many ticks without MuJoCo, as steps would, to the last bit. Returns by how
@@ -43,7 +43,7 @@ int cf_plugin_window(uintptr_t model, uintptr_t data, int ticks);
 int cf_plugin_take_collisions(uintptr_t model, uintptr_t data, cf_collision_t *collisions,
                               int capacity, uint32_t *lost);
 
-// Distance [m] that a ranging chip of drone `self` (-1: nobody's) would find from a point along a
+// Distance [m] that a ranging chip of drone `self` (-1: no drone) would find from a point along a
 // unit vector, at most `reach`, in the step that ended; see surroundings.h. -1 when there is no
 // Crazyflie in the model.
 float cf_plugin_look(uintptr_t model, uintptr_t data, int self, const float point[3],

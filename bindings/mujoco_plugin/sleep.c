@@ -181,7 +181,7 @@ void cf_sleep_step(const swarm_t *swarm, int i, const mjModel *model, mjData *da
   } else if (!sleep->is_held) {
     hold_if_still(drone, data, sleep, swarm->touched[i], elapsed);
   } else if (is_disturbed(drone, data, sleep, swarm->touched[i], elapsed)) {
-    // who has lost nothing but a neighbor falls at once or not at all
+    // a drone that has only lost a neighbor either falls at once or stays where it is
     let_go(sleep, swarm->touched[i] == CF_TOUCH_LEFT ? STILL_TIME - FALL_TIME : 0.0f);
   } else {
     sleep->is_weighed = sleep->is_weighed && swarm->touched[i] != CF_TOUCH_HELD;

@@ -1,4 +1,4 @@
-/* Drones that stand or lie still with their rotors stopped are put to sleep: they are held at their
+/* Drones at rest with their rotors stopped are put to sleep: they are held at their
  * pose to the last bit and leave out their contacts with what does not move, the floor and each
  * other. A contact costs the physics more than a whole tick, and heaps of crashed drones would
  * creep without end.

@@ -60,7 +60,7 @@ struct swarm_s {
 
   struct cf_windows_s *windows;  // see windows.h; null where there are none
 
-  // whom each drone touched in the last step, see touch.h
+  // what each drone touched in the last step, see touch.h
   uint8_t *touched;
   bool     has_touches;
 
@@ -82,7 +82,7 @@ struct swarm_s {
   bool           has_downwash;  // a drone feels it
   bool           is_look;       // these ticks start with a look around
 
-  // what does not move, what drones see, and whom they have run into
+  // static bodies, what drones see, and their collisions
   cf_scenery_t    *scenery;
   cf_looking_t     looking;
   cf_collisions_t *collisions;

@@ -62,7 +62,7 @@ static struct {
   pthread_t       workers[CF_MAX_THREADS];
   int             threads;
   atomic_bool     is_stopping;
-  loop_t          loop;  // read only by those who hold a part of it
+  loop_t          loop;  // read only by threads that hold a part of it
   atomic_int      sharing;
   share_t         shares[CF_MAX_THREADS];
   atomic_int      unfinished;  // parts of the present loop

@@ -21,7 +21,7 @@ int cf_threads_get(void);
 bool cf_loop_start(int count, int grain, void (*body)(void *context, int begin, int end),
                    void *context);
 
-// Helps with what is left of the loop and returns when all of it is done.
+// Runs remaining parts of the loop in this thread and returns when the whole loop is done.
 void cf_loop_finish(void);
 
 // Both at once; without help the caller does everything itself.

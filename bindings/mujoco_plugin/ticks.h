@@ -19,8 +19,8 @@ void cf_ticks_sample(swarm_t *swarm, const mjModel *model, mjData *data);
 // Finishes the ticks, then adds the forces of all drones to qfrc_passive.
 void cf_ticks_compute(const mjModel *model, mjData *data, swarm_t *swarm);
 
-// Finishes the ticks, and turns overlapping on or off. While it is on nobody else may touch the
-// data.
+// Finishes the ticks, and turns overlapping on or off. While it is on no other thread may access
+// the data.
 void cf_ticks_overlap(swarm_t *swarm, bool is_overlapping);
 
 // ---- parts of it, for windows.h

@@ -66,7 +66,7 @@ void cf_touch_look(const mjModel *model, mjData *data, swarm_t *swarm, double el
   for (int i = 0; i < swarm->count; i++) {
     const drone_t    *drone = &swarm->drones[i];
     const cf_sleep_t *sleep = &cf_state_of(drone, data)->rest;
-    // who leaned on it may touch it no more, but must not hang in the air
+    // a drone that leaned on it may have lost contact, and must not be held in the air
     if (cf_sleep_has_left(drone, data, elapsed)) {
       note_neighbors(swarm, data, drone, CF_TOUCH_LEFT);
     } else if (sleep->is_held && !sleep->is_weighed) {

@@ -175,7 +175,7 @@ static void force_on(const swarm_t *swarm, int i, int tick, const double start[1
   const mjModel *model  = swarm->windows->model;
   mjData        *data   = swarm->windows->data;
   cf_motion_t   *motion = &swarm->work[i].motion;
-  // who was not held when the window was planned is not held in it
+  // a drone that was not asleep when the window was planned is not put to sleep within it
   if (swarm->windows->rooms.of[i].is_held && cf_sleep_holds(drone, data)) {
     cf_sleep_force(drone, model, data, force);
     return;

@@ -1,4 +1,4 @@
-/* The console: text that the onboard software prints for whoever listens.
+/* The console: text that the onboard software prints for its readers.
  *
  * A ring of the latest characters. Readers remember how many characters they have seen, so that
  * reading changes nothing on the drone (docs/reference/crtp-cflib.md#11). */

@@ -46,7 +46,7 @@ typedef struct {
 
   uint8_t type;  // StateEstimatorType, the active one
 
-  // the queue: whoever reads it empties it, so that it always begins at its front
+  // the queue: a reader takes all of it, so that the first measurement is always at index 0
   measurement_t queue[CF_ESTIMATOR_QUEUE_SIZE];
   uint32_t      queue_count;
   uint32_t      rejected;  // measurements lost since init

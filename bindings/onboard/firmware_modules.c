@@ -64,7 +64,7 @@ void cf_firmware_modules_tick(cf_onboard_t *onboard, const cf_provider_t *provid
       .estimator       = onboard->estimator_type,
       .is_held         = is_held,
   };
-  // what is left as it was by a tick in which no controller ran
+  // a tick in which no controller runs keeps these values
   cf_system_outputs_t outputs = {
       .step       = onboard->step,
       .estimate   = onboard->estimate,

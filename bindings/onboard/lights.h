@@ -1,5 +1,5 @@
 /* What clients have written for the LED ring: its colors, and a show of colors by time. Both are
- * kept as they were written and nothing on board looks at them; who draws the drone may
+ * kept as they were written. Nothing on board reads them; a renderer of the drone may
  * (docs/reference/crtp-cflib.md#10.3). */
 #ifndef CF_ONBOARD_LIGHTS_H
 #define CF_ONBOARD_LIGHTS_H

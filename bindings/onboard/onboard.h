@@ -110,7 +110,7 @@ typedef struct {
   uint16_t          external_tick;     // [ms], low half of when; log locSrvZ.tick
   uint8_t           radio_id;          // low byte of the radio address
 
-  // log variables; the compressed ones are made by cf_onboard_refresh_logs when somebody reads them
+  // log variables; cf_onboard_refresh_logs computes the compressed ones when they are read
   float                 loop_rate;   // [Hz], stabilizer.rtStab: over the latest 500 ms
   uint32_t              rate_tick;   // [ms], when it was counted
   stabilizerStep_t      rate_step;   // how far the loop was then
@@ -155,8 +155,8 @@ bool cf_onboard_external_pose(cf_onboard_t *onboard, const poseMeasurement_t *po
 // A position alone, likewise.
 bool cf_onboard_external_position(cf_onboard_t *onboard, float x, float y, float z);
 
-// Brings the log groups stateEstimateZ and ctrltargetZ up to date. Whoever reads them calls this
-// first, so that nobody pays for them in the tick. Nothing in the tick looks at them.
+// Updates the log groups stateEstimateZ and ctrltargetZ. Readers call this first, so that the tick
+// need not compute them. Nothing in the tick reads them.
 void cf_onboard_refresh_logs(cf_onboard_t *onboard);
 
 // Stops the motors and locks the supervisor until the next boot.

@@ -4,7 +4,7 @@
 #include <string.h>
 
 #define COUNT PEER_LOCALIZATION_MAX_NEIGHBORS
-#define EMPTY 0  // the id of an entry that nobody has
+#define EMPTY 0  // the id of an unused entry
 
 void cf_peer_localization_init(cf_peer_localization_t *table) {
   memset(table, 0, sizeof *table);

@@ -1,6 +1,6 @@
-/* Where the other drones are, as far as this one has been told: a table of ten.
+/* Positions of other drones that this drone has received: a table of ten.
  *
- * Nothing in it grows old or is thrown out by itself; who reads it looks at the timestamps. Source:
+ * Entries do not expire; readers compare the timestamps. Source:
  * docs/reference/planner-commander.md#13. */
 #ifndef CF_ONBOARD_PEER_LOCALIZATION_H
 #define CF_ONBOARD_PEER_LOCALIZATION_H
@@ -30,7 +30,7 @@ void cf_peer_localization_tell_all(cf_peer_localization_t *table, const cf_peer_
 
 bool cf_peer_localization_is_id_active(const cf_peer_localization_t *table, uint8_t id);
 
-// Null when nobody with this id was told.
+// Null when no position with this id was received.
 const cf_peer_t *cf_peer_localization_by_id(const cf_peer_localization_t *table, uint8_t id);
 
 // Null unless 0 <= index < PEER_LOCALIZATION_MAX_NEIGHBORS; an empty entry has id 0.

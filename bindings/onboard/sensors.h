@@ -17,7 +17,7 @@
 #define CF_GYRO_BIAS_SAMPLES 512
 #define CF_ACC_SCALE_SAMPLES 200
 
-// The mean of a window of raw gyro samples, accepted as bias once the vehicle lies still.
+// The mean of a window of raw gyro samples, accepted as bias once the vehicle is at rest.
 typedef struct {
   Axis3i16 ring[CF_GYRO_BIAS_SAMPLES];
   int32_t  next;               // index of the oldest sample

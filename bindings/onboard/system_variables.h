@@ -64,7 +64,7 @@ typedef struct {
   cf_active_marker_t active_marker;
   cf_sd_card_t       sd_card;  // usd
 
-  // statistics of the link; whoever simulates the radio writes them
+  // statistics of the link; the simulated radio writes them
   uint8_t  radio_rssi;
   uint8_t  radio_is_connected;
   uint16_t radio_received_broadcasts;

@@ -1,4 +1,4 @@
-/* The numbers of a vehicle by name, such as rotors.time_constant_up: for whoever describes a
+/* The numbers of a vehicle by name, such as rotors.time_constant_up: for callers that describe a
  * vehicle in text.
  *
  * parameters.c says where each is stored. Unit, allowed range and the values of each platform come

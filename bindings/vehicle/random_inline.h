@@ -1,4 +1,4 @@
-/* The generator itself, for those who draw many numbers per tick. Internal to C. */
+/* The generator itself, for code that draws many numbers per tick. Internal to C. */
 #ifndef CF_VEHICLE_RANDOM_INLINE_H
 #define CF_VEHICLE_RANDOM_INLINE_H
 

@@ -61,7 +61,7 @@ typedef struct {
   cf_wind_t          wind;
   cf_imu_t           imu;
   cf_barometer_t     barometer;
-  cf_random_t        random;  // spare dice, for whoever disturbs this drone
+  cf_random_t        random;  // parent generator: the others are split from it
 
   cf_rangers_t rangers;
 
@@ -133,7 +133,7 @@ cf_status_t cf_vehicle_delay_positioning(cf_vehicle_t *vehicle, uint32_t latency
 // none is fitted, CF_ERR_VALUE for another share.
 cf_status_t cf_vehicle_drop_poses(cf_vehicle_t *vehicle, float share);
 
-// Whether a motion capture has lost the drone, so that nobody can be told where it is.
+// Whether a motion capture has lost the drone, so that peers receive no position of it.
 bool cf_vehicle_is_out_of_sight(const cf_vehicle_t *vehicle);
 
 // Log variables of group `sim`: what only the simulator knows. Offsets count from cf_vehicle_t.

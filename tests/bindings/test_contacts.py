@@ -1,4 +1,4 @@
-"""The beginning of a contact is told once."""
+"""The beginning of a contact is reported once."""
 
 import pytest
 

@@ -59,7 +59,7 @@ def power(platform):
 
 
 def flights(calm):
-    """Yield gains and, step by step, what a controller is told."""
+    """Yield gains and, step by step, the inputs of a controller."""
     count = FLIGHTS * STEPS
     setpoints, states = many("setpoint_t", count, 1, calm), many("state_t", count, 2, calm)
     sensors, gains = many("sensorData_t", count, 3, calm), many("float", 32 * FLIGHTS, 4, calm)

@@ -52,7 +52,7 @@ def queued(cf):
 
 
 def peers(cf):
-    """Return where the drone has been told that others are, by id."""
+    """Return the positions of peers that the drone has received, by id."""
     return {peer.id: [peer.pos.x, peer.pos.y, peer.pos.z] for peer in cf.onboard.peers.peers if peer.id}
 
 

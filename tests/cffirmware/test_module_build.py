@@ -1,4 +1,4 @@
-"""The extension module over a checkout: kept, made anew, and refused with a reason."""
+"""The extension module over a checkout: cached, rebuilt, and refused with a reason."""
 
 import shutil
 import subprocess
@@ -115,7 +115,7 @@ def test_missing_headers_of_python_are_one_sentence(own_checkout, monkeypatch, t
 
 
 def _only_the_module(compile_units):
-    """Return a function that compiles what is asked of headers, and the module, but no sources."""
+    """Return a function that compiles the module and checks headers, but compiles no other sources."""
 
     def compile_some(self, units, must=True):
         some = [unit for unit in units if unit.syntax_only or unit.source.name == f"{build.MODULE}.c"]
@@ -130,4 +130,4 @@ def test_failed_assertion_of_c_is_a_system_error(old_firm):
         old_firm.kalmanCoreDecoupleXY(core)
     assert str(caught.value.__cause__) == 'P < 0 in File: "kalman_core.c", line 12\n'
     old_firm.kalmanCoreDefaultParams(params)
-    old_firm.kalmanCoreInit(core, params, 0)  # it is told once
+    old_firm.kalmanCoreInit(core, params, 0)  # the failure is reported once

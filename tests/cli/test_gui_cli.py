@@ -33,7 +33,7 @@ def test_a_mission_that_is_not_there_is_one_sentence(tmp_path):
 
 
 def test_who_comes_when_the_address_is_told_is_not_refused(monkeypatch, capsys):
-    """The page is served a moment later than its address is printed; before, nobody gets in."""
+    """Connections are refused before the address is printed, and queued from then on until the server runs."""
     pytest.importorskip("nicegui")
     listener = bind("127.0.0.1", 0)
     place = listener.getsockname()

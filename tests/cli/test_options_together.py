@@ -1,4 +1,4 @@
-"""Options that mean nothing without another one, or with it, are refused: nobody flies otherwise than he asked for."""
+"""Options without effect, because another one is missing or present, are refused: none is silently ignored."""
 
 from pathlib import Path
 

@@ -98,7 +98,7 @@ def test_time_stands_still_until_there_are_clients():
     with process("--count", 2, "--port", 0, "--seconds", 0.1, "--wait-for", 2) as (served, uris):
         clients = [socket.socket(socket.AF_INET, socket.SOCK_DGRAM) for _ in uris]
         for client, uri in zip(clients, uris.values(), strict=True):
-            # with one of two clients it would wait for ever
+            # with one of two clients the server waits forever
             assert served.poll() is None
             host, port = uri.removeprefix("udp://").split(":")
             client.settimeout(20.0)

@@ -190,7 +190,7 @@ def test_closing_the_window_ends_the_flight(monkeypatch):
 
 @pytest.fixture
 def screen():
-    """A screen that nobody looks at."""
+    """Start a virtual X display (Xvfb)."""
     if shutil.which("Xvfb") is None:
         pytest.skip("Xvfb is not installed (Debian: apt install xvfb)")
     read, write = os.pipe()

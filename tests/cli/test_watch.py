@@ -1,4 +1,4 @@
-"""Flying again at every save: the loop by itself, and the command as somebody uses it."""
+"""Flying again at every save: the loop by itself, and the command as a user runs it."""
 
 import os
 import signal

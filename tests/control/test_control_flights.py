@@ -100,7 +100,7 @@ def test_a_drone_hovers_and_steps_aside(kind, motor_ctrl, gains):
 def test_a_drone_flies_a_circle(kind, motor_ctrl):
     true, wanted = flown(motor_ctrl, hierarchical(kind, "mujoco"), circle, 8.0)
     distance = np.linalg.norm(true - wanted, axis=1)[200:]
-    # what is left is mostly the velocity that the onboard estimator believes in, some 0.2 m/s behind on this circle
+    # the remaining error comes mostly from the estimated velocity, which lags some 0.2 m/s behind on this circle
     assert np.sqrt(np.mean(distance**2)) < 0.2
     assert np.abs(true[200:, 2] - 1.0).max() < 0.05
 

@@ -32,7 +32,7 @@ class StationLink:
 
 
 class Client:
-    """A connected client of protocol version 12; whoever uses it says when it reads what has arrived."""
+    """A connected client of protocol version 12; the test decides when it reads packets that have arrived."""
 
     def __init__(self, station=None):
         self.station = station

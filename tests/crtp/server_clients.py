@@ -1,4 +1,4 @@
-"""Clients of served drones, and a service that does what it is told."""
+"""Clients of served drones, and a service that the test controls."""
 
 import socket
 import sys
@@ -8,13 +8,13 @@ import pytest
 SOURCE, NULL = b"\xfd\0", b"\xff"
 GREETING = b"\xfdBitcraze Crazyflie" + bytes(12)
 ZEROS = b"\x3c" + bytes(14)
-PORT = 14  # nobody else's
+PORT = 14  # no other service uses it
 
 needs_icmp = pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells that a client's socket is closed")
 
 
 class Talker:
-    """A service of its own port that does what it is told, and hands set-points to the drone."""
+    """A service with its own port that the test controls; it also hands set-points to the drone."""
 
     ports = (PORT, 3, 7)
 

@@ -32,7 +32,7 @@ FREEZE_S = 3.0
 
 @dataclass(frozen=True)
 class Happened:
-    """What became of everybody."""
+    """The outcome of all scripts and drones."""
 
     scripts: dict[str, Outcome]
     log: FlightLog
@@ -82,7 +82,7 @@ class Abandoned:
     states: list[str]
     """Of the supervisor, since then."""
     turning: np.ndarray
-    """Whether any motor was told to turn."""
+    """Whether any motor had a command above zero."""
     roll_and_pitch: np.ndarray
     """What was asked of the controller (deg)."""
 
@@ -140,7 +140,7 @@ def test_its_session_ends_because_its_client_is_gone(happened):
         for event in happened.log.events
         if event["drone"] == "abandoned" and event["details"].get("phase") == "end"
     ]
-    # gone, if something was sent to it, and the operating system said that nobody is there
+    # gone, if the server sent a packet, and the operating system reported that the port is closed
     assert ends[0] in ("gone", "silence")
 
 

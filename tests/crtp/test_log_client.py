@@ -23,7 +23,7 @@ class LogClient(Client):
         self.is_ready = True
 
     def log_for(self, config, seconds):
-        """Add a configuration, let it run and return what it was told: (time stamp, values)."""
+        """Add a log configuration, run it and return what it received: (time stamp, values)."""
         told, errors = [], []
         config.data_received_cb.add_callback(lambda stamp, values, _: told.append((stamp, values)))
         config.error_cb.add_callback(lambda _, message: errors.append(message))

@@ -307,7 +307,7 @@ def test_a_change_by_the_drone_is_told_to_whoever_read_it(bench):
     name = "ring.effect"
     bench.ask(READ, id_of(name))
     bench.drone.param[name] = 9
-    bench.drone.param["led.bitmask"] = 9  # which nobody has read
+    bench.drone.param["led.bitmask"] = 9  # which no client has read
     bench.world.step(100)
     assert bench.told() == [b"\1" + id_of(name) + b"\x09"]
     bench.world.step(200)

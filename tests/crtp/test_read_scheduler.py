@@ -1,4 +1,4 @@
-"""Whose questions are answered first, when many drones are read at once."""
+"""The order of read requests, when many drones are read at once."""
 
 from collections import deque
 

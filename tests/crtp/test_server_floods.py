@@ -51,7 +51,7 @@ def test_a_flood_of_garbage_harms_nobody_else(open_server, connect):
         for length in garbage.integers(0, 200, 100):
             rude.send(garbage.bytes(int(length)))
         assert neighbor.ping() == []
-        # when somebody else wants the drone, it is asked whether it is still there
+        # when another client requests the drone, the server pings the current one
         assert set(client.ping()) <= {NULL}
     counts = server.statistics().drones["cf1"]
     assert counts.received > STRANGER_BURST

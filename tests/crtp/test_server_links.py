@@ -89,8 +89,8 @@ def test_what_a_drone_does_not_hear_ends_its_session(open_server, connect, world
     assert server.clients == 0
     second.send(SOURCE)
     link.is_dead = False
-    # it is still the client of the drone, and has a session again with the first packet that comes through; that
-    # somebody else wants the drone, it sees by a null packet
+    # it is still the client of the drone, and has a session again with the first packet that comes through; a null
+    # packet shows it that another client requests the drone
     assert client.ping() == [NULL]
     assert server.clients == 1
     world.step(1)

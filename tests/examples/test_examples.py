@@ -22,7 +22,7 @@ MISSIONS = [
 LARGEST_ERROR = {"hello_swarm": 0.6, "figure8": 0.7, "swap_places": 0.9, "mixed_swarm": 0.8}
 LARGEST_ERROR |= {"faults": 1.2, "gates": 1.1}
 # and (m) of the end point and the estimate, where something else than motion capture tells the drones where they are
-# or where somebody takes it away; what crashes lies near its start, because it falls from there
+# or where a fault takes motion capture away; a drone that crashes lies near its start, because it falls from there
 LARGEST_END_ERROR = {"mixed_swarm": 0.3, "faults": 0.3}
 LARGEST_ESTIMATE_ERROR = {"mixed_swarm": 0.2, "faults": 0.25}
 

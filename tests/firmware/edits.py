@@ -86,7 +86,7 @@ def landed(world):
 
 
 def position_setpoint(world):
-    """Height (m) at which a drone hovers that is told z = 0.6 m by packets."""
+    """Height (m) at which a drone hovers that receives setpoints of z = 0.6 m."""
     drone = hover(world, seconds=1.5)
     for _ in range(100):
         drone.receive_packet(7, 0, struct.pack("<B4f", 7, 0.0, 0.0, 0.6, 0.0))
@@ -140,7 +140,7 @@ def tested_motors(world):
 
 
 def sidestep(world):
-    """How far (m) a drone is driven from its place by one that was told to be beside it."""
+    """Distance (m) that a drone moves from its place when it receives the position of a peer beside it."""
     drone = hover(world, seconds=2.5)
     for _ in range(150):
         drone.struct.onboard.peers.peers[0].id = 7

@@ -1,5 +1,5 @@
 // A library with tasks, for tests: the image and the rescue of a provider library around the shim
-// of FreeRTOS, without the table of functions. Drones are told what their tasks do by a number.
+// of FreeRTOS, without the table of functions. A number selects what the tasks of a drone do.
 
 #define _GNU_SOURCE  // sigaltstack
 
@@ -159,7 +159,7 @@ static cf_image_map_t map          CF_LIBRARY_KEEP                       = {.n_r
 
 static void handle(int signal) {
   if (rescue == NULL) {
-    sigaction(signal, &old_action, NULL);  // whoever watched before sees it happen again
+    sigaction(signal, &old_action, NULL);  // the previous handler gets the repeated signal
     return;
   }
   siglongjmp(*rescue, signal);

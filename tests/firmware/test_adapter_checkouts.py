@@ -87,7 +87,7 @@ def test_drones_share_code_and_nothing_else(newest):
 
 @pytest.mark.parametrize("fixture", ["older", "oldest"])
 def test_older_releases_do_what_they_can(request, fixture, rng):
-    """What they lack is told; the rest is the same as ever."""
+    """The library reports missing features; the others work as in newer releases."""
     builtin, old = Drone(0), Drone(load_library(request.getfixturevalue(fixture)))
     memory = ffi.new("uint8_t[]", lib.CF_TRAJECTORY_MEMORY_BYTES)
     assert old.controller_init(lib.ControllerTypeLee) == lib.CF_ERR_UNKNOWN

@@ -1,4 +1,4 @@
-"""Checkouts that somebody has changed, and the tree after the newest release: they compile, and fly as ever."""
+"""Modified checkouts, and the tree after the newest release: they compile, and fly like a release."""
 
 import re
 

@@ -92,7 +92,7 @@ def test_two_flights_are_the_same_bit_by_bit(every_word):
 
 
 def test_each_flies_in_company_as_alone(every_word):
-    """Its noise is that of its place, so that it has neighbours, who stand still.
+    """The noise of a drone depends on its index, so that the swarm has others, which stay on the floor.
 
     Whether they touch the floor shows in the last bits of the solver of the engine.
     """

@@ -22,7 +22,7 @@ def folder(tmp_path):
 
 @pytest.fixture
 def compile_all(cache_folder, folder):
-    """Compile files of the folder; return the results, and which of them were compiled anew."""
+    """Compile files of the folder; return the results, and which of them were recompiled."""
 
     def run(*names, flags=(), headers=(), syntax_only=False, root=None, placed=False):
         objects = Objects(find_compiler(), Cache(), Fingerprints(), headers, root)

@@ -145,7 +145,7 @@ def test_equal_flights_are_equal_to_the_bit_on_every_copy(copies):
 
 
 def test_copies_far_from_each_other_fly_the_same(copies, make_copy):
-    """Images differ by what nobody reads, the upper halves of addresses in gaps; what the tasks saw does not."""
+    """Images differ only in bytes that no code reads, the upper halves of addresses in gaps; task results are equal."""
     rooms = [mmap.mmap(-1, 5 << 30, flags=PRIVATE, prot=0)]  # new things go below, once the holes above are full
     far = make_copy()
     while far.window == copies[0].window and len(rooms) < 100_000:  # a worker that has run for long has many holes

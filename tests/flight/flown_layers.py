@@ -35,7 +35,7 @@ def formation(**changes):
 
 
 def hover(count=1, **changes):
-    """Return drones that take off, follow what they are told, and land, as a mapping."""
+    """Return a mission, as a mapping, in which drones take off, follow their references, and land."""
     data = {
         "name": "hover",
         "backend": "integrator",

@@ -1,4 +1,4 @@
-"""A flight that was turned back goes on with the same bits."""
+"""A flight that was restored from a checkpoint continues with the same bits."""
 
 import threading
 from collections import deque

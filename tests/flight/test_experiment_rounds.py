@@ -208,7 +208,7 @@ def test_a_guidance_that_fails_stops_its_own_drone_only(tmp_path, what, said):
     assert {event["drone"] for event in lost} >= {"d"}
     assert all(event["details"]["reason"] == "lost c" for event in lost)
     assert all(failed < event["time"] < failed + 1.0 for event in lost)
-    # the others reach what is left of the formation
+    # the others reach their places in the formation
     places = result.judge.places()
     assert np.linalg.norm(result.judge._at[result.judge._final].mean(axis=0)[3] - places[3]) < 0.1
 

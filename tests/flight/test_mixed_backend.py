@@ -40,7 +40,7 @@ def no_wait(seconds):
 
 
 class Real:
-    """Real drones that only write down what they are told."""
+    """Stand-in for real drones that only records its commands."""
 
     is_real_time = True
 

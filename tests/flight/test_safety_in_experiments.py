@@ -97,7 +97,7 @@ def test_all_equal_drones_are_one_group():
     assert [list(group.indices) for group in groups] == [[0, 1]]
 
 
-# ---------------------------------------------------------------- somebody is lost
+# ---------------------------------------------------------------- a drone is lost
 
 
 def in_the_middle(safety):

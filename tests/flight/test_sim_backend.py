@@ -82,7 +82,7 @@ def test_estimates_are_near_the_truth(flown):
 def test_a_motor_that_dies_takes_its_own_drone_only():
     faults = [{"motor": {"drones": ["c"], "motor": 1, "at": 2.0, "efficiency": 0.0}}]
     data = formation(backend="sim", may_fail=["c"], faults=faults, criteria={"landed": True})
-    data["drones"][2]["position"] = [0.8, 0.8]  # from where it falls on nobody
+    data["drones"][2]["position"] = [0.8, 0.8]  # from where it falls on no other drone
     data["flight"] = [{"takeoff": {"duration": 3}}, {"start": {"duration": 2}}, {"land": {"duration": 4}}]
     result = fly(mission(data), visuals=False)
     assert result.success, result.failures

@@ -1,4 +1,4 @@
-"""The phases of a swarm: arrays that follow whoever sets a phase."""
+"""The phases of a swarm: arrays that follow every change of an agent's phase."""
 
 import pytest
 

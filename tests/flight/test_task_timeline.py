@@ -1,4 +1,4 @@
-"""Marks of tasks, whoever has them."""
+"""Marks of tasks, with or without a drone."""
 
 import numpy as np
 

@@ -186,7 +186,7 @@ def test_numbers_of_a_preview_have_ranges():
         read(PreviewRequest, {"distance": float("nan")})
 
 
-# ---------------------------------------------------------------- who may ask
+# ---------------------------------------------------------------- access
 
 
 @pytest.mark.parametrize(

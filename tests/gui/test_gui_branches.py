@@ -1,4 +1,4 @@
-"""The past of a flight, as browsers are told it."""
+"""The past of a flight, as the server sends it to browsers."""
 
 import json
 

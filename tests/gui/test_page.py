@@ -1,4 +1,4 @@
-"""The page in a browser, with four drones in MuJoCo: what people do, and what is seen to be done."""
+"""The page in a browser, with four drones in MuJoCo: actions of a user, and their visible effects."""
 
 import threading
 from functools import partial
@@ -132,7 +132,7 @@ def test_stop_in_flight(open_page, session, until, how):
     if how == "button":
         page.get_by_test_id("stop").click()
     else:
-        page.get_by_label("Search, for instance: pid kp").click()  # also while somebody types
+        page.get_by_label("Search, for instance: pid kp").click()  # also while the focus is in a text field
         page.keyboard.press("Escape")
     until(lambda: not any(agent.is_up for agent in session.experiment.agents))
     until(lambda: session.frame.position[:, 2].max() < 0.1)
@@ -211,7 +211,7 @@ def test_an_answer_that_got_lost_does_not_fly_twice(open_page, session, until):
         if lost:
             route.continue_()
             return
-        lost.append(route.fetch())  # carried out, but nobody hears of it
+        lost.append(route.fetch())  # carried out, but the browser gets no response
         route.abort()
 
     page.route("**/api/command", lose_the_first)

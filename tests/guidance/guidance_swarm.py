@@ -104,7 +104,7 @@ class Swarm:
     def measure(self):
         p = self.position + self.noise[0] * self.dice.standard_normal(self.position.shape)
         v = self.velocity + self.noise[1] * self.dice.standard_normal(self.position.shape)
-        p.flags.writeable = v.flags.writeable = False  # so that nobody needs copies
+        p.flags.writeable = v.flags.writeable = False  # read-only: agents need no copies
         for i in self.alive:
             self.agents[i].set_pose(Pose(position=p[i], velocity=v[i], time=self.now))
 

@@ -109,7 +109,7 @@ def test_the_input_is_the_papers(vectors, gains):
         block = projections(SQUARE, 2, [neighbor])[neighbor]
         expected -= block @ (g.k_p * (own.position - pose.position) + g.k_v * (own.velocity - pose.velocity))
     np.testing.assert_allclose(follower.evaluate_input({1: one, 3: other}), expected, atol=1e-12)
-    # it does not matter who speaks first, nor that a velocity is unknown and zero
+    # neither the order of the messages matters, nor that a velocity is unknown and zero
     np.testing.assert_allclose(follower.evaluate_input({3: other, 1: one}), expected, atol=1e-12)
 
 
@@ -425,7 +425,7 @@ def test_a_restarted_leader_that_hears_nobody_is_taken_back():
     swarm.run(3.0)
     swarm.kill(1)
     swarm.run(2.0)
-    swarm.agents[1] = swarm.make(1)  # it counts from 0, and nobody tells it otherwise
+    swarm.agents[1] = swarm.make(1)  # it counts rounds from 0, and receives no messages to correct that
     swarm.alive.add(1)
     swarm.measure()
     swarm.run(1.0)
@@ -486,7 +486,7 @@ def test_a_step_never_waits():
     agents[1].begin_round(0.0)
     assert follower.step(0.04).reference is None
     assert follower.step(0.05).reference is not None and not follower.round_open
-    first = follower.step(0.06).reference  # the round after: still what was asked for last
+    first = follower.step(0.06).reference  # the next round: still the last reference
     assert first is not None and follower.round_open
 
 

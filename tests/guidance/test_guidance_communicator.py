@@ -22,7 +22,7 @@ from crazychoir_fw.guidance.serialization import dumps
 
 
 class Clock:
-    """Goes on by itself, a little each time it is asked: nobody waits for real seconds."""
+    """A clock that advances by a tick at each reading, so that no test waits for real seconds."""
 
     def __init__(self, tick=0.0):
         self.time, self.tick = 0.0, tick

@@ -1,4 +1,4 @@
-"""Containment: where followers come to rest, how fast, over graphs that change, and when somebody dies."""
+"""Containment: where followers come to rest, how fast, over graphs that change, and the loss of an agent."""
 
 import numpy as np
 import pytest

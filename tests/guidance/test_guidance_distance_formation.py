@@ -1,4 +1,4 @@
-"""Formation by distances: the law, its rates, what it conserves, and what happens when somebody dies."""
+"""Formation by distances: the law, its rates, what it conserves, and the loss of an agent."""
 
 import numpy as np
 import pytest

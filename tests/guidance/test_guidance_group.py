@@ -9,7 +9,7 @@ from crazychoir_fw.guidance import BearingFormation, GuidanceGroup, SimpleGuidan
 
 
 class Alone(Swarm):
-    """One after the other: everybody sends, then everybody decides who can."""
+    """Agents one by one: first all send, then all agents whose round is complete decide."""
 
     def decide(self):
         up = [self.agents[i] for i in sorted(self.alive)]

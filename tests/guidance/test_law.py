@@ -1,4 +1,4 @@
-"""What laws say of themselves: options, arguments, metrics, and which neighbors are heard."""
+"""The declarations of laws: options, arguments, metrics, and the neighbors whose messages they use."""
 
 import math
 

@@ -184,7 +184,7 @@ def library_folder(tmp_path_factory):
 
 
 def once(folder, name, make):
-    """Return the file of this name in a shared folder, made by whoever comes first."""
+    """Return the file of this name in a shared folder; the first worker makes it."""
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not (folder / name).exists():
@@ -278,7 +278,7 @@ def open_library(host, tmp_path):
     host.lib.host_catch_crashes()
     yield open_copy
     host.lib.host_catch_no_crashes()
-    # whatever happened, nobody can jump into a function that is over
+    # in every case, no jump into a function that has returned is left armed
     assert not host.lib.host_has_rescue()
 
 

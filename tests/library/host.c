@@ -1,5 +1,5 @@
-/* What the core is to a provider library, for tests: remembers what libraries say, and brings back
- * who crashed. */
+/* Replaces the core of a provider library, for tests: records the output of libraries, and returns
+ * from functions that crashed. */
 #include "host.h"
 
 #include <setjmp.h>
@@ -102,7 +102,7 @@ static void on_signal(int signal) {
   if (rescue != NULL) {
     siglongjmp(*rescue, signal);
   }
-  // a crash of the test itself: once more, without anybody to catch it
+  // a crash of the test itself: raise the signal again with the default handler
   struct sigaction by_default = {.sa_handler = SIG_DFL};
   sigaction(signal, &by_default, NULL);
   raise(signal);

@@ -4,12 +4,12 @@
 
 #include "library/library.h"
 
-// What libraries said since somebody cleared it.
+// Output of libraries since the record was cleared.
 typedef struct {
   char  console[2048];
   char  reason[256];
   int   failures;
-  void *drone;  // the block of whoever spoke last
+  void *drone;  // the block of the last drone with output
 } host_record_t;
 
 // What stands right before the block of every drone.
@@ -26,7 +26,7 @@ extern const cf_provider_t *host_provider;  // whose variables are found by name
 void host_catch_crashes(void);
 void host_catch_no_crashes(void);
 
-// Whether somebody could still jump into a function that has returned.
+// Whether a rescue is armed: after a function has returned, a crash would jump into it.
 bool host_has_rescue(void);
 
 #endif  // HOST_H

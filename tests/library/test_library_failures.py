@@ -1,4 +1,4 @@
-"""Code that crashes stops its drone, says why, and leaves everybody else alone."""
+"""Code that crashes stops its own drone with a reason, and no other drone."""
 
 import platform
 from pathlib import Path

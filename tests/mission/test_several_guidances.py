@@ -1,4 +1,4 @@
-"""Several kinds of guidance in one mission: who decides, plans and controls for whom, and what is refused."""
+"""Several kinds of guidance in one mission: the layers of each drone, and missions that are refused."""
 
 import numpy as np
 import pytest
@@ -107,7 +107,7 @@ def test_a_mapping_names_no_drones():
 
 
 class Watcher(CFGuidance):
-    """Notes what it is told of others."""
+    """Record the poses of other drones that it receives."""
 
     watched = (3,)
 

@@ -29,7 +29,7 @@ def test_the_modules_of_the_miniature_fly_like_builtin(side):
     flights = compare_flights(Side(), side(MODULES), SECONDS, fleet=MODULE_FLIGHTS)
     assert {flight.name: flight.verdict for flight in flights if flight.verdict is Verdict.DIFFERENT} == {}
     assert not any(flight.failures for flight in flights)
-    # one loop, and the same decisions: what is left is the solver of the engine, which sees fallen drones together
+    # one loop, and the same decisions: only MuJoCo's solver may differ, which solves fallen drones together
     for flight in flights:
         moved = [row.signal for row in flight.deviations if row.signal.startswith("true.") and row.max_absolute > 1e-9]
         assert not moved, flight.name

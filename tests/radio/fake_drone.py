@@ -243,7 +243,7 @@ class FakeAir:
 
 
 class FakeClock:
-    """Time that only goes on when it is told to."""
+    """A clock that advances only when the test sets it."""
 
     def __init__(self):
         self.now = 100.0

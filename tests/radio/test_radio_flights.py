@@ -39,7 +39,7 @@ class Flight:
         self.cache = tmp_path / "tables"
 
     def connect(self, handler_class, **options):
-        # lockstep: the world stands still but for `fly`, and while somebody waits for an answer that needs time
+        # lockstep: the world advances only in `fly`, and while a call waits for a reply that needs time
         self.handler = handler_class(
             list(self.server.uris.values()),
             range(1, 1 + len(self.world.drones)),
@@ -166,7 +166,7 @@ def test_velocity(flight):
     np.testing.assert_allclose((air.where(1) - start[1])[:2], (0.4 * 0.9, 0), atol=0.15)
     assert (air.where(1) - start[1])[0] > 0.15
     assert (air.where(2) - start[2])[1] < -0.1
-    # nobody says anything any more: it hovers, long after the watchdog on board would have come
+    # no more commands: it hovers, longer than the timeout of the watchdog on board
     air.fly(1.0)
     still = air.where(1).copy()
     air.fly(3.0)
@@ -353,7 +353,7 @@ def test_logs_go_on_after_a_program_that_stood_still(real_time):
 
 @pytest.mark.parametrize("before_ms", [-80, -40, 0, 20, 40, 80])
 def test_no_goal_is_lost_to_a_reset_on_the_floor(flight, before_ms):
-    """A drone that has waited for its pre-flight time-out forgets what it is told.
+    """A drone drops commands at its pre-flight timeout.
 
     docs/reference/planner-commander.md#14.6.
     """

@@ -1,4 +1,4 @@
-"""When set-points go out, are repeated, and cease; on a clock that goes on when it is told to."""
+"""When set-points go out, are repeated, and cease; on a clock that the test advances."""
 
 import struct
 

@@ -1,4 +1,4 @@
-"""A drone that forgets a take-off, as all do for some 0.1 s every 30 s on the floor, is told again."""
+"""The handler repeats a take-off that the drone dropped, as all do for some 0.1 s every 30 s on the floor."""
 
 import struct
 

@@ -59,7 +59,7 @@ def test_a_drone_is_switched_off_and_on_and_is_there_again(fly, air, switches, m
     assert switches == [drone.uri, "closed"]
     assert drone.link_state is LinkState.CONNECTED
     assert drone.cf is not before
-    assert drone.mode is Mode.LOST  # until somebody asks for it
+    assert drone.mode is Mode.LOST  # until the caller resumes it
     drone.resume()
     assert drone.command(0.0, 0.0, 0.5, 1.0)
 

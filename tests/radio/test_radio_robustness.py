@@ -121,7 +121,7 @@ def test_what_fails_to_leave_ends_no_outbox(eventually, caplog):
     outbox.post(lambda: 1 / 0, lambda: 1 / 0, lambda: done.append(1))
     eventually(lambda: done)
     outbox.end()
-    assert caplog.text.count("not sent") == 1  # the same one is told once
+    assert caplog.text.count("not sent") == 1  # the log has the same error once
 
 
 def test_a_tick_that_fails_is_called_again(eventually):

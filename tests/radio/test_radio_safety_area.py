@@ -1,4 +1,4 @@
-"""The box: what leads out of it, and who is outside."""
+"""The box: commands that lead out of it, and drones that are outside."""
 
 import struct
 
@@ -61,7 +61,7 @@ def test_velocities_are_bent_again_while_they_are_repeated(fly, air, clock):
 def test_a_drone_whose_position_is_old_stands_still(fly, air, clock):
     swarm = fly(RadioHandlerVel, safety_area=SafetyArea(*BOX), on_silence="repeat")
     swarm.command(0, 0.5, 0, 0)
-    assert sent_velocity(air) == (0.5, 0, 0)  # never known: somebody else cares
+    assert sent_velocity(air) == (0.5, 0, 0)  # without any position the safety area does not act
     swarm.external_pose(0, (0, 0, 1), LEVEL)
     clock.now += 0.9
     swarm.tick()

@@ -24,7 +24,7 @@ PATIENCE = 120.0  # [s], of the wall clock, for what must come; matters only whe
 
 
 class Bench:
-    """Nodes, an executor, a clock, and somebody who listens and speaks."""
+    """Nodes, an executor, a clock, and a user's node that subscribes and publishes."""
 
     def __init__(self, context):
         self.context = context
@@ -63,7 +63,7 @@ class Bench:
             pass
 
     def until(self, happened, heard=()):
-        """Work until something has happened; else the last of what was heard may say why not."""
+        """Run callbacks until a condition holds; at the timeout the last received messages may show the cause."""
         end = time.monotonic() + PATIENCE
         while not happened():
             assert time.monotonic() < end, f"waited in vain, heard {heard[-5:]}"
@@ -77,7 +77,7 @@ class Bench:
         self.drain()
 
     def is_connected(self):
-        """Tell whether all who listen here hear all who speak here, which takes a moment."""
+        """Return whether all subscriptions here are connected to all publishers here, which takes a moment."""
         everybody = [*self.nodes, self.user]
         heard = Counter(listener.topic_name for node in everybody for listener in node.subscriptions)
         return all(

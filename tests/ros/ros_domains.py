@@ -21,7 +21,7 @@ def reserve_domain() -> int:
     first = zlib.crc32(f"{os.environ.get('PYTEST_XDIST_WORKER', '')} {os.getpid()}".encode())
     for k in range(len(DOMAINS)):
         domain = DOMAINS[(first + k) % len(DOMAINS)]
-        # each reservation opens the file anew, so that a domain is not reserved twice in one process either
+        # each reservation opens the file again, so that a domain is not reserved twice in one process either
         lock = (folder / str(domain)).open("w")
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

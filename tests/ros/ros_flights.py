@@ -1,4 +1,4 @@
-"""Missions flown as processes by the command line, and somebody who looks on."""
+"""Missions flown as processes by the command line, and a node that observes them."""
 
 import json
 import os
@@ -24,14 +24,14 @@ PATIENCE = 240.0  # [s], of the wall clock, for what must come
 
 
 class Flight:
-    """A mission flown as processes, and somebody who looks on."""
+    """A mission flown as processes, and a node that observes it."""
 
     def __init__(self, folder: Path, mission: str, *options: str, patience: float = 0.5, environment=None):
         self.file = folder / "mission.yaml"
         self.file.write_text(mission)
         self.out = folder / "out"
         self.domain = domain = reserve_domain()
-        # nobody is given up because the machine is busy
+        # long timeouts: no process counts as lost because the machine is busy
         code = (
             "from functools import partial; from crazychoir_fw.cli import app; from crazychoir_fw.ros import manager; "
             f"manager.RosOptions = partial(manager.RosOptions, deadline={PATIENCE}, patience={patience}); "
@@ -81,7 +81,7 @@ class Flight:
             self._said.publish(String(data=ONLOOKER))
 
     def numbers(self):
-        """Return who is which process."""
+        """Return the process id of each member."""
         return json.loads((self.out / "processes.json").read_text())
 
     def close(self):

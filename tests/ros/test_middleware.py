@@ -1,4 +1,4 @@
-"""What the middleware is told: to stay on this machine and to share no memory, unless the user says otherwise."""
+"""The settings of the middleware: this machine only and no shared memory, unless the user says otherwise."""
 
 import os
 import subprocess

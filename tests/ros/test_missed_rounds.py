@@ -1,11 +1,11 @@
-"""Who joins a swarm in lock step may be a round behind: nobody waits for it longer than once or twice."""
+"""A drone that joins a swarm in lock step may be a round behind: the others wait for it once or twice only."""
 
 import pytest
 
 from crazychoir_fw.guidance import InProcessTransport, TimeVaryingCommunicator
 from crazychoir_fw.ros.wall_timeouts import RoundResync
 
-PATIENCE = 0.5  # [s], after which somebody who waits in vain gives up
+PATIENCE = 0.5  # [s], the timeout of a round
 STEP = 0.01  # [s]
 
 
@@ -52,7 +52,7 @@ class Member:
 
 
 def step(members, awaited, wall):
-    """Let all have their rounds, and return whether anybody waited in vain."""
+    """Run a round of all members; return whether any of them timed out."""
     for member in members:
         member.begin(awaited)
         for other in members:

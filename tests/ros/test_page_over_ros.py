@@ -44,7 +44,7 @@ class Served:
 
     def __init__(self, folder):
         self.domain = reserve_domain()
-        # nobody is given up because the machine is busy
+        # long timeouts: no process counts as lost because the machine is busy
         code = (
             "from functools import partial; from crazychoir_fw.cli import app; from crazychoir_fw.ros import manager; "
             f"manager.RosOptions = partial(manager.RosOptions, deadline={PATIENCE}, patience=60.0); app()"
@@ -123,7 +123,7 @@ def test_takeoff_goto_land_stop(served):
     answer = served.command(name="goto", x=0.0, y=0.5, z=1.3, drones=["agent_1"])
     assert answer["ok"], answer["text"]
     served.until(lambda: np.linalg.norm(served.places[1] - (0.0, 0.5, 1.3)) < 0.05, "one goes where it was sent")
-    # nobody else was meant
+    # the other drones did not get the command
     assert np.linalg.norm(served.places[[0, 2, 3], :2] - [(-1.5, -1.5), (0.5, -1.5), (1.5, -1.5)], axis=1).max() < 0.05
     agent = served.onlooker.experiment.agents[1]
     served.until(lambda: np.allclose(agent.reference.position, (0.0, 0.5, 1.3)), "the reference is shown")
@@ -261,7 +261,7 @@ def test_options_that_make_no_sense(options, sentence, capfd):
 
 
 def test_phases_are_guessed_where_no_host_tells_them(bench, monkeypatch):
-    """A simulation of somebody else's has buttons and odometry, and no more."""
+    """A third-party simulation has buttons and odometry, and no more."""
     monkeypatch.setattr("crazychoir_fw.ros.joined_flight._TOLD_S", 0.3)
     flight = JoinedFlight(open_mission(EXAMPLES / "draw.yaml"), int(os.environ["ROS_DOMAIN_ID"]))
     try:

@@ -31,7 +31,7 @@ class Refuses(BearingFormation):
 def fly(mission, folder, *options):
     command = [sys.executable, "-c", "from crazychoir_fw.cli import app; app()", "fly", EXAMPLES / mission, "--ros"]
     command += ["--no-video", "--domain", str(reserve_domain()), "--out", folder, *options]
-    # shorter than 180 s, for which processes are waited for that may come
+    # shorter than 180 s, the timeout until all processes must have found each other
     return subprocess.run(command, capture_output=True, text=True, timeout=150.0)
 
 

@@ -47,11 +47,11 @@ def test_neighbors_by_distance_and_losses_are_those_of_one_process(tmp_path):
     assert list(talk) == list(alone) == ["total", "agent_0", "agent_1", "agent_2"]
     for name, counts in talk.items():
         expected = alone[name]
-        # whoever loses a message waits, and from then on rounds take turns in another way
+        # an agent that loses a message waits, and from then on rounds alternate in another order
         for key in ("sent", "rounds", "received"):
             assert counts[key] == pytest.approx(expected[key], rel=0.1, abs=2 * WARM_UP_ROUNDS), (name, key)
         assert counts["lost"] > 0
-    # who flies high hears nobody then
+    # an agent that flies high receives no messages then
     assert talk["agent_2"]["received"] < 0.5 * talk["agent_1"]["received"]
     assert talk["total"]["sent"] == sum(talk[f"agent_{i}"]["sent"] for i in range(3))
     took = talk["agent_1"]["round_ms"]

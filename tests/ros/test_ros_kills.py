@@ -32,7 +32,7 @@ FAST = [
     ("task_assignment", "agent_5"),
     ("collision_vel", "agent_1"),
 ]
-"""Who is killed in which example: one scheme of a kind. A follower of a bearing formation is in `test_ros_swarm`."""
+"""The killed drone of each example: one scheme of a kind. A follower of a bearing formation is in `test_ros_swarm`."""
 
 ALL = [
     *FAST,
@@ -64,7 +64,7 @@ TOLD_BY = {
 }
 """Kind of event by which others than the supervisor tell: table or host; else neighbors, by ``lost``."""
 DELAYS = dict.fromkeys(["task_assignment", "pickup_delivery"], 0.5 + 1.0)
-"""What comes on top (s): a table finds out by whoever does not ask for its list, start delay and deadline."""
+"""Additional delay (s): a table detects a drone that does not request its list, by start delay and deadline."""
 
 
 @pytest.mark.parametrize(("scheme", "victim"), ALL if os.environ.get("CRAZYCHOIR_ALL_FLIGHTS") else FAST)
@@ -90,7 +90,7 @@ def test_one_that_is_killed_is_missed_and_all_land(scheme, victim, tmp_path):
     (ended,) = told("ended")
     assert ended["drone"] == victim
     assert ended["time"] - killed <= SOONEST_S
-    # on a busy machine somebody else may be missed for a moment as well
+    # on a busy machine another drone may count as lost for a moment as well
     others = [
         event
         for event in told("held" if victim.startswith("intruder") else TOLD_BY.get(scheme, "lost"))
@@ -98,7 +98,7 @@ def test_one_that_is_killed_is_missed_and_all_land(scheme, victim, tmp_path):
     ]
     assert others
     assert others[0]["time"] - killed <= SOONEST_S + DELAYS.get(scheme, 0.0)
-    # the killed one as well: the host lands whom nobody lands
+    # the killed one as well: the host lands drones without a node
     assert sorted(event["drone"] for event in told("landed")) == sorted(drone["id"] for drone in summary["drones"])
     assert not told("failure")
     assert max(event["time"] for event in events) < BOUND_S

@@ -36,7 +36,7 @@ def shared_ports(domain):
 def test_processes_give_back_what_they_share(tmp_path, processes):
     sharing = {name: value for name, value in os.environ.items() if name != "FASTRTPS_DEFAULT_PROFILES_FILE"}
     sharing["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
-    # of somebody who was killed in the same domain
+    # files of a process that was killed earlier in the same domain
     earlier = {path.name for path in SHARED.iterdir()}
     flight = Flight(tmp_path, MISSION, "--processes", processes, environment=sharing)
     try:

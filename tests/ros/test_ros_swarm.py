@@ -154,7 +154,7 @@ def test_it_is_the_flight_of_one_process(flown):
 
 
 class Swarm:
-    """What an onlooker knows of a flight of five: where they are, and who misses whom since when."""
+    """Observe a flight of five: positions, and since when each drone counts which others as lost."""
 
     def __init__(self, flight: Flight, watched: int):
         self.flight = flight
@@ -200,7 +200,7 @@ class Swarm:
 
     @property
     def is_seen(self):
-        """Whether everybody has been heard of, the watched one, too: discovery takes its time."""
+        """Whether messages of all drones arrived, including the watched one: discovery takes its time."""
         return self.last_answer > 0.0 and self.places.any(axis=1).all()
 
     def go_on(self, seconds):

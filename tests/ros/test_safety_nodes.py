@@ -1,4 +1,4 @@
-"""Who is near whom, and filters, as nodes: what they send, when, and what they do when somebody is silent."""
+"""Neighbor search and filters, as nodes: what they send, when, and what they do when a node is silent."""
 
 import numpy as np
 import pytest
@@ -73,7 +73,7 @@ def test_a_pose_waits_for_what_belongs_to_it():
     assert done == []
     gathering.took_desired()
     assert done == [1.0]
-    gathering.took_desired()  # somebody is faster
+    gathering.took_desired()  # the desired input comes before the pose
     gathering.took_closest(1.01)
     gathering.took_pose(1.01)
     assert done == [1.0, 1.01]
@@ -90,7 +90,7 @@ def test_who_is_silent_is_waited_for_once():
     gathering.took_closest(1.03)
     gathering.took_pose(1.03)
     gathering.took_pose(1.04)
-    assert done == [1.01, 1.02, 1.03]  # heard again, waited for again
+    assert done == [1.01, 1.02, 1.03]  # its messages arrive again, so that the node waits again
 
 
 def test_a_command_is_repeated_in_rounds_without_one():
@@ -110,7 +110,7 @@ def test_everybody_is_told_who_is_near(bench):
     node = bench.make(ClosestRobotGetter, 2.0, agents=[0, 1, 2], freq=100.0)
     heard = [bench.hear(UInt8MultiArray, f"/agent_{i}/closest_robots") for i in range(3)]
     speakers = [bench.speaker(Odometry, f"/agent_{i}/odom") for i in range(3)]
-    for now in (1.0, 1.01):  # at first nobody knows who there is
+    for now in (1.0, 1.01):  # the first round only makes the drones known
         bench.at(now)
         for row, place in enumerate(([0, 0, 1], [1.5, 0, 1], [1, 0, 0.02])):
             speakers[row].publish(odometry(now, place, (0.1, 0.0, 0.0)))
@@ -144,7 +144,7 @@ def test_a_filter_between_controller_and_drone(bench):
     desired.publish(wish)
     bench.until(lambda: node.avoidance._desired is not None and node.avoidance.is_ready)
     bench.at(1.02)
-    assert commands == []  # nobody has said who is near
+    assert commands == []  # no message about neighbors yet
     closest.publish(closest_to_message(1.02, [1], np.array([[0.6, 0.0, 1.0]]), np.zeros((1, 3))))
     bench.until(lambda: node._sight.has_seen)
     bench.at(1.04)

@@ -1,4 +1,4 @@
-"""Tables of tasks as nodes: services, announcements, what is told of them, and one that is started again."""
+"""Tables of tasks as nodes: services, announcements, status messages, and a table that restarts."""
 
 import json
 
@@ -179,7 +179,7 @@ def test_a_table_that_is_started_again_goes_on_with_a_newer_list(bench):
     bench.until(lambda: labels[-1].data > 2)
     assert again.table.finished == 1
     assert again.table.tasks == first.table.tasks
-    # nobody is taken for gone because time has passed
+    # no drone counts as gone because of the time before the restart
     bench.at(20.5)
     assert not again.table.gone
     asked = Customer(bench, 0).ask()

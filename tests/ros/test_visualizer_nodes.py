@@ -61,7 +61,7 @@ def test_the_swarm_with_trails_references_edges_and_names(bench):
     assert markers["names", 1].text == "agent_1"
     assert [point.x for point in markers["edges", 0].points] == [1.5, 1.0]
     assert [point.x for point in markers["references", 0].points] == [3.0]
-    # half a second of it, at 1.25 m/s; who stands still leaves none
+    # half a second of it, at 1.25 m/s; a drone at rest leaves no trail
     trail = [point.x for point in markers["trails", 0].points]
     assert trail[-1] == 1.5 and min(trail) == pytest.approx(1.5 - 1.25 * 0.5, abs=0.06)
     assert len(markers["trails", 1].points) <= 3

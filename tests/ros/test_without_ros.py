@@ -1,4 +1,4 @@
-"""Nobody but crazychoir_fw/ros needs ROS."""
+"""Only crazychoir_fw/ros needs ROS."""
 
 import ast
 import subprocess

@@ -149,11 +149,11 @@ def test_a_restored_world_tells_the_same_again_and_nothing_twice():
 
 
 def test_a_flood_of_events_is_bounded_and_counted():
-    """Nobody takes them out for a while: 512 are kept, the others are counted."""
+    """While the caller takes no events, the queue keeps 512 and counts the others."""
     world = make_world(20, seed=1)
     world.run(0.2)
     for _ in range(30):
-        world.data.time += 1.0  # long enough for the contacts with the floor to begin anew
+        world.data.time += 1.0  # long enough for the contacts with the floor to begin again
         mujoco.mj_step(world.model, world.data)
     world.step()
     assert [event.kind for event in world.events] == ["touchdown"] * 512 + ["collisions_lost"]

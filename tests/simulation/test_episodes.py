@@ -60,7 +60,7 @@ def test_the_world_goes_on_with_the_best_episode(start):
     assert world.time == start.time
     world.restore(episodes.snapshot(1))
     assert world.time == pytest.approx(start.time + 0.5)
-    # what led to the start, then what this episode was told
+    # the commands before the start, then those of this episode
     assert [request.verb for request in world.journal][len(start.journal) :] == ["cf_go_to", "param"]
     (other,) = start.fork()
     command(other.drones, 1)

@@ -29,7 +29,7 @@ def go(world, number):
 
 @pytest.fixture(scope="module")
 def expected():
-    """What three futures lead to, each from a world that was flown there anew."""
+    """Return the snapshots after three futures, each from a world that was flown there separately."""
     set_threads(1)
     return [go(airborne(), number) for number in range(3)]
 
@@ -60,7 +60,7 @@ def test_forks_may_be_stepped_in_threads_of_their_own(expected, pool):
 
 
 def test_python_goes_on_while_a_world_is_stepped():
-    """One call of MuJoCo makes 3000 steps; with Python's lock held nobody would count meanwhile."""
+    """One call of MuJoCo makes 3000 steps; if it held Python's lock, this thread could not count meanwhile."""
     thread = threading.Thread(target=airborne().run, args=(3.0,))
     thread.start()
     count = 0

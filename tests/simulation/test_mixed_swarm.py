@@ -189,7 +189,7 @@ def test_a_drone_whose_software_fails_stops_and_the_others_fly_on(mishap, thread
     assert failing.console.endswith(f"SYS: Stopped, the onboard software failed\nSYS: {MISHAPS[mishap]}\n")
     assert list(failing.struct.onboard.motors.list) == [0, 0, 0, 0]
     assert failing.is_locked
-    assert failing.log["toy.ticks"] * 1e-3 < failed_at + 0.01  # nobody calls it any more
+    assert failing.log["toy.ticks"] * 1e-3 < failed_at + 0.01  # the core does not call it any more
     for drone in world.drones:
         if drone is not failing:
             assert drone.failure is None

@@ -1,4 +1,4 @@
-"""What the world tells drones about each other: the nearest ten, 100 times a second, to those who ask."""
+"""Positions of peers that the world sends to drones: the nearest ten, at 100 Hz, to drones that use them."""
 
 import mujoco
 import numpy as np
@@ -31,7 +31,7 @@ def sorted_rows(array):
 
 
 def entries(drone):
-    """Return (id, timestamp) of the peers that a drone has been told of."""
+    """Return (id, timestamp) of the peers whose positions a drone has received."""
     return [(peer.id, peer.pos.timestamp) for peer in drone.struct.onboard.peers.peers if peer.id]
 
 
@@ -137,7 +137,7 @@ def test_every_time_step_has_its_broadcasts(timestep, steps):
     period = max(PERIOD, round(timestep * 1000))
     ticks = max(1, round(timestep * 1000))
     expected = [k * period - ticks for k in range(1, 60 // period + 1)]
-    assert told == [time for time in expected if time > 0]  # nobody listens before its first tick
+    assert told == [time for time in expected if time > 0]  # no drone receives before its first tick
 
 
 # ----------------------------------------------------------------------------------------------------- determinism
@@ -156,7 +156,7 @@ def fly(world, first=0, last=60):
 
 @pytest.fixture(scope="module")
 def reference():
-    """The bytes after the flight with one thread; everybody avoids everybody."""
+    """The bytes after the flight with one thread; every drone avoids every other."""
     set_threads(1)
     world = scattered_world(14)
     state = fly(world)
@@ -200,7 +200,7 @@ def test_flight_goes_on_alike_after_a_snapshot(reference, moment, threads):
 
 
 def test_snapshot_may_be_restored_into_a_world_built_anew(reference):
-    """Which was told nothing so far: whether somebody listens is part of the state."""
+    """The new world has sent no positions so far: whether a drone wants them is part of the snapshot."""
     world = scattered_world(14)
     fly(world, 0, 40)
     other = scattered_world(14, parameters={})

@@ -8,7 +8,7 @@ from crazychoir_fw.onboard.variables import parameter_table
 from crazychoir_fw.simulation import DroneConfig, World
 
 NAN = float("nan")
-HIGH = 50.0  # [m], so that nobody falls to the floor, where MuJoCo solves the contacts of all at once
+HIGH = 50.0  # [m], so that no drone falls to the floor, where MuJoCo solves all contacts together
 
 # positions, velocities, attitudes and deviations of measurements, by the place of a NaN in them
 POSE = {"pos": [0.5, 0.0, HIGH], "quat": {"w": 1.0}, "stdDevPos": 0.01, "stdDevQuat": 0.01}

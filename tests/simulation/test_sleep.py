@@ -1,4 +1,4 @@
-"""Drones that lie still: held to the last bit, and let go by everything that could move them."""
+"""Drones at rest: held to the last bit, and woken by everything that could move them."""
 
 import mujoco
 import numpy as np

@@ -101,7 +101,7 @@ def test_equality_constraints_mocap_bodies_and_applied_forces_come_back(tmp_path
     assert data.eq_active[0] == 0
     assert data.mocap_pos[gate, 2] == 1.7
     assert data.xfrc_applied[world.model.body("one").id, 0] == 0.03
-    # who looks now sees what is, not what was
+    # derived quantities are up to date right after the restore
     assert data.body("gate").xpos[2] == 1.7
     world.run(0.2)
     assert world.snapshot().tobytes() == first

@@ -44,7 +44,7 @@ def test_everything_is_where_it_was_in_the_flight(tmp_path):
     assert np.ptp(qpos, axis=0).max() > 0.3
     # what the drone carries is seen, and so is the drone, although the world that flew had neither
     assert stage.model.geom("cf1/accent").id >= 0
-    # another scene: a wall that is gone is told of, and what moved in it stands
+    # another scene: a warning names the change, and the body that moved before stands still
     scene.write_text(SCENE.format(provider="builtin").replace('<freejoint/><geom type="sphere"', '<geom type="sphere"'))
     warnings = stage_of(log).warnings
     assert "has changed since the flight" in warnings[0] and "stands still" in warnings[1]

@@ -59,12 +59,12 @@ def velocity(drone, goal, is_first):
 
 
 def closest(world):
-    """Return the least distance between two drones (m)."""
+    """Return the min distance between two drones (m)."""
     return min(np.linalg.norm(a - b) for a, b in itertools.combinations(world.positions(), 2))
 
 
 def swap(world, places, command, seconds):
-    """Send all drones to the opposite side; return the least distance ever and the largest from a goal (m)."""
+    """Send all drones to the opposite side; return the min distance of the flight and the max from a goal (m)."""
     goals = np.column_stack([-np.asarray(places), np.full(len(places), HEIGHT)])
     least = np.inf
     for i in range(round(seconds * 100)):
@@ -121,7 +121,7 @@ def test_two_swap_places_under_other_controllers(controller):
 
 
 def test_eight_that_only_know_a_direction_keep_apart_though_they_may_wait_in_a_ring():
-    """Velocities of 0.5 m/s that all point to the middle: 1 cm does not resolve the symmetry, but nobody touches."""
+    """Velocities of 0.5 m/s that all point to the middle: 1 cm does not resolve the symmetry, but no drones touch."""
     places = circle(8, noise=0.01)
     least, _ = swap(hovering(places, enable=1), places, velocity, 20.0)
     assert least >= LEAST

@@ -1,7 +1,7 @@
 """Is the filter honest when the world is what it assumes: normalized errors and innovations squared (NEES, NIS).
 
 The truth is drawn from the filter's own model: its equations of flight (docs/reference/estimators.md#4.4), the noise
-that it adds every millisecond, and measurements with the deviations that it is told. Then the mean over several filters
+that it adds every millisecond, and measurements with the deviations in their items. Then the mean over several filters
 of the normalized error squared has a chi-squared distribution of known degrees.
 """
 
@@ -159,7 +159,7 @@ def fly(measure: Measure, scale: float = 1.0, seed: int = 1) -> tuple[NDArray, N
     """Return NEES, shape (T, FILTERS, 3), and NIS, shape (T, FILTERS), behind the start.
 
     Args:
-        measure: What the filters are told.
+        measure: The measurements for the filters.
         scale: Of the noise of the truth; 1 is what the filter assumes.
         seed: Of all noise.
     """

@@ -1,4 +1,4 @@
-"""Who may fly, and for how long: time lines of commander and supervisor through a whole world.
+"""Permission to fly, and its timeouts: time lines of commander and supervisor through a whole world.
 
 docs/reference/planner-commander.md#7.4, #8.2, #14.2, #14.6 and #18 (quirks 1 and 6), docs/reference/control-pid.md#11,
 docs/reference/crtp-cflib.md#7, #12 and #15.
@@ -177,7 +177,7 @@ TAKEOFF = bytes.fromhex("07 00 0000003F 00000000 01 0000803F")  # to 0.5 m in 1 
 
 
 def test_second_client_of_one_boot_finds_a_drone_that_does_not_obey():
-    """The last packet of a client raises the priority, and nobody relaxes it.
+    """The last packet of a client raises the priority, and the client does not lower it.
 
     docs/reference/planner-commander.md#18, quirk 1.
     """
@@ -202,7 +202,7 @@ def test_second_client_of_one_boot_finds_a_drone_that_does_not_obey():
 
 
 def test_preflight_timeout_takes_the_motors_away_for_80_ms():
-    """An auto-armed vehicle that waits for 30 s on the floor is armed anew.
+    """An auto-armed vehicle that waits for 30 s on the floor leaves and re-enters the ready state.
 
     docs/reference/planner-commander.md#14.6.
     """
@@ -356,7 +356,7 @@ def test_fallen_drone_crashes_and_recovers_by_packets():
     }
 
 
-# ---------------------------------------------------------------- what a client is told
+# ---------------------------------------------------------------- replies to clients
 
 
 def test_bitfield_of_a_flight():

@@ -1,4 +1,4 @@
-// What apps use of FreeRTOS's task.h. Nobody waits: a delay returns at once.
+// The part of FreeRTOS's task.h that apps use. Apps do not sleep here: a delay returns at once.
 #ifndef CF_APP_TASK_H
 #define CF_APP_TASK_H
 

@@ -2,13 +2,13 @@
  *
  * Names, arguments and results are those of FreeRTOS. One tick is a millisecond of the drone. All
  * that a handle points to is part of the drone's image, therefore handles are typed pointers to
- * complete structs: debug information shows where pointers are. What the structs hold is nobody's
- * business but that of rtos/.
+ * complete structs: debug information shows where pointers are. Only rtos/ accesses members of
+ * the structs.
  *
- * Who calls from a task and wants to wait, waits. Who calls from elsewhere (init functions,
- * callbacks of timers, the simulation) gets the answer for a wait of 0. A task goes on until it
- * waits or yields: nobody is preempted, so that a task which gives a semaphore to one of higher
- * priority runs on for now. */
+ * A call from a task blocks up to its timeout. A call from elsewhere (init functions, callbacks of
+ * timers, the simulation) returns the result for a timeout of 0. A task runs until it waits or
+ * yields. No task is preempted: a task that gives a semaphore to a task of higher priority runs
+ * until it waits or yields itself. */
 #ifndef CF_BITCRAZE_FREERTOS_SHIM_H
 #define CF_BITCRAZE_FREERTOS_SHIM_H
 
@@ -151,7 +151,7 @@ BaseType_t    xQueueReset(QueueHandle_t queue);
 UBaseType_t   uxQueueMessagesWaiting(QueueHandle_t queue);
 UBaseType_t   uxQueueSpacesAvailable(QueueHandle_t queue);
 
-// From interrupts: nothing waits, and nobody is told to switch, for tasks run when it is their
+// From interrupts: these calls neither block nor request a context switch. A woken task runs at its
 // turn.
 BaseType_t xQueueSendToBackFromISR(QueueHandle_t queue, const void *item, BaseType_t *woken);
 BaseType_t xQueueSendToFrontFromISR(QueueHandle_t queue, const void *item, BaseType_t *woken);

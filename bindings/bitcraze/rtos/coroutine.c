@@ -51,7 +51,7 @@ __asm__(
     ".globl cf_coroutine_first\n"
     ".type cf_coroutine_first, %function\n"
     "cf_coroutine_first:\n"
-    "  .cfi_startproc\n  .cfi_undefined rip\n"  // nobody called
+    "  .cfi_startproc\n  .cfi_undefined rip\n"  // no caller
     "  movl %ebx, %edi\n"
     "  xorl %ebx, %ebx\n"
     "  call cf_coroutine_begin\n"
@@ -91,7 +91,7 @@ __asm__(
     ".globl cf_coroutine_first\n"
     ".type cf_coroutine_first, %function\n"
     "cf_coroutine_first:\n"
-    "  .cfi_startproc\n  .cfi_undefined x30\n"  // nobody called
+    "  .cfi_startproc\n  .cfi_undefined x30\n"  // no caller
     "  mov x0, x19\n"
     "  mov x19, #0\n"
     "  mov x30, #0\n"
@@ -122,7 +122,7 @@ extern uint64_t cf_stacks[CF_STACKS][CF_STACK_BYTES / WORD]
     __attribute__((visibility("hidden"), aligned(4096)));
 _Static_assert(sizeof cf_stacks == 524288, "the assembler gets the size as a number");
 
-static void *of_simulation CF_LIBRARY_KEEP = NULL;  // stack pointers of who waits
+static void *of_simulation CF_LIBRARY_KEEP = NULL;  // stack pointer while suspended
 static void *of_task       CF_LIBRARY_KEEP = NULL;
 static bool is_guarded     CF_LIBRARY_KEEP = false;
 
@@ -138,8 +138,8 @@ static uint64_t *top(int number) {
   return cf_stacks[number] + CF_STACK_BYTES / WORD;
 }
 
-// Nobody can write to the lowest page of each stack, so that endless recursion is a crash, which
-// ends, and nothing else of the library is overwritten. Who looks for leaks may read it.
+// Makes the lowest page of each stack read-only: endless recursion crashes there instead of
+// overwriting other data of the library. Leak checkers may read the page.
 static void guard(void) {
   const long page = sysconf(_SC_PAGESIZE);
   for (int i = 0; i < CF_STACKS && page > 0 && page <= LARGEST_PAGE; i++) {

@@ -30,7 +30,7 @@ static bool is_enough(EventBits_t there, EventBits_t wanted, bool wants_all) {
   return wants_all ? (there & wanted) == wanted : (there & wanted) != 0;
 }
 
-// Who waits sees the bits as they are set now, whatever others clear before it runs.
+// A waiting task gets the bits as they are set now, even if other tasks clear them before it runs.
 EventBits_t xEventGroupSetBits(EventGroupHandle_t group, EventBits_t bits) {
   EventBits_t cleared = 0;
   group->bits |= bits;

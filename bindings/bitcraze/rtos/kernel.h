@@ -33,8 +33,8 @@ void cf_rtos_boot(void);
 // cf_rtos_run_ready() in the order of creation within their priority.
 void cf_rtos_set_time(uint32_t now_ms);
 
-// Runs ready tasks, highest priority first and within a priority who was ready first, until all
-// wait; then timers that are due, in the order of creation, and the tasks that these made ready.
+// Runs ready tasks, highest priority first and within a priority in the order in which they became
+// ready, until all wait; then due timers, in the order of creation, and the tasks these made ready.
 // Fails when a task does not stop to yield.
 void cf_rtos_run_ready(void);
 

@@ -89,7 +89,7 @@ static bool is_possible(const StaticQueue_t *queue, int what) {
   return what == CF_WAITS_ITEM ? queue->count > 0 : queue->count < queue->length;
 }
 
-// Until there is an item, or space for one. Somebody else may be faster, hence the loop.
+// Waits for an item, or for space for one. Another task may take it first, hence the loop.
 static bool wait_for(const StaticQueue_t *queue, int what, TickType_t wait) {
   if (!is_possible(queue, what) && cf_rtos_can_wait(wait)) {
     const cf_deadline_t deadline = cf_rtos_deadline(wait);
@@ -164,7 +164,7 @@ BaseType_t xQueuePeek(QueueHandle_t queue, void *item, TickType_t wait) {
     return errQUEUE_EMPTY;
   }
   copy(item, item_at(queue, 0), queue->item_bytes);
-  // the item is still there for the next one who waits
+  // the item stays in the queue: wake the next waiting task
   cf_rtos_wake(queue, CF_WAITS_ITEM);
   return pdPASS;
 }
@@ -186,8 +186,8 @@ UBaseType_t uxQueueSpacesAvailable(QueueHandle_t queue) {
 
 // ------------------------------------------------------------------------------------- semaphores
 
-// Nobody can wait on the simulation's stack for a task to give a mutex back. It may be that the
-// code does not look at the answer, as those do that wait for ever.
+// Code on the simulation's stack cannot block until a task gives a mutex back. Code that passes an
+// infinite timeout may ignore the result of the take.
 static void check_mutex(const StaticQueue_t *mutex, TickType_t wait) {
   const StaticTask_t *taker = xTaskGetCurrentTaskHandle();
   if (mutex->count > 0 || wait == 0) {

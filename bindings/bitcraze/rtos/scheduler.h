@@ -4,7 +4,7 @@
 
 #include "bitcraze/freertos/freertos_shim.h"
 
-// Why a task waits. The same queue may be awaited by who wants to send and by who wants to receive.
+// Why a task waits. Senders (SPACE) and receivers (ITEM) may wait for the same queue.
 enum { CF_WAITS_TIME, CF_WAITS_ITEM, CF_WAITS_SPACE, CF_WAITS_EVENTS, CF_WAITS_NOTIFICATION };
 
 // When a wait ends at the latest, so that one of several attempts ends as one of a single attempt.
@@ -15,7 +15,7 @@ typedef uint64_t cf_deadline_t;
 TickType_t    cf_rtos_now(void);
 cf_deadline_t cf_rtos_deadline(TickType_t wait);
 
-// Whether who calls may wait: a task that is willing to.
+// Whether the caller may wait: it is a task, and passes a timeout above zero.
 bool cf_rtos_can_wait(TickType_t wait);
 
 // For a task: returns true when it was woken, false when the time was over.

@@ -44,8 +44,7 @@ void vTaskSuspend(TaskHandle_t task) {
   cf_scheduler_stop(meant(task), CF_TASK_SUSPENDED);
 }
 
-// One that waited for an object looks again whether it is there, and waits on; of events the wait
-// is over.
+// A task that was waiting for a queue checks it again and goes on waiting; a wait for events ends.
 void vTaskResume(TaskHandle_t task) {
   if (task != NULL && task->state == CF_TASK_SUSPENDED) {
     cf_rtos_make_ready(task);

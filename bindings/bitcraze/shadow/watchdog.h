@@ -1,4 +1,4 @@
-/* Stands in for the header of the watchdog, which nobody has to feed on a host. */
+/* Replaces the header of the hardware watchdog, which a host does not have. */
 #ifndef CF_BITCRAZE_WATCHDOG_H
 #define CF_BITCRAZE_WATCHDOG_H
 

@@ -27,9 +27,8 @@ enum {
 cf_system_seen_t   cf_system_seen;
 cf_system_wanted_t cf_system_wanted;
 
-// The linker sends calls of the controllers here, whoever calls them, and those of
-// __real_controller to controller.c (-Wl,--wrap): everything that the loop decides passes by in one
-// place.
+// The linker redirects all calls of controller() here, and those of __real_controller() to
+// controller.c (-Wl,--wrap): inputs and outputs of the control loop pass through this function.
 void __real_controller(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors,
                        const state_t *state, const stabilizerStep_t stabilizerStep);
 void __wrap_controller(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors,

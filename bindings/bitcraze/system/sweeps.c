@@ -23,7 +23,7 @@ typedef struct {
   lighthouseCalibrationSweep_t calibration;
 } sweep_t;
 
-// A ring of those that wait, the oldest one first.
+// A ring of the queued sweeps, the oldest one first.
 static sweep_t sweeps[CF_SYSTEM_MEASUREMENTS];
 static int     first;
 static int     waiting;
@@ -75,8 +75,8 @@ static bool is_same(const sweepAngleMeasurement_t *one, const sweepAngleMeasurem
          one->measuredSweepAngle == other->measuredSweepAngle;
 }
 
-// The linker sends all who take from the queue here (-Wl,--wrap): the memory of a drone may have
-// moved since the measurement was put there, and nobody has corrected what is in a queue.
+// The linker redirects all calls of estimatorDequeue() here (-Wl,--wrap). The memory of a drone may
+// have moved since the measurement was queued, and pointers inside a queue are not relocated.
 bool __real_estimatorDequeue(measurement_t *measurement);
 bool __wrap_estimatorDequeue(measurement_t *measurement);
 

@@ -114,7 +114,7 @@ static cf_status_t boot(void *state CF_UNUSED, const cf_system_boot_t *how) {
   if (!all) {
     return CF_ERR_STATE;
   }
-  // tasks come to where they wait for their first packet or beat, so that clients are heard at once
+  // run tasks until they wait for their first packet or tick: then they handle a packet at once
   cf_work_on("the firmware's tasks");
   cf_rtos_run_ready();
   int      type;
@@ -165,7 +165,7 @@ static uint16_t info(bool is_finished) {
   return bits | bit(is_finished, HL_FINISHED);
 }
 
-// Their commander tells its groups to nobody but the asker of its parameter.
+// The checkout's high-level commander publishes its group mask only as a parameter.
 static void tell_groups(cf_system_outputs_t *outputs) {
   static const uint8_t *mask CF_LIBRARY_KEEP = NULL;
   static bool is_known       CF_LIBRARY_KEEP = false;

@@ -167,7 +167,7 @@ static void invert(controllerINDI_t *self, const Axis3f *gyro) {
   indi->u_act_dyn.r += indi->act_dyn.r * (indi->u_in.r - indi->u_act_dyn.r);
 }
 
-// no thrust at all: whoever flies next starts from here
+// thrust is 0: resets the PID loops to the current state, where the next flight starts
 static void rest(controllerINDI_t *self, cf_controller_pid_t *pid, const state_t *state) {
   const point_t *at = &state->position;
   cf_attitude_controller_reset(&pid->attitude, &state->attitude);

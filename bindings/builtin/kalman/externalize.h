@@ -1,4 +1,4 @@
-/* The parts of kalmanCoreExternalizeState, for who wants to keep the costly one. Internal to C. */
+/* The parts of kalmanCoreExternalizeState, for callers that cache the costly one. Internal to C. */
 #ifndef CF_BUILTIN_KALMAN_EXTERNALIZE_H
 #define CF_BUILTIN_KALMAN_EXTERNALIZE_H
 

@@ -24,8 +24,8 @@ void cf_kalman_init(cf_kalman_t *kalman, uint32_t now_ms) {
   keep_attitude(kalman);
 }
 
-// The bounds of the covariance make 100 of what is no number, and the filter would fly on with
-// gains that nobody chose.
+// The bounds of the covariance replace NaN by 100, and the filter would go on with gains that do
+// not follow from its parameters.
 static bool is_noise_known(const kalmanCoreParams_t *params) {
   const float sum = params->procNoiseAcc_xy + params->procNoiseAcc_z + params->procNoiseVel +
                     params->procNoisePos + params->procNoiseAtt + params->measNoiseGyro_rollpitch +
@@ -65,7 +65,8 @@ static void update_with_distance(cf_kalman_t *kalman, const distanceMeasurement_
 
 static void update_with_sweep_angle(cf_kalman_t *kalman, const sweepAngleMeasurement_t *sweep,
                                     uint32_t now_ms) {
-  // who knows the base stations fills the pointers; without them there is nothing to predict
+  // lighthouse code that has geometry and calibration of the base station fills the pointers;
+  // without them the filter cannot predict the angle
   if (sweep->sensorPos && sweep->rotorPos && sweep->rotorRot && sweep->rotorRotInv &&
       sweep->calib && sweep->calibrationMeasurementModel) {
     kalmanCoreUpdateWithSweepAngles(&kalman->core, sweep, now_ms, &kalman->sweep_filter);

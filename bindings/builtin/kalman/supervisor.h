@@ -15,8 +15,8 @@ typedef struct {
 // Returns 100 m and 10 m/s.
 cf_kalman_limits_t cf_kalman_default_limits(void);
 
-// Returns whether position and velocity respect the limits. NaN passes, as on the vehicle: who must
-// know looks at the estimate itself.
+// Returns whether position and velocity respect the limits. NaN passes, as on the vehicle: callers
+// that have to detect NaN check the estimate itself.
 bool cf_kalman_state_is_within(const kalmanCoreData_t *core, const cf_kalman_limits_t *limits);
 
 #endif  // CF_BUILTIN_KALMAN_SUPERVISOR_H

@@ -89,7 +89,7 @@ static struct vec sidestep(const cell_t *cell, struct vec goal, bool modify_if_i
 static struct vec bend_velocity(const cell_t *cell, struct vec velocity) {
   const collision_avoidance_params_t *params = cell->params;
   if (!is_inside(cell, vzero())) {
-    // too close to somebody: leave the margin, whatever was asked for
+    // too close to another drone: leave the margin, whatever velocity the setpoint has
     const struct vec way_out = project(cell, vzero());
     return is_inside(cell, way_out) ? vclampnorm(way_out, params->maxSpeed) : vzero();
   }

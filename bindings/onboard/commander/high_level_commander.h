@@ -149,7 +149,7 @@ bool cf_high_level_commander_is_trajectory_finished(const cf_high_level_commande
 // Chooses the groups of the vehicle, one per bit.
 void cf_high_level_commander_set_group_mask(cf_high_level_commander_t *commander, uint8_t mask);
 
-// Does a command for this group concern the vehicle: 0 is everybody.
+// Whether a command for this group concerns the vehicle; group 0 is all vehicles.
 bool cf_high_level_commander_is_in_group(const cf_high_level_commander_t *commander, uint8_t group);
 
 // Every 10th step fills setpoint with the planner's goal (or with the null setpoint while it is

@@ -34,7 +34,7 @@ typedef struct {
   uint8_t system_type;  // 2: base stations of the second generation
   uint8_t calib_reset;  // for clients; there is nothing to forget
 
-  // parameters of what is streamed to clients; whoever streams it reads `turns`
+  // parameters of the streams to clients; the localization service reads `turns`
   uint8_t streams_angles;    // locSrv.enLhAngleStream
   uint8_t streams_matched;   // locSrv.enLhMtchStm
   uint8_t matched_stations;  // locSrv.minBsLhMtchStm, as many base stations make a group

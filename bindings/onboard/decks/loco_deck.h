@@ -15,8 +15,8 @@
 
 #define CF_STREAMED_RANGES 16
 
-// The latest distances (TWR), written while they are streamed; whoever streams them remembers how
-// many it has seen.
+// The latest distances (TWR), written while they are streamed; the reader remembers how many it has
+// read.
 typedef struct {
   uint32_t written;                        // range n is at n modulo CF_STREAMED_RANGES
   float    distances[CF_STREAMED_RANGES];  // [m]
@@ -32,7 +32,7 @@ typedef struct {
 
   // log
   float    distances[CF_LOCO_ANCHORS];  // [m], of the latest ranges (TWR)
-  uint16_t state;                       // bit i: anchor i was heard within the last second
+  uint16_t state;                       // bit i: received from anchor i within the last second
 
   // settings
   float anchors[CF_LOCO_ANCHORS][3];  // [m], world

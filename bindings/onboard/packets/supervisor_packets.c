@@ -8,8 +8,8 @@ static void put(cf_packet_reply_t *reply, unsigned byte) {
   reply->data[reply->length++] = (uint8_t)byte;
 }
 
-// What can change between two updates of the supervisor is told as it is now, the rest as of the
-// last update.
+// States that can change between two updates of the supervisor are reported as of now, the others
+// as of the last update.
 static bool answer(const cf_supervisor_t *supervisor, uint8_t query) {
   switch (query) {
     case CF_SUPERVISOR_QUERY_IS_ARMED:

@@ -105,9 +105,10 @@ static void read_flow(cf_flow_deck_t *deck, float height, const float r[9], cons
   const float y       = k * (vy * upright / z + w[0]) + noise * normal[1] + wrong[1];
 
   // the chip lies turned: its axes are -y and -x of the body
-  // On the floor the picture is out of focus, but it stands still, and the chip has to say so: the
-  // accelerometer alone has the filter 0.3 m off after 2 s, and cflib's reset_estimator, with which
-  // flow decks take off, waits for ever. What the register holds there is not established.
+  // On the floor the picture is out of focus, but static, and the chip has to report no motion:
+  // with the accelerometer alone the filter is 0.3 m off after 2 s, and cflib's reset_estimator,
+  // which runs before a take-off with a flow deck, never returns. What the register holds on the
+  // floor is not established.
   const bool is_seen = upright > LOWEST_UPRIGHT && !deck->is_lost;
   reading->delta_x   = register_of(y);
   reading->delta_y   = register_of(x);

@@ -168,7 +168,7 @@ static poseMeasurement_t pose_of(const cf_mocap_config_t *config, const cf_mocap
   };
 }
 
-// The order of ticks that may have wrapped. A pose whose time is over has waited for one before it.
+// Compares ticks that may have wrapped. A pose that is overdue was queued behind an earlier pose.
 static bool is_over(uint32_t due, uint32_t tick) {
   return (int32_t)(tick - due) >= 0;
 }

@@ -86,7 +86,7 @@ static void check_setpoint(const setpoint_t *s) {
         isfinite(s->attitudeRate.yaw));
 }
 
-// A packet whose command exists more often than not, and whose group is often everybody.
+// A packet whose command exists more often than not, and whose group is often 0, all vehicles.
 static uint8_t send_noise(vehicle_t *vehicle, uint32_t *random) {
   const uint32_t size = below(random, 32);
   uint8_t       *data = noise(random, size);

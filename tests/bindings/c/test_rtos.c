@@ -1,4 +1,4 @@
-/* The shim of FreeRTOS that the firmware's tasks run on: who runs when, and what waits return. */
+/* The shim of FreeRTOS that the firmware's tasks run on: order of tasks, and results of waits. */
 #define _GNU_SOURCE  // sigsetjmp
 #include <setjmp.h>
 #include <stdio.h>
@@ -446,7 +446,7 @@ static void test_events(void) {
   ticks(1, 1);
   CHECK(xEventGroupSetBits(group, 0x4) == 0x4);
   ticks(2, 3);
-  // both see both bits, and one of them clears what it waited for
+  // both tasks get both bits, and one of them clears the bit of its own wait
   CHECK(xEventGroupSetBits(group, 0x2) == 0x4);
   ticks(4, 4);
   EXPECT_STORY("..4.66.");
@@ -631,7 +631,7 @@ static void test_what_all_together_may_use_is_limited(void) {
   CHECK(strstr(reason, "with those of the other tasks; allowed: 6144") != NULL);
 }
 
-// Writes where the canary is: above the page that nobody can touch.
+// Overwrites the canary, above the guard page.
 static void overflows(void *unused) {
   (void)unused;
   extern uint64_t cf_stacks[CF_STACKS][CF_STACK_BYTES / 8];
@@ -643,7 +643,7 @@ static void test_a_stack_that_overflows_is_noticed(void) {
   boot();
   create(overflows, "DEEP", 1, NULL);
   EXPECT_FAILURE("stack of task 'DEEP' overflowed (65536 bytes)", tick(1));
-  // who comes next begins with a sound stack
+  // the next task starts with an intact stack
   boot();
   create(delays, "A", 1, "a");
   ticks(1, 3);

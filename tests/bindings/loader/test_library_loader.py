@@ -278,7 +278,7 @@ def test_factory_values_of_an_unknown_provider_are_refused():
         factory_values("cf2", parameter_table(), 5000)
 
 
-# ---- when files and memory run out, and when code crashes that is nobody's: in processes of their own ----
+# ---- files or memory run out, and crashes outside of any library: each in its own process ----
 
 PRELUDE = f"""
 import resource, sys, threading

@@ -41,7 +41,7 @@ class Looker:
         return lib.cf_plugin_look(*addresses, self_index, ffi.new("float[3]", point), vector, cone, REACH)
 
     def theirs(self, point, direction):
-        """Return the least distance over all colliding geoms, planes taken for endless."""
+        """Return MuJoCo's min distance (m) over all colliding geoms, with infinite planes."""
         geom = np.zeros(1, np.int32)
         groups = np.zeros(6, np.uint8)
         groups[5] = 1

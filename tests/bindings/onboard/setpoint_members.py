@@ -1,4 +1,4 @@
-"""Setpoints as dictionaries, for the tests of whoever makes them."""
+"""Setpoints as dictionaries, for the tests of modules that make setpoints."""
 
 from crazychoir_fw._core import ffi, lib
 

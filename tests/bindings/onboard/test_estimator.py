@@ -477,7 +477,7 @@ def test_complementary_estimator_gets_the_latest_of_each_sensor(task):
     assert latest.tof.timestamp == 1000
     assert task.estimator.queue_count == 0
     assert (state.position.x, state.position.y) == (33.0, 1001.0)
-    assert state.velocity.x == 7.0  # what nobody writes stays
+    assert state.velocity.x == 7.0  # members that no measurement writes stay
 
     # nothing new: the same again
     task.update(step=34)

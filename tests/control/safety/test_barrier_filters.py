@@ -1,4 +1,4 @@
-"""Both safety filters: rows, optimum, braking, and flights where everybody wants to be where another is."""
+"""Both safety filters: rows, optimum, braking, and flights where each agent's goal is another's place."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from crazychoir_fw.control.safety import ClosestRobotGetter, DoubleIntegratorCBF
 
 
 def crowd(seed, count, near):
-    """Agents and who is near each, some of them nobody."""
+    """Return random agents and the neighbors of each; some have no neighbors."""
     dice = np.random.default_rng(seed)
     own = Pose(position=dice.uniform(-1, 1, (count, 3)), velocity=dice.uniform(-0.1, 0.1, (count, 3)))
     others = own.position[:, None] + dice.uniform(-1.5, 1.5, (count, near, 3))
@@ -138,7 +138,7 @@ def test_who_rests_too_near_may_leave_but_not_come_nearer():
 
 
 def swap(filter_, count, seed, seconds, dt=0.02, sensing_distance=3.0):
-    """Let everybody fly to the opposite place of a circle; return the least distance and the places at the end."""
+    """Fly all agents to the opposite place of a circle; return the min distance (m) and the final positions."""
     angle = 2 * np.pi * np.arange(count) / count
     radius = max(1.0, 0.12 * count)
     position = radius * np.stack([np.cos(angle), np.sin(angle), 1 / radius + 0 * angle], axis=1)

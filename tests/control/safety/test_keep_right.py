@@ -1,4 +1,4 @@
-"""Who is held up passes on the right: still safe, and nobody waits for ever."""
+"""An agent that is blocked passes on the right: still safe, and no agent waits forever."""
 
 import numpy as np
 import pytest

@@ -1,4 +1,4 @@
-"""Flies forward on a stream of set-points until somebody kills it."""
+"""Flies forward on a stream of set-points until the test kills the process."""
 
 import itertools
 import sys

@@ -338,7 +338,7 @@ QUALITIES = st.fixed_dictionaries(
 
 def two_dongles(quality, seed=0):
     configs = [RadioConfig(drones=drones, **quality) for drones in (["cf1", "cf2"], ["cf3"])]
-    return SimulatedRadios(configs, ["cf1", "cf2", "cf3", "cf4"], seed)  # nobody serves cf4
+    return SimulatedRadios(configs, ["cf1", "cf2", "cf3", "cf4"], seed)  # no radio serves cf4
 
 
 def carry(link, packets, asked=()):
@@ -427,7 +427,7 @@ def test_a_copy_goes_on_as_the_original():
     assert drain(link, 0.05) == drain(other, 0.05)
 
 
-# ---------------------------------------------------------------- who is served, and what is shown
+# ---------------------------------------------------------------- served drones, and what is shown
 
 
 @pytest.mark.parametrize(

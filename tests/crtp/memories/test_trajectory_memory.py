@@ -81,7 +81,7 @@ def test_captured_bytes_of_a_compressed_trajectory(client):
 
 
 def fly(client, seconds):
-    """Return where the drone is told to be and where it is (m), every 0.05 s."""
+    """Return the position setpoint and the position of the drone (m), every 0.05 s."""
     told, path = [], []
     for _ in range(round(seconds * 20)):
         client.world.run(0.05)

@@ -79,7 +79,7 @@ def test_what_is_waited_for_comes_again(station):
     assert [number_of(copy) for copy in look(station)] == [9]
     assert ask(station, 0x5C, 10) == []  # it had come
     assert look(station, reading_ahead.LOOKS - 1) == []
-    # nobody is called for ever
+    # the service stops sending copies to a client that does not answer
     copies = look(station, 10_000)
     assert {number_of(copy) for copy in copies} == {10}
     assert len(copies) == reading_ahead.MAX_COPIES

@@ -1,4 +1,4 @@
-"""What somebody has changed in a checkout: each fork takes the files of a release and gives back its own."""
+"""Modified checkouts: each fork takes the files of a release and returns its own."""
 
 import re
 from collections.abc import Callable
@@ -17,7 +17,7 @@ def _edit(files: Files, name: str, *pairs: tuple[str, str]) -> None:
 
 
 def old_param(files: Files) -> Files:
-    """The tables of 2021: a named guard, crtp.h in angles, no param_logic.h, rows that nobody writes."""
+    """The tables of 2021: a named guard, crtp.h in angles, no param_logic.h, read-only rows."""
     files = dict(files)
     prototypes = files.pop(f"{INTERFACE}/param_logic.h").decode()
     api = re.search(r"typedef struct paramVarId_s.*?void +paramSetFloat\(.*?\);\n", prototypes, flags=re.S).group(0)

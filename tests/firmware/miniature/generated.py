@@ -291,7 +291,7 @@ def controller_mellinger_header() -> str:
 
 
 def controller_lee_header() -> str:
-    # whoever includes this has included math3d.h before
+    # a file that includes this has included math3d.h before
     text = replaced(
         header("controller_lee", "__CONTROLLER_LEE_H__", "stabilizer_types.h"),
         (r"^\n  // not in upstream's struct.*?max_thrust;.*?$", ""),

@@ -38,7 +38,7 @@ def for_release(text: str, release: str) -> str:
         if match := re.match(r"#if MINIATURE_RELEASE >= (\d+)", line):
             kept.append(RELEASES[release] >= int(match.group(1)))
         elif line.startswith("#if"):
-            kept.append(None)  # somebody else's
+            kept.append(None)  # not a condition on the release
             lines.append((line, list(kept)))
         elif line.startswith("#else") and kept[-1] is not None:
             kept[-1] = not kept[-1]
@@ -106,7 +106,7 @@ def lay_out(
         setup_py: one of SETUP_PY, the form of bindings/setup.py.
         cmsis: whether the nested submodule vendor/CMSIS is there; its empty folder is in any case.
         git: whether to make it a repository with one commit, tagged with the release.
-        fork: one of forks.FORKS, what somebody has changed; None: nobody has.
+        fork: one of forks.FORKS, the changes of a fork; None: the release without changes.
     """
     files = {name: text.encode() for name, text in _files(release, setup_py).items()}
     if fork is not None:

@@ -82,7 +82,7 @@ def test_a_round_that_is_not_complete_can_be_ended(team):
     assert algorithms[0].is_complete()
     assert not algorithms[1].is_complete()
     algorithms[1].finish_round()
-    # 0 was heard; 2 was not, and its weight went to the own value
+    # the message of 0 arrived; that of 2 did not, and its weight went to the own value
     assert algorithms[1].get_result() == pytest.approx(1 / 3 * 0 + 2 / 3 * 1)
 
 

@@ -98,7 +98,7 @@ def test_robust_tracking_bears_losses(team, in_any_order, seed, size):
 
 @pytest.mark.parametrize("kind", [AggregativeTracking, ResilientAggregativeTracking])
 def test_tracking_by_what_was_said_last_misses_the_optimum_with_losses(team, in_any_order, kind):
-    """What one takes the other has to give: sums do not survive a lost message that nobody is told of."""
+    """Tracking has to conserve sums over all agents; an undetected loss of a message changes them."""
     problems = random_problems(4, 2, 3)
     algorithms = [
         kind(agent, np.ones(2) * agent.id, stepsize=0.02) for agent in team(graphs.ring_graph(4), problems, loss=0.2)

@@ -18,7 +18,7 @@ STARTS = np.array([(1.0, 1.0), (0.0, 1.5), (-1.0, 1.0), (-1.0, -1.0), (0.0, -1.5
 
 
 def first_generation():
-    """The tasks of the example: places, and who can do each."""
+    """The tasks of the example: places, and the agents that can do each."""
     dice = np.random.RandomState(4)
     tasks = [(dice.uniform(-3.0, 3.0, 2), dice.random_sample(6) < 0.5) for _ in range(6)]
     return np.array([place for place, _ in tasks]), np.array([able for _, able in tasks])
@@ -50,7 +50,7 @@ def test_first_generation_of_the_task_table(team, serialize):
 @settings(max_examples=15)
 @given(seed=st.integers(0, 10_000), agents=st.integers(1, 6), tasks=st.integers(1, 6))
 def test_as_many_as_possible_at_the_least_cost(team, seed, agents, tasks):
-    """Any draw is fine: tasks that nobody can do, agents without any, more of the ones than of the others."""
+    """Any draw is valid: tasks that no agent can do, agents without tasks, different numbers of tasks and agents."""
     dice = np.random.default_rng(seed)
     costs, able = dice.uniform(0.1, 5.0, (agents, tasks)), dice.random((agents, tasks)) < 0.5
     adjacency = graphs.binomial_random_graph(agents, 0.6, seed) if agents > 1 else np.zeros((1, 1))

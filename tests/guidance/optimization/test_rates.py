@@ -112,7 +112,7 @@ def test_the_maximum_is_known_after_as_many_rounds_as_the_graph_is_wide(team, se
 @settings(max_examples=5)
 @given(seed=SEEDS)
 def test_the_maximum_travels_on_in_every_period(team, jointly_connected, seed):
-    """Whoever does not know it hears it in the next period from somebody who does: N - 1 periods are enough."""
+    """In each period the maximum reaches at least one more agent: N - 1 periods are enough."""
     largest, schedule = jointly_connected(5, seed, "directed")
     x = np.random.default_rng(seed).normal(size=5)
     algorithms = [MaxConsensus(agent, one) for agent, one in zip(team(largest, schedule=schedule), x, strict=True)]
@@ -190,8 +190,8 @@ def test_gradient_tracking_is_linear(team, jointly_connected, factor_per_round, 
 @settings(max_examples=3)
 @given(seed=SEEDS)
 def test_directed_gradient_tracking_is_linear(team, jointly_connected, factor_per_round, changes, seed):
-    """Tian, Sun, Scutari 2020 (ASY-SONATA): linear for small steps, whatever is lost, as long as everybody is heard
-    once in a while; an edge that is not there is a message that is lost."""
+    """Tian, Sun, Scutari 2020 (ASY-SONATA): linear for small steps under any loss, as long as a message of each
+    agent arrives once in a while; a missing edge counts as a lost message."""
     parts, minimum = costs(4, seed)
     largest, schedule = jointly_connected(4, seed, "directed")
     agents = team(largest, parts, schedule=schedule if changes else None)
@@ -236,7 +236,7 @@ def surveillance(size, seed):
 @given(seed=SEEDS)
 def test_aggregative_tracking_is_linear(team, jointly_connected, factor_per_round, kind, changes, seed):
     """Li, Yi, Xie 2022: linear for small steps, also over graphs that change (Carnevale, Camisa, Notarstefano 2023);
-    here at least half as fast as gradient descent of one who knows all."""
+    here at least half as fast as centralized gradient descent."""
     step = 0.01
     problems, optimum, curvature = surveillance(4, seed)
     largest, schedule = jointly_connected(4, seed)
@@ -251,7 +251,7 @@ def test_aggregative_tracking_is_linear(team, jointly_connected, factor_per_roun
 
 
 def constrained(size, seed):
-    """Costs and half-planes of each agent, the optimum of all, and prices that make it everybody's own optimum."""
+    """Costs and half-planes of each agent, the optimum of all, and prices that make it the optimum of each agent."""
     dice = np.random.default_rng(seed)
     inside = dice.normal(size=DIMENSION)
     parts = []
@@ -318,7 +318,7 @@ def test_admm_moves_less_and_less(team, seed, size):
 @settings(max_examples=8)
 @given(seed=SEEDS, size=st.integers(2, 6))
 def test_the_simplex_may_stop_when_nothing_changed_for_twice_the_diameter(team, seed, size):
-    """Buerger, Notarstefano, Bullo, Allgoewer 2012: finitely many rounds, and who saw nothing change for 2 d + 1 rounds
+    """Buerger, Notarstefano, Bullo, Allgoewer 2012: finitely many rounds; an agent without changes for 2 d + 1 rounds
     has the best basis."""
     dice = np.random.default_rng(seed)
     b = dice.uniform(-2.0, 2.0, 3)
@@ -337,7 +337,7 @@ def test_the_simplex_may_stop_when_nothing_changed_for_twice_the_diameter(team, 
 @given(seed=SEEDS, size=st.integers(2, 6))
 def test_constraints_consensus_may_stop_when_nothing_changed_for_twice_the_diameter(team, seed, size):
     """Notarstefano, Bullo 2011: the cost of what an agent knows never falls, it is the optimum after finitely many
-    rounds, and who saw nothing change for 2 d + 1 rounds has it."""
+    rounds, and an agent without changes for 2 d + 1 rounds has it."""
     parts, _, _ = constrained(size, seed)
     cost = parts[0].P, parts[0].q
     parts = [QuadraticProblem(*cost, A=one.A, b=one.b) for one in parts]

@@ -12,7 +12,7 @@ STEP_S = 0.02
 
 
 class TaskSwarm:
-    """A table, and guidance of each drone, which moves at a constant speed straight to where it is told to be."""
+    """A table, and guidance of each drone, which moves at a constant speed straight to its goal."""
 
     def __init__(self, table, make, starts=STARTS, graph=None, speed=2.0, synchronous=True):
         count = len(starts)

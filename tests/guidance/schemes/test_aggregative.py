@@ -1,4 +1,4 @@
-"""Surveillance of a target: pace, references, what happens when somebody is gone (docs/reference/crazychoir.md#23)."""
+"""Surveillance of a target: pace, references, the loss of an agent (docs/reference/crazychoir.md#23)."""
 
 import numpy as np
 import pytest
@@ -210,7 +210,7 @@ def test_who_falls_silent_holds_nobody_up(optimizer, lockstep):
     rounds = rest[0].algorithm.rounds
     fly(rest, 700, begin=150)
     assert rest[0].lost == rest[1].lost == {2}
-    assert rest[0].algorithm.rounds - rounds >= 690  # one deadline long, nobody iterated
+    assert rest[0].algorithm.rounds - rounds >= 690  # no agent iterated until the deadline
     np.testing.assert_allclose(decisions(rest), LIMITS[:2], atol=1e-3)
     # it comes back, from where it was
     fly(agents, 700, begin=850)

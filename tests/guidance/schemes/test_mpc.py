@@ -1,4 +1,4 @@
-"""Model predictive control: one problem against a solver, many agents against one, and who dies."""
+"""Model predictive control: one problem against a solver, many agents against one, and agents that stop."""
 
 import numpy as np
 import pytest

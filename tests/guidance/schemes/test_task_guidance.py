@@ -1,4 +1,4 @@
-"""Dynamic task assignment of plain guidance: optimal, and going on whoever is gone."""
+"""Dynamic task assignment of plain guidance: optimal, and continuing after the loss of any agent."""
 
 import numpy as np
 import pytest
@@ -45,7 +45,7 @@ def test_all_tasks_are_done_and_every_assignment_is_optimal():
     agreed = agreements(flown.events)
     assert len(agreed) >= 5
     assert all(one.is_optimal for one in agreed)
-    # who is done hovers
+    # a drone without a task hovers
     at = flown.positions.copy()
     flown.run(2.0)
     np.testing.assert_allclose(flown.positions, at, atol=0.1)

@@ -1,4 +1,4 @@
-"""A drone that hovers, for those who do it harm."""
+"""A drone that hovers, for tests that inject faults."""
 
 import pytest
 

@@ -57,7 +57,7 @@ def test_drone_without_a_motor_turns_over_and_is_crashed(hovering):
     assert [drone.log[f"motor.m{i}"] for i in range(1, 5)] == [0, 0, 0, 0]
     assert drone.true_position[2] < 0.1
     assert drone.struct.vehicle.rotors.rpm[1] == 0.0
-    # crashed, not locked: whoever puts it upright may fly it again
+    # crashed, not locked: the drone flies again after it was put upright
     world.add_fault(MotorFault(at=world.time, motor=2, efficiency=1.0))
     drone.place((0.0, 0.0, 0.02))
     world.run(0.5)
@@ -153,7 +153,7 @@ def test_lost_motion_capture_lets_the_drone_drift_and_poses_bring_it_back(hoveri
     start = drone.true_position
     world.add_fault(PositioningFault(at=world.time, lost=True, duration=5.0))
     drift = follow(world, 5.0, lambda: np.linalg.norm(drone.true_position - start))
-    # nobody tells: the estimate stays near the setpoint while the drone goes away
+    # no position arrives: the estimate stays near the setpoint while the drone drifts away
     error = np.linalg.norm(drone.estimated_position - drone.true_position)
     assert 0.05 < drift[-1] < 1.0
     assert error > 0.05
@@ -184,7 +184,7 @@ def test_every_system_can_be_lost(hovering, positioning):
 
 
 def test_filter_that_leaves_its_bounds_resets_itself(hovering):
-    """7, 8.2: beyond 10 m/s or 100 m the next loop starts anew, and poses take the drone's place up again."""
+    """7, 8.2: beyond 10 m/s or 100 m the next loop resets the filter, and poses correct its position again."""
     world = hovering()
     drone = world.drones[0]
     world.add_fault(PositioningFault(at=world.time, lost=True, duration=4.0))
@@ -293,7 +293,7 @@ def test_low_battery_is_told_after_five_seconds(platform, limit):
 
 
 def test_empty_battery_ends_the_flight(hovering):
-    """docs/reference/vehicle.md#6: what is left below zero charge does not carry the drone."""
+    """docs/reference/vehicle.md#6: below zero charge the voltage is too low to carry the drone."""
     world = hovering()
     drone = world.drones[0]
     world.add_fault(BatteryFault(at=world.time, charge=0.0))

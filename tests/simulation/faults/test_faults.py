@@ -263,7 +263,7 @@ def test_requests_get_lost_in_their_share_and_seed():
 
 @pytest.mark.parametrize("again", [20, 55])
 def test_late_requests_keep_their_order_and_survive_a_jump_back(again):
-    """From 50 ms to 10 ms of latency: nobody overtakes."""
+    """From 50 ms to 10 ms of latency: no packet overtakes another."""
     world = World([DroneConfig("cf1", positioning="none")], visuals=False)
     world.add_fault(RadioFault(at=0.01, latency=0.05, duration=0.03))
     world.add_fault(RadioFault(at=0.04, latency=0.01, duration=0.03))

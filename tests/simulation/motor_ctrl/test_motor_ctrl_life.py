@@ -147,7 +147,7 @@ def test_go_to_works_again_after_a_stop():
     world.run(2.5)
     assert control.position[2] < 0.05
     control.resume()
-    world.run(4.0)  # 3 s after a landing the supervisor begins anew, and forgets plans
+    world.run(4.0)  # 3 s after a landing the supervisor resets, and drops plans
     assert control.drone.can_fly
     control.command(0.0, 0.0, 0.4, 1.5)
     world.run(3.0)

@@ -87,7 +87,7 @@ def test_a_body_names_the_class_that_flies_it(tmp_path, monkeypatch):
 def test_drones_of_a_scene_come_after_those_of_the_world(tmp_path):
     world = World([DroneConfig("cf1", (-1.0, 0.0))], scene=write(tmp_path), seed=3)
     assert [drone.id for drone in world.drones] == ["cf1", "bird", "plane"]
-    # nobody shares noise or radio address with another
+    # no two drones share noise or radio address
     assert [drone.struct.config.id for drone in world.drones] == [2, 0, 1]
 
 

@@ -61,7 +61,7 @@ def test_section_16_mellinger_is_28_mm_off_after_8_s_because_its_integral_is_slo
 
 
 def figure8() -> tuple:
-    """Return the pieces of the planner's test trajectory; whoever views them keeps them."""
+    """Return the pieces of the planner's test trajectory; the caller keeps a reference while it uses views of them."""
     pieces = ffi.new("struct poly4d[]", len(FIGURE8))
     for piece, row in zip(pieces, FIGURE8, strict=True):
         piece.duration = row[0]

@@ -229,7 +229,10 @@ def test_parameter_chooses_the_robust_model(kalman, helpers, name, parameter):
 
 
 def test_tdoa_passes_its_filter_and_tells_its_innovation(kalman, helpers):
-    """The first sample fills the filter by 30 ms, the second by the time since; the robust model asks nobody."""
+    """The first sample adds 30 ms to the filter's integrator, the second the time since the first.
+
+    The robust model does not use the outlier filter.
+    """
     item, _ = FUSED["TDOA"]
     for now_ms in (1000, 1010):
         kalman.core.S[0] = kalman.core.S[1] = kalman.core.S[2] = 0.0

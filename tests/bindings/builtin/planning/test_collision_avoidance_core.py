@@ -244,7 +244,7 @@ def are_apart(peers, own):
 
 @given(mode=modes, peers=swarms, own=points, position=points, velocity=points)
 def test_result_is_inside_of_the_cell(mode, peers, own, position, velocity):
-    """Or, where no way in was found, the drone is told to stay; or it leaves a margin as fast as it may."""
+    """Or, where no way in was found, the setpoint is to stay; or the drone leaves a margin at its max speed."""
     peers = [peer for peer in peers if are_apart([peer], own)]
     new_position, new_velocity = Avoidance().core(mode, peers, position, velocity, own)
     normals, distances = cell(peers, np.array(own))

@@ -326,7 +326,7 @@ def test_command_for_another_group_does_nothing(flying: Receiver, command: int) 
     before = state_of(flying)
     assert flying.send(command, 0b1010, *VALID[command][1:]) == OK
     assert state_of(flying) == before
-    # everybody's business: not even blocked
+    # nor is a command for another group refused while commands are blocked
     flying.block()
     assert flying.send(command, 0b1010, *VALID[command][1:]) == OK
 

@@ -32,7 +32,7 @@ def receive(supervisor, channel: int, data: bytes):
 @pytest.mark.parametrize("query", range(1, 12))
 def test_question_is_answered_with_the_bit_of_its_number(supervisor, query: int) -> None:
     supervisor.info = 1 << (query - 1)
-    # these two are told as they are now, not as they were at the last update
+    # the reply has the current value of these two, not that of the last update
     supervisor.is_armed = query == 2
     supervisor.is_crashed = query == 8
     for other in range(1, 12):

@@ -55,7 +55,7 @@ def test_twr_asks_the_anchors_in_turn_at_its_rate(make_config: Make, rate: int, 
 
 def test_tdoa2_compares_neighbors_in_turn(make_config: Make) -> None:
     seen = watch(make(make_config, TDOA2), 1000)
-    assert len(seen) == 499  # the first packet has nobody to be compared with
+    assert len(seen) == 499  # the first packet has no predecessor
     assert [(a, b) for _, a, b, _ in seen] == [((i - 1) % 8, i % 8) for i in range(1, 500)]
 
 

@@ -35,7 +35,7 @@ enum command_e {
 
 static bool isInit;
 
-// What can change between two updates is told as it is now, the rest as of the last update.
+// States that can change between two updates are as of now, the others as of the last update.
 static bool answer(uint8_t query) {
   switch (query) {
     case INFO_IS_ARMED:

@@ -68,7 +68,7 @@ bool healthShallWeRunTest(void) {
   if (!startPropTest && !startBatTest) {
     return false;
   }
-  // who flies is not tested
+  // no test in flight
   if (!supervisorIsFlying()) {
     testState = startPropTest ? configureAcc : testBattery;
     startMotor(0);

@@ -1,10 +1,10 @@
-// Where the others are, as far as this one was told.
+// Positions of other drones that this drone has received.
 #include "peer_localization.h"
 
 #include "FreeRTOS.h"
 #include "task.h"
 
-// id 0: nobody
+// id 0: an unused entry
 static peerLocalizationOtherPosition_t other_positions[PEER_LOCALIZATION_MAX_NEIGHBORS];
 
 void peerLocalizationInit() {

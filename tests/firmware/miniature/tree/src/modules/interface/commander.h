@@ -1,4 +1,4 @@
-// Who decides where to fly.
+// Selects the setpoint by priority.
 #ifndef COMMANDER_H_
 #define COMMANDER_H_
 

@@ -20,7 +20,7 @@ void consoleFlush(void);
 #define consolePrintf(FMT, ...) eprintf(consolePutchar, FMT, ##__VA_ARGS__)
 #if MINIATURE_RELEASE >= 202608
 
-// who prints, and whether it is listened to
+// a source of console text, and whether its text is sent
 typedef struct ConsoleSource {
   const char           *path;
   struct ConsoleSource *next;

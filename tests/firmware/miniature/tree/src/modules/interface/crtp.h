@@ -1,4 +1,4 @@
-// Packets of the radio protocol, and who gets them.
+// Packets of the radio protocol, and callbacks that receive them.
 #ifndef CRTP_H_
 #define CRTP_H_
 

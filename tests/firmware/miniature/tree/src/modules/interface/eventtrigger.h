@@ -1,4 +1,4 @@
-// Events with a payload, for whoever records them.
+// Events with a payload, for recorders.
 #ifndef __EVENTTRIGGER_H__
 #define __EVENTTRIGGER_H__
 

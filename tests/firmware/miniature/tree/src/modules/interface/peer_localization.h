@@ -10,7 +10,7 @@
 
 typedef struct peerLocalizationOtherPosition_s {
   uint8_t id;
-  point_t pos;  // with the time it was told
+  point_t pos;  // with the time of its reception
 } peerLocalizationOtherPosition_t;
 
 void peerLocalizationInit();

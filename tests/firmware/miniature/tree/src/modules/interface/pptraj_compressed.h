@@ -34,7 +34,7 @@ bool  piecewise_compressed_is_finished(const struct piecewise_traj_compressed *t
 struct traj_eval piecewise_compressed_eval(struct piecewise_traj_compressed *traj, float t);
 void piecewise_compressed_load(struct piecewise_traj_compressed *traj, const void *data);
 
-// static and not inline, so that whoever includes this and does not call it is told so
+// static and not inline: the compiler warns in a file that includes this and does not call it
 static void piecewise_compressed_print(const struct piecewise_traj_compressed *traj) {
   printf("begins at %f, takes %f\n", (double)traj->t_begin, (double)traj->duration);
 }

@@ -9,7 +9,7 @@
 #define KALMAN_CORE_DEFAULT_PROC_NOISE_ACC_Z 1.0f
 #endif
 
-// the symbol lacks a letter, so that nobody defines it
+// the symbol lacks a letter, so that no configuration defines it
 #ifdef CONFIG_STIMATOR_KALMAN_INITIAL_YAW_STD
 #define KALMAN_CORE_DEFAULT_YAW_STD (CONFIG_STIMATOR_KALMAN_INITIAL_YAW_STD / 1000.0f)
 #else

@@ -1,4 +1,4 @@
-// Instructions of the vehicle's processor. On a host they compile as long as nobody calls them.
+// Instructions of the vehicle's processor. On a host they compile as long as no code calls them.
 #ifndef CMSIS_GCC_H
 #define CMSIS_GCC_H
 
