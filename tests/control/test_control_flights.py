@@ -20,6 +20,7 @@ from crazychoir_fw.simulation.integrator import CrazyflieIntegrator
 MASS = 0.029  # [kg], of the platform cf2
 UP = np.array([0.0, 0.0, 1.0])
 SPEED = 1.5  # [m/s], on a circle of 1 m
+CAMERAS = {"mocap_std": 0.01, "mocap_attitude_std": 4.5e-3}  # deviations as the firmware has them from the factory
 AIRBORNE = 5.0  # [s], boot, take-off and rest
 
 
@@ -67,7 +68,7 @@ def flown(motor_ctrl, controller, path, seconds, yaw=None):
             return Reference(position=UP * min(max((time - 2.0) / 1.5, 0.0), 1.0), yaw=0.0)
         return path(time - AIRBORNE)
 
-    world = World([DroneConfig("cf1", motor_ctrl=Flyer)], seed=1, visuals=False)
+    world = World([DroneConfig("cf1", motor_ctrl=Flyer, attributes=CAMERAS)], seed=1, visuals=False)
     drone = world.drones[0]
     world.run(AIRBORNE)
     rows = []
