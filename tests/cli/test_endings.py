@@ -48,7 +48,14 @@ def fly(tmp_path, text, uri, *options):
         *options,
     )
     with (folder / "said.txt").open("w") as said:
-        return subprocess.Popen([*COMMAND, *map(str, arguments)], stdout=said, stderr=subprocess.STDOUT)
+        return subprocess.Popen(
+            [*COMMAND, *map(str, arguments)], stdout=said, stderr=subprocess.STDOUT, preexec_fn=hear_hang_ups
+        )
+
+
+def hear_hang_ups():
+    """Take SIGHUP as usual, also where the tests run under nohup."""
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.mark.parametrize(
