@@ -16,8 +16,10 @@ def ready_world():
 
 @pytest.fixture
 def hovering_world():
-    """One drone hovering at 0.5 m."""
+    """One drone hovering at 0.5 m; the cameras tell the deviations that the firmware has from the factory."""
     world = make_world()
+    world.drones[0].param["locSrv.extPosStdDev"] = 0.01
+    world.drones[0].param["locSrv.extQuatStdDev"] = 4.5e-3
     world.wait_until_ready()
     world.drones[0].high_level_commander.takeoff(0.5, 1.5)
     world.run(3.0)

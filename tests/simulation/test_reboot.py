@@ -9,6 +9,7 @@ from crazychoir_fw.onboard.variables import factory_values, parameter_table
 from crazychoir_fw.simulation import DroneConfig, World
 
 START = {"kalman.initialX", "kalman.initialY", "kalman.initialZ", "kalman.initialYaw"}
+START |= {"locSrv.extPosStdDev", "locSrv.extQuatStdDev"}  # the client of the cameras writes them again
 
 
 def software(cf) -> bytes:
