@@ -14,7 +14,6 @@ from __future__ import annotations
 
 import argparse
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +22,17 @@ from rich.table import Table
 
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.common.replacing import replacing
-from crazychoir_fw.comparison.controller_replay import replay_controller
-from crazychoir_fw.comparison.motor_replay import replay_motors
+from crazychoir_fw.comparison.figures import (
+    Attempts,
+    chain_figures,
+    controller_figures,
+    hover_figures,
+    motor_figures,
+    plant_figures,
+)
 from crazychoir_fw.comparison.nanobench import flight_files, read_flight
 from crazychoir_fw.comparison.phases import find_phases
 from crazychoir_fw.comparison.plots import draw_chain
-from crazychoir_fw.comparison.prediction import HORIZONS, predict
 from crazychoir_fw.comparison.tuning import tune
 from crazychoir_fw.comparison.whole_chain import fly_again
 from crazychoir_fw.onboard import vehicles
@@ -40,18 +44,10 @@ IDENTIFIED_FROM = ("B2_circle_slow_rep1", "B5_helix_slow_rep1", "B8_star_slow_re
 def compare(path: Path, options: argparse.Namespace) -> dict[str, Any]:
     """Run all comparisons on one flight. What cannot be compared says why in place of figures."""
     row: dict[str, Any] = {"name": path.name.removesuffix(".gz").removesuffix(".csv")}
-    problems: list[str] = []
-
-    def attempt(what: str, work: Callable[[], Any]) -> Any:
-        try:
-            return work()
-        except CrazychoirError as error:
-            problems.append(f"{what}: {error}")
-            return None
-
+    attempt = Attempts()
+    row["problems"] = attempt.problems
     flight = attempt("reading", lambda: read_flight(path))
     phases = flight and attempt("phases", lambda: find_phases(flight))
-    row["problems"] = problems
     if flight is None or phases is None:
         return row
     vehicle = options.vehicle
@@ -62,62 +58,16 @@ def compare(path: Path, options: argparse.Namespace) -> dict[str, Any]:
         "notes": list(flight.notes),
         "compared_s": list(phases.compared),
     }
-    if (replay := attempt("controller", lambda: replay_controller(flight, phases))) is not None:
-        row |= {
-            "controller_roll_rms_deg": replay.roll_rms_deg,
-            "controller_pitch_rms_deg": replay.pitch_rms_deg,
-            "controller_roll_median_deg": replay.roll_median_deg,
-            "controller_pitch_median_deg": replay.pitch_median_deg,
-            "controller_thrust_rms_percent": replay.thrust_rms_percent,
-            "controller_thrust_offset_only_rms_percent": replay.thrust_offset_rms_percent,
-        }
-    if (motors := attempt("motors", lambda: replay_motors(flight, phases))) is not None:
-        row |= {
-            "motor_mean_percent": list(motors.mean_percent),
-            "motor_worst_mean_percent": motors.worst_mean_percent,
-            "motor_rms_percent": list(motors.rms_percent),
-            "motor_saturated_share": motors.saturated_share,
-            "firmware_thrust_max_n": motors.thrust_max,
-        }
+    row |= attempt("controller", lambda: controller_figures(flight, phases)) or {}
+    row |= attempt("motors", lambda: motor_figures(flight, phases)) or {}
     tuning = attempt("hover", lambda: tune(flight, phases, vehicle))
     if tuning is None:
         return row
-    row["hover"] = {
-        "thrust_scale": tuning.thrust_scale,
-        "trim_torque_nm": list(tuning.trim_torque),
-        "voltage_v": tuning.hover_voltage,
-        "thrust_axis_off_deg": tuning.misalignment_deg,
-        "log_lag_s": tuning.log_lag,
-        "seconds": tuning.hover_seconds,
-    }
-    if (ahead := attempt("plant", lambda: predict(flight, phases, vehicle, tuning))) is not None:
-        row |= {
-            "plant_horizons_s": list(HORIZONS),
-            "plant_position_cm": list(ahead.position_cm),
-            "plant_tilt_deg": list(ahead.tilt_deg),
-            "plant_mean_position_cm": list(ahead.mean_position_cm),
-            "plant_mean_tilt_deg": list(ahead.mean_tilt_deg),
-            "plant_followed_position_cm": list(ahead.followed_position_cm),
-            "plant_followed_tilt_deg": list(ahead.followed_tilt_deg),
-            "plant_followed_tilt_median_deg": list(ahead.followed_tilt_median_deg),
-            "plant_trim_wander_nm": ahead.trim_wander,
-        }
-    thrust_max = None if motors is None else motors.thrust_max
+    row["hover"] = hover_figures(tuning)
+    row |= attempt("plant", lambda: plant_figures(flight, phases, vehicle, tuning)) or {}
+    thrust_max = row.get("firmware_thrust_max_n")
     if (chain := attempt("chain", lambda: fly_again(flight, phases, vehicle, tuning, drone, thrust_max))) is not None:
-        row |= {
-            "path_rms_m": chain.path_rms_m,
-            "lag_s": chain.lag_s,
-            "lag_behind_setpoint_real_s": chain.lag_behind_setpoint_s[0],
-            "lag_behind_setpoint_simulated_s": chain.lag_behind_setpoint_s[1],
-            "tracking_rms_real_m": chain.tracking_rms_m[0],
-            "tracking_rms_simulated_m": chain.tracking_rms_m[1],
-            "tracking_percent": chain.tracking_percent,
-            "tilt_rms_real_deg": chain.tilt_rms_deg[0],
-            "tilt_rms_simulated_deg": chain.tilt_rms_deg[1],
-            "tilt_percent": chain.tilt_percent,
-            "thrust_percent": chain.thrust_percent,
-            "voltage_difference_v": chain.voltage_difference_v,
-        }
+        row |= chain_figures(chain)
         if options.plots is not None:
             draw_chain(chain, row["name"], options.plots / f"{row['name']}.png")
     return row

@@ -26,7 +26,7 @@ def read_csv(path: Path) -> RawLog:
     opener = gzip.open if path.suffix == ".gz" else open
     try:
         with opener(path, "rt", newline="", encoding="utf-8-sig") as file:
-            lines = _limited(file)
+            lines = limited(file)
             first = next(iter(lines), "")
             delimiter = max(_DELIMITERS, key=first.count)
             header = [name.strip().lstrip("#").strip() for name in next(csv.reader([first], delimiter=delimiter), [])]
@@ -38,7 +38,7 @@ def read_csv(path: Path) -> RawLog:
     if not rows:
         raise RangeError(f"{path.name}: no rows")
     places = {name: header.index(name) for name in header if name}
-    table = {name: np.array([_number(row, place) for row in rows]) for name, place in places.items()}
+    table = {name: np.array([number(row, place) for row in rows]) for name, place in places.items()}
     return RawLog(_name(path), "CSV", (table_of(path.name, table),))
 
 
@@ -46,7 +46,7 @@ def _name(path: Path) -> str:
     return path.name.removesuffix(".gz").rsplit(".", 1)[0]
 
 
-def _limited(lines: Iterable[str]) -> Iterable[str]:
+def limited(lines: Iterable[str]) -> Iterable[str]:
     """Pass lines on, but not more than any flight has: a small file can unpack to a very large one."""
     total = 0
     for line in lines:
@@ -64,9 +64,10 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _number(row: list[str], place: int) -> float:
+def number(row: list[str], place: int) -> float:
+    """Return a cell as a number; NaN if it is missing, no number, or larger than anything that flies."""
     try:
-        number = float(row[place])
+        found = float(row[place])
     except (ValueError, IndexError):
         return np.nan
-    return number if abs(number) < 1e15 else np.nan
+    return found if abs(found) < 1e15 else np.nan

@@ -16,7 +16,7 @@ from __future__ import annotations
 import csv
 import gzip
 import zlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -26,6 +26,7 @@ import yaml
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import RangeError, UnknownNameError
+from crazychoir_fw.comparison.csv_log import limited, number
 
 PERIOD = 0.01
 """Time (s) between two rows of a flight after reading."""
@@ -34,7 +35,6 @@ _SUFFIXES = (".csv", ".csv.gz")
 _SHORTEST = 2.0  # [s], less is no flight
 _HOLE = 0.3  # [s], longer holes are not bridged
 _MARGIN = 0.1  # [s], cut off before an impossible row
-_MAX_BYTES = 400_000_000
 
 _POSITION = ("px", "py", "pz")
 _QUATERNION = ("qx", "qy", "qz", "qw")
@@ -203,10 +203,10 @@ def _read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
     wanted = {"t", *(name for group in _POSSIBLE for name in group)}
     try:
         with opener(path, "rt", newline="", encoding="utf-8") as file:
-            reader = csv.reader(_limited(file))
+            reader = csv.reader(limited(file))
             header = [name.strip() for name in next(reader, [])]
             places = [(name, header.index(name)) for name in dict.fromkeys(header) if name in wanted]
-            rows = [[_number(row, place) for _, place in places] for row in reader if row]
+            rows = [[number(row, place) for _, place in places] for row in reader if row]
     except (OSError, EOFError, UnicodeDecodeError, csv.Error, zlib.error) as error:
         raise RangeError(f"{path.name}: cannot be read: {error}") from error
     if not places:
@@ -215,24 +215,6 @@ def _read_columns(path: Path) -> dict[str, NDArray[np.float64]]:
         raise RangeError(f"{path.name}: no rows")
     table = np.array(rows, float)
     return {name: table[:, i] for i, (name, _) in enumerate(places)}
-
-
-def _limited(lines: Iterable[str]) -> Iterable[str]:
-    """Pass lines on, but not more than any flight has: a small file can unpack to a very large one."""
-    total = 0
-    for line in lines:
-        total += len(line)
-        if total > _MAX_BYTES:
-            raise csv.Error(f"longer than {_MAX_BYTES} bytes")
-        yield line
-
-
-def _number(row: list[str], place: int) -> float:
-    try:
-        number = float(row[place])
-    except (ValueError, IndexError):
-        return np.nan
-    return number if abs(number) < 1e15 else np.nan
 
 
 def _ascending(columns: dict[str, NDArray[Any]], path: Path, notes: list[str]) -> dict[str, NDArray[Any]]:

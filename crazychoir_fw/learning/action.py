@@ -69,6 +69,13 @@ class _WithThrust(Action):
         hover = platform_weight(platform) / platform_max_thrust(platform) * FULL_THRUST
         return hover, self.thrust_span * hover
 
+    def _with_angles(self, platform: str, tilt: float, yaw: float) -> Scale:
+        """Return the scale of thrust (counts), two angles or rates up to `tilt`, a yaw rate up to `yaw` (rad, rad/s)."""
+        hover, span = self._thrust(platform)
+        tilt, yaw = math.degrees(tilt), math.degrees(yaw)
+        # without any thrust the PID controller forgets everything
+        return _scale([hover, 0, 0, 0], [span, tilt, tilt, yaw], [1000, -tilt, -tilt, -yaw], [65535, tilt, tilt, yaw])
+
 
 @dataclass(frozen=True)
 class ThrustRates(_WithThrust):
@@ -82,10 +89,7 @@ class ThrustRates(_WithThrust):
 
     def scale(self, platform: str) -> Scale:
         """Commands: thrust (counts), rates about x, y, z (deg/s, body, right-handed)."""
-        hover, span = self._thrust(platform)
-        tilt, yaw = math.degrees(self.max_rate), math.degrees(self.max_yaw_rate)
-        # without any thrust the PID controller forgets everything
-        return _scale([hover, 0, 0, 0], [span, tilt, tilt, yaw], [1000, -tilt, -tilt, -yaw], [65535, tilt, tilt, yaw])
+        return self._with_angles(platform, self.max_rate, self.max_yaw_rate)
 
     def write(self, port: SwarmPort, commands: Floats, reading: Reading) -> None:
         """Send setpoints with thrust and rates."""
@@ -109,9 +113,7 @@ class Attitude(_WithThrust):
 
     def scale(self, platform: str) -> Scale:
         """Commands: thrust (counts), roll, pitch (deg, right-handed), yaw rate (deg/s)."""
-        hover, span = self._thrust(platform)
-        tilt, yaw = math.degrees(self.max_tilt), math.degrees(self.max_yaw_rate)
-        return _scale([hover, 0, 0, 0], [span, tilt, tilt, yaw], [1000, -tilt, -tilt, -yaw], [65535, tilt, tilt, yaw])
+        return self._with_angles(platform, self.max_tilt, self.max_yaw_rate)
 
     def write(self, port: SwarmPort, commands: Floats, reading: Reading) -> None:
         """Send setpoints with thrust and angles."""

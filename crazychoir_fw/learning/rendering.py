@@ -22,6 +22,13 @@ class Picture:
         self._window: Any = None
         self._likeness: Any = None
 
+    def render(self, mode: str | None) -> NDArray[np.uint8] | None:
+        """Return a picture, or show it in the window if the mode is ``human``."""
+        if mode == "human":
+            self.show()
+            return None
+        return self.take()
+
     def take(self) -> NDArray[np.uint8]:
         """Return a picture, shape (360, 640, 3).
 

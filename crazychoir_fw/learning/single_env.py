@@ -86,12 +86,7 @@ class SingleEnv(gymnasium.Env):
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return a picture that follows the drone, shape (height, width, 3); ``human`` shows it in a window."""
-        if self._picture is None:
-            return None
-        if self.render_mode == "human":
-            self._picture.show()
-            return None
-        return self._picture.take()
+        return None if self._picture is None else self._picture.render(self.render_mode)
 
     def close(self) -> None:
         """Close the window."""

@@ -118,12 +118,8 @@ class FlightVectorEnv(VectorEnv):
 
     def render(self) -> tuple[NDArray[np.uint8], ...] | None:
         """Return a picture that follows the first flight, shape (height, width, 3); ``human`` shows it in a window."""
-        if self._picture is None:
-            return None
-        if self.render_mode == "human":
-            self._picture.show()
-            return None
-        return (self._picture.take(),)
+        picture = None if self._picture is None else self._picture.render(self.render_mode)
+        return None if picture is None else (picture,)
 
     def close_extras(self, **kwargs: Any) -> None:
         """Close the window."""

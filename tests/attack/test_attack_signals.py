@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from sessions import of_session
 
 from crazychoir_fw.simulation import DroneConfig, World
 from crazychoir_fw.simulation.recorder import FlightRecorder
@@ -78,19 +79,6 @@ def folder(tmp_path_factory):
     return path
 
 
-def of_session(number):
-    """Return the processes of a session that run."""
-    found = []
-    for entry in Path("/proc").glob("[0-9]*"):
-        try:
-            state, _, _, session = (entry / "stat").read_text().rpartition(")")[2].split()[:4]
-        except OSError:
-            continue
-        if int(session) == number and state != "Z":
-            found.append(f"{entry.name}: {(entry / 'cmdline').read_bytes()[:200]!r}")
-    return found
-
-
 def end(folder, command, number, delay):
     """Start a command, send it a signal after a time, and return what is wrong about its end."""
     with (folder / "said.txt").open("wb") as said:
@@ -114,7 +102,7 @@ def end(folder, command, number, delay):
         return "it goes on"
     finally:
         for entry in of_session(process.pid):
-            os.kill(int(entry.split(":")[0]), signal.SIGKILL)
+            os.kill(entry, signal.SIGKILL)
         process.wait()
     text = (folder / "said.txt").read_text(errors="replace")
     if "Usage:" in text:

@@ -8,6 +8,7 @@ import time
 from pathlib import Path
 
 import pytest
+from sessions import of_session
 
 SCRIPT = "import sys\nfrom crazychoir_fw.cli import app\nif __name__ == '__main__':\n    sys.exit(app())\n"
 MISSION = """
@@ -39,19 +40,6 @@ def handles_interrupts(number):
         if line.startswith("SigCgt:"):
             return bool(int(line.split()[1], 16) >> (signal.SIGINT - 1) & 1)
     return False
-
-
-def of_session(number):
-    """Return the processes of a session that run."""
-    found = []
-    for entry in Path("/proc").glob("[0-9]*"):
-        try:
-            state, _, _, session = (entry / "stat").read_text().rpartition(")")[2].split()[:4]
-        except OSError:
-            continue
-        if int(session) == number and state != "Z":
-            found.append(int(entry.name))
-    return found
 
 
 def wait_for(condition, process):
