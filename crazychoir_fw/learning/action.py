@@ -70,7 +70,7 @@ class _WithThrust(Action):
         return hover, self.thrust_span * hover
 
     def _with_angles(self, platform: str, tilt: float, yaw: float) -> Scale:
-        """Return the scale of thrust (counts), two angles or rates up to `tilt`, a yaw rate up to `yaw` (rad, rad/s)."""
+        """Return the scale of thrust (counts), two angles or rates (rad, rad/s), and a yaw rate (rad/s)."""
         hover, span = self._thrust(platform)
         tilt, yaw = math.degrees(tilt), math.degrees(yaw)
         # without any thrust the PID controller forgets everything
