@@ -80,7 +80,7 @@ def test_drones_land_when_a_signal_ends_their_flight(tmp_path, text, options):
             wait_until(lambda: world.positions()[:, 2].min() > 0.7)
             for flight, number in zip(flights, SIGNALS, strict=True):
                 flight.send_signal(number)
-            codes = [flight.wait(90.0) for flight in flights]
+            codes = [flight.wait(30.0) for flight in flights]
             wait_until(lambda: world.positions()[:, 2].max() < 0.05)
         finally:
             for flight in flights:
