@@ -84,7 +84,7 @@ def lasting_cache(lasting_folder):
     """A cache that outlives the session: what has not changed is not compiled again."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("CRAZYCHOIR_CACHE", str(lasting_folder / "cache"))
-        # a session builds more than a user keeps, and what it made ten minutes ago is still asked for
+        # a session builds more than a user keeps, and what it made an hour ago is still asked for
         patch.setattr("crazychoir_fw.firmware.cache._KEPT_LIBRARIES", 200)
         patch.setattr("crazychoir_fw.firmware.cache._KEPT_OBJECTS", 4000)
         yield lasting_folder / "cache"

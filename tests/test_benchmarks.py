@@ -11,13 +11,16 @@ BENCHMARKS = Path(__file__).parents[1] / "benchmarks"
 SMALLEST = {
     "campaign_speed.py": ["--flights", "2", "--workers", "1"],
     "endurance.py": ["--hours", "0.02"],
+    "estimator_consistency.py": ["--systems", "mocap", "--seeds", "2", "--nis-seeds", "1"],
     "flight_matrix.py": ["--platforms", "cf2", "--controllers", "pid", "--positioning", "mocap"],
     "control_gains.py": ["--sets", "mujoco", "--flights", "hover"],
     # every seed throws the same, and whatever must hold is looked at: exceptions, replies, memory, the other client
     "fuzz_server.py": ["--datagrams", "30000", "--flood", "10000", "--seed", "3"],
+    "learning_speed.py": ["--flights", "2", "--threads", "1"],
     "layers_in_process.py": ["--seconds", "0.1", "--threads", "1"],
     "log_cost.py": ["--drones", "1", "--seconds", "0.05", "--repeats", "1"],
     "looking_cost.py": ["--drones", "1", "--repeats", "1"],
+    "missions.py": ["hello_swarm", "--no-film"],
     "motor_ctrl_cost.py": ["--drones", "1", "--seconds", "0.02", "--repeats", "1"],
     "page_cost.py": ["--drones", "2", "--seconds", "0.3", "--repeats", "1", "--chromium", "none"],
     "plant_cost.py": ["--drones", "2", "--repeats", "1", "--ticks", "5"],
@@ -40,6 +43,7 @@ NEEDS_MORE = {
     "profile_step.py",  # valgrind
 }
 TRIED_ELSEWHERE = {
+    "innovations.py",  # what estimator_consistency.py adds up
     *("identify_vehicle.py", "real_flights.py"),  # tests/recorded/test_real_flights_script.py
     *("step_responses.py", "vehicle_validation.py"),  # tests/onboard/vehicles/test_validation_table.py
 }

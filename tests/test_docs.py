@@ -8,6 +8,7 @@ import mujoco
 import pytest
 
 from crazychoir_fw.campaign.campaign import check_ends, load_campaign
+from crazychoir_fw.comparison.column_map import load_map
 from crazychoir_fw.flight import FlightResult, fly
 from crazychoir_fw.mission import load_mission, parse_mission
 from crazychoir_fw.onboard import core
@@ -51,7 +52,20 @@ def test_campaigns_are_right_as_printed(text, tmp_path):
     check_ends(load_campaign(path))
 
 
-@pytest.mark.parametrize("text", [block for block in all_blocks("yaml") if block not in CAMPAIGNS])
+COLUMN_MAPS = [block for block in all_blocks("yaml") if block.id.startswith("compare-")]
+
+
+@pytest.mark.parametrize("text", COLUMN_MAPS)
+def test_column_maps_are_right_as_printed(text, tmp_path):
+    path = tmp_path / "lab.yaml"
+    path.write_text(text)
+    assert load_map(path)
+
+
+MISSIONS = [block for block in all_blocks("yaml") if block not in CAMPAIGNS + COLUMN_MAPS]
+
+
+@pytest.mark.parametrize("text", MISSIONS)
 def test_missions_fly_as_printed(text, tmp_path, monkeypatch, lasting_cache, miniature):
     monkeypatch.setenv("CRAZYFLIE_FIRMWARE", str(miniature))
     path = tmp_path / "mission.yaml"

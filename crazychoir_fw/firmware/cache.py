@@ -251,8 +251,8 @@ def _keep_newest(folder: Path, count: int) -> None:
     for path in folder.iterdir():
         with suppress(OSError):
             ages.append((path.stat().st_mtime, path))
-    # what a build of this minute made may be needed by it in the next second
-    deadline = time.time() - 600.0
+    # a process that found it within the hour may be about to load it
+    deadline = time.time() - 3600.0
     for modified, path in sorted(ages, reverse=True)[count:]:
         if modified > deadline:
             continue

@@ -63,11 +63,13 @@ def test_what_is_under_way_does_not_reach_the_next_client(open_server, connect, 
     first.tell(b"older")  # and this is
     second.send(SOURCE)
     world.step(40)
-    assert second.read() == GREETING
+    # "older" comes through another socket, and if it is read last, the drone is seen to be requested by two
+    assert second.read_until(GREETING) in ([], [NULL])
     second.send(b"\xfcping")
     world.step(40)
     assert second.read_until(b"\xfcping") == []
-    assert server.statistics().drones["cf1"].dropped >= 6
+    counts = server.statistics().drones["cf1"]
+    assert counts.dropped + counts.refused >= 6
 
 
 def test_what_a_drone_does_not_hear_ends_its_session(open_server, connect, world):

@@ -63,7 +63,7 @@ def figure_8(scene, seconds):
     world.wait_until_ready()
     drone = world["cf1"]
     drone.high_level_commander.takeoff(1.0, 2.0)
-    world.run(5.0 - world.time)
+    world.run(8.0 - world.time)  # what the floor did to a drone that took off is forgotten
     positions = []
     for k in range(round(seconds * 100)):
         phase = 2 * np.pi * k / 600  # one turn in 6 s, up to 0.8 m/s

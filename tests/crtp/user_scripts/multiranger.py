@@ -10,5 +10,7 @@ from cflib.utils.multiranger import Multiranger
 
 cflib.crtp.init_drivers()
 with SyncCrazyflie(sys.argv[1], cf=Crazyflie(rw_cache=sys.argv[2])) as scf, Multiranger(scf) as ranger:
-    time.sleep(1.0)
+    patience = time.monotonic() + 30.0
+    while ranger.front is None and time.monotonic() < patience:
+        time.sleep(0.1)
     print(ranger.front, ranger.back, ranger.left, ranger.right, ranger.up)
