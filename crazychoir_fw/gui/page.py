@@ -31,6 +31,7 @@ _HEAD = """
 <link rel="stylesheet" href="/static/page.css">
 <script src="/static/crazychoir.js"></script>
 <script src="/static/head.js"></script>
+<script src="/static/attitude_dial.js"></script>
 """
 _TOASTS = '<div id="cc-toasts" aria-live="assertive"></div>'
 

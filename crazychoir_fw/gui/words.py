@@ -85,6 +85,7 @@ def _cards(session: Session) -> list[dict[str, Any]]:
                 "battery": round(state.battery_v, 3) if math.isfinite(state.battery_v) else None,
                 "estimate_error": round(state.estimate_error_m, 4) if math.isfinite(state.estimate_error_m) else None,
                 "link": state.link,
+                "motors": [round(duty, 2) for duty in state.motors],
                 "failure": agent.failure or state.failure,
             }
         )

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 from rosbags.typesys.stores import ros2_jazzy as ros
 
 from crazychoir_fw.common.attitude import quaternion_xyzw
+from crazychoir_fw.common.motor_logs import FULL_DUTY
 
 WORLD = "world"
 GRAVITY = 9.81  # [m/s^2], what the firmware's accelerations are counted in
-_FULL_DUTY = 65535.0
 _RAD_PER_S_PER_RPM = np.pi / 30
 _MOTORS = ["m1", "m2", "m3", "m4"]
 _DIAGONAL = np.arange(0, 36, 7)[:3]  # of x, y, z in a covariance of 6 x 6
@@ -155,7 +155,7 @@ def _setpoint(stamps: list[int], drone: str, of: Samples) -> Iterator[Any]:
 
 def _motors(stamps: list[int], drone: str, of: Samples) -> Iterator[Any]:
     speeds = _RAD_PER_S_PER_RPM * _columns(of, "sim.rpm", "1", "2", "3", "4")
-    duties = _columns(of, "motor.", *_MOTORS) / _FULL_DUTY
+    duties = _columns(of, "motor.", *_MOTORS) / FULL_DUTY
     return (
         ros.sensor_msgs__msg__JointState(header, _MOTORS, _NONE, speed, duty)
         for header, speed, duty in zip(_headers(stamps, drone), speeds, duties, strict=True)

@@ -14,6 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.axes3d import Axes3D
 from numpy.typing import NDArray
 
+from crazychoir_fw.common.motor_logs import FULL_DUTY, MOTORS
 from crazychoir_fw.common.replacing import replacing
 from crazychoir_fw.recording.colors import FEW, palette
 from crazychoir_fw.recording.error_curve import ErrorCurve
@@ -25,7 +26,6 @@ from crazychoir_fw.recording.storyboard import Storyboard
 _MAX_SAMPLES = 2000  # per line: more than the page has pixels
 _INK, _SOFT = "#22262B", "#8A929B"
 _DASHES = (0, (4, 2))
-_FULL_MOTOR = 65535.0  # [PWM counts]
 _MIN_SPAN_M = 0.1  # of an axis over time: noise of a hovering drone shall not fill it
 
 
@@ -220,11 +220,11 @@ def _draw_motors(axes: Axes, log: FlightLog, colors: Sequence[str]) -> None:
     _tidy(axes, "motors (%)")
     axes.set_xlabel("time (s)")
     axes.set_ylim(0.0, 100.0)
-    motors = log.stack("motor.m1", "motor.m2", "motor.m3", "motor.m4")
+    motors = log.stack(*MOTORS)
     if motors is None:
         axes.text(0.5, 0.5, "not recorded", transform=axes.transAxes, ha="center", va="center", color=_SOFT)
         return
-    percent = motors * (100.0 / _FULL_MOTOR)
+    percent = motors * (100.0 / FULL_DUTY)
     if len(colors) == 1:
         for k, color in enumerate(FEW[:4]):
             axes.plot(log.time, percent[:, 0, k], color=color, linewidth=0.9, label=f"M{k + 1}")

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, FiniteFloat, ValidationError
+from pydantic import BaseModel, BeforeValidator, Field, FiniteFloat, ValidationError
 from rclpy.clock import Clock, ClockType
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
 from std_msgs.msg import String
@@ -67,6 +67,8 @@ class ToldDrone(BaseModel):
     link: str = ""
     trouble: str = ""
     """Fault of the drone itself; empty without one."""
+    motors: Annotated[tuple[FiniteFloat, ...], Field(max_length=4)] = ()
+    """Duty of each motor, 0 to 1; empty where it is not known."""
 
 
 class ToldStates(BaseModel):
@@ -135,6 +137,7 @@ class StateTeller:
             estimate_error_m=state.estimate_error_m,
             link=state.link,
             trouble=state.failure,
+            motors=state.motors,
         )
 
 

@@ -297,7 +297,7 @@ class JoinedFlight:
         agent.failure = told.failure or None
         agent.reference = None if told.reference is None else Reference(position=np.array(told.reference))
         self.backend.states[i] = DroneState(
-            told.supervisor, told.battery_v, told.estimate_error_m, told.link, told.trouble
+            told.supervisor, told.battery_v, told.estimate_error_m, told.link, told.trouble, told.motors
         )
         place, attitude, motion = (np.array(one) for one in (told.position, told.orientation, told.velocity))
         self.backend.place(i, Pose(place, attitude, motion, time=time))

@@ -1,5 +1,6 @@
 """The page in a browser, with four drones in MuJoCo: actions of a user, and their visible effects."""
 
+import re
 import threading
 from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
@@ -7,6 +8,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 import numpy as np
 import pytest
 from playwright.sync_api import expect
+from scipy.spatial.transform import Rotation
 
 from crazychoir_fw.flight.agent import DronePhase
 
@@ -220,6 +222,23 @@ def test_an_answer_that_got_lost_does_not_fly_twice(open_page, session, until):
     assert len(lost) == 1
     until(lambda: session.frame.time > 0.0)
     assert sum(happening.kind == "takeoff" for happening in session.experiment.events) == 4
+
+
+def test_cards_show_attitude_and_motors(open_page, session, until):
+    """Positive roll is to the right, positive pitch nose up, as in stateEstimate."""
+    page = open_page()
+    session.speed = 5.0
+    page.evaluate("cc.press('takeoff', null)")
+    until(lambda: session.frame.position[:, 2].min() > 0.8)
+    dial = """(quat) => {
+      if (quat) cc.frame.drones[0].quat = quat;
+      cc.emit("selection");
+      return new Promise((tell) => setTimeout(() => tell(document.querySelector(".cc-dial").getAttribute("aria-label"))));
+    }"""
+    for roll, pitch in [(0, 0), (30, 0), (0, 20), (-15, -40)]:
+        quat = Rotation.from_euler("ZYX", [50, -pitch, roll], degrees=True).as_quat().tolist()
+        assert page.evaluate(dial, quat).startswith(f"roll {roll}, pitch {pitch} deg, motors ")
+    until(lambda: all(40 < int(duty) < 90 for duty in re.findall(r"[0-9]+", page.evaluate(dial).split("motors")[1])))
 
 
 def test_plots_show_values_and_the_camera_follows(open_page, session, until):

@@ -40,6 +40,8 @@ class DroneState:
     """How the link is, in words."""
     failure: str = ""
     """Why it cannot fly, a sentence."""
+    motors: tuple[float, ...] = ()
+    """Duty of each motor, 0 to 1; empty where it is not known."""
 
 
 @dataclass(frozen=True)

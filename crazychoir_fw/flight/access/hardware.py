@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import CrazychoirError, StateError
+from crazychoir_fw.common.motor_logs import FULL_DUTY, MOTORS
 from crazychoir_fw.flight.access.access import Access, DroneState, Variable
 from crazychoir_fw.flight.hardware_backend import SUPERVISOR
 from crazychoir_fw.radio.connection import can_switch
@@ -62,7 +63,14 @@ class HardwareAccess(Access):
             with contextlib.suppress(CrazychoirError):  # it broke meanwhile
                 link += f", {1000.0 * drone.link_latency_s:.0f} ms"
         failure = "restarting" if index in self._restarting else self._problems.get(index) or drone.reason
-        return DroneState(words or str(drone.mode), self._latest(index, "pm.vbat"), link=link, failure=failure)
+        duties = tuple(self._latest(index, name) / FULL_DUTY for name in MOTORS)
+        return DroneState(
+            supervisor=words or str(drone.mode),
+            battery_v=self._latest(index, "pm.vbat"),
+            link=link,
+            failure=failure,
+            motors=() if np.isnan(duties).any() else duties,
+        )
 
     def batteries(self) -> NDArray[np.float64]:
         """See `Access`."""

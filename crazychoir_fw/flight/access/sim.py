@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.common.motor_logs import FULL_DUTY, MOTORS
 from crazychoir_fw.flight.access.access import Access, DroneState, Variable
 from crazychoir_fw.flight.sim_backend import truth
 from crazychoir_fw.onboard.variables import factory_values, parameter_table
@@ -57,6 +58,7 @@ class SimAccess(Access):
             estimate_error_m=error,
             link="simulated: perfect" if radio is None else "simulated radio",
             failure=drone.failure or "",
+            motors=tuple(drone.log[name] / FULL_DUTY for name in MOTORS),
         )
 
     def batteries(self) -> NDArray[np.float64]:

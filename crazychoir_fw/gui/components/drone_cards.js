@@ -1,5 +1,6 @@
 // How each drone is: one card each; a press on its head chooses it.
 export default {
+  components: { attitudeDial: cc.attitudeDial },
   template: `
     <div class="cc-cards" data-testid="cards">
       <div v-for="card in cards" :key="card.name" class="cc-card" :class="{ 'cc-chosen': card.chosen, 'cc-failed': card.failure }">
@@ -7,6 +8,7 @@ export default {
           <span class="cc-dot" :style="{ background: card.color }"></span>{{ card.name }}
           <span class="cc-phase">{{ card.phase }}</span>
         </button>
+        <attitude-dial v-if="card.quat" :quat="card.quat" :motors="card.motors" />
         <div class="cc-card-body">
           <span>battery</span><b :class="{ 'cc-warn': card.battery !== null && card.battery < 3.3 }">{{ card.battery === null ? "-" : card.battery.toFixed(2) + " V" }}</b>
           <span>supervisor</span><b>{{ card.supervisor }}</b>
@@ -40,8 +42,12 @@ export default {
     update() {
       if (!cc.setting || !cc.words.cards || !this.$el.offsetParent) return;
       this.cards = cc.words.cards.map((card, i) => ({
-        ...card, name: cc.setting.names[i], color: cc.color(i), chosen: cc.selection.has(cc.setting.names[i]),
+        ...card, quat: this.attitude(i), name: cc.setting.names[i], color: cc.color(i), chosen: cc.selection.has(cc.setting.names[i]),
       }));
+    },
+    attitude(i) {
+      const quat = cc.frame?.drones[i]?.quat;
+      return quat?.every(Number.isFinite) ? quat : null;
     },
     press: (name, drone) => cc.press(name, [drone]),
     choose: (name) => cc.select(name, false),

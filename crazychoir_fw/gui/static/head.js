@@ -9,7 +9,7 @@ cc.beginHead = () => {
     const known = (cc.words.cards || []).map((card, i) => [card.battery, cc.setting.names[i]]).filter(([volts]) => volts !== null);
     if (!known.length) return "";
     const [volts, name] = known.reduce((one, other) => (other[0] < one[0] ? other : one));
-    return `, battery ${volts.toFixed(2)} V at least (${name})`;
+    return `, lowest battery ${volts.toFixed(2)} V (${name})`;
   };
   const tell = () => {
     let text = "", hasFailed = false;
