@@ -233,7 +233,8 @@ def test_cards_show_attitude_and_motors(open_page, session, until):
     dial = """(quat) => {
       if (quat) cc.frame.drones[0].quat = quat;
       cc.emit("selection");
-      return new Promise((tell) => setTimeout(() => tell(document.querySelector(".cc-dial").getAttribute("aria-label"))));
+      const label = () => document.querySelector(".cc-dial").getAttribute("aria-label");
+      return new Promise((tell) => setTimeout(() => tell(label())));
     }"""
     for roll, pitch in [(0, 0), (30, 0), (0, 20), (-15, -40)]:
         quat = Rotation.from_euler("ZYX", [50, -pitch, roll], degrees=True).as_quat().tolist()
