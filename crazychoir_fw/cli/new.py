@@ -8,9 +8,7 @@ from typing import Annotated
 import typer
 
 from crazychoir_fw.cli.console import console, refuse
-
-_TEMPLATES = Path(__file__).parents[1] / "templates"
-"""Examples of the repository, as package data; files of Python end in `.txt` there, so that tools leave them alone."""
+from crazychoir_fw.common.shared_folders import shared_folder
 
 
 @dataclass(frozen=True)
@@ -18,7 +16,7 @@ class _Kind:
     """What is written for one kind of starting point; `{name}` and `{Name}` are those of the user."""
 
     files: dict[str, str]
-    """Template to the file that it becomes."""
+    """File of the repository to the file that it becomes."""
     words: dict[str, str]
     """What is replaced in the files."""
     command: str
@@ -28,17 +26,21 @@ class _Kind:
 _FLY = "crazychoir fly {name}/{name}.yaml"
 KINDS = {
     "mission": _Kind(
-        {"mission.yaml": "{name}.yaml"},
+        {"examples/hello_swarm.yaml": "{name}.yaml"},
         {"examples/hello_swarm.yaml": "{name}/{name}.yaml", "name: hello_swarm": "name: {name}"},
         _FLY,
     ),
     "guidance": _Kind(
-        {"guidance.yaml": "{name}.yaml", "guidance.txt": "{name}.py"},
+        {"examples/new_law/mission.yaml": "{name}.yaml", "examples/new_law/rendezvous.py": "{name}.py"},
         {"rendezvous.py": "{name}.py", "Rendezvous": "{Name}"},
         _FLY,
     ),
     "controller": _Kind(
-        {"controller.yaml": "{name}.yaml", "controller.c": "{name}.c", "figure8.csv": "figure8.csv"},
+        {
+            "examples/new_controller/compare.yaml": "{name}.yaml",
+            "examples/new_controller/tilt_prioritized.c": "{name}.c",
+            "examples/figure8.csv": "figure8.csv",
+        },
         {
             "#\n# `python examples/new_controller/compare.py` flies the same and draws both into one picture.\n": "",
             "examples/new_controller/compare.yaml": "{name}/{name}.yaml",
@@ -49,12 +51,12 @@ KINDS = {
         _FLY,
     ),
     "app": _Kind(
-        {"app.c": "{name}.c", "app.txt": "{name}.py"},
+        {"examples/app_task/hop.c": "{name}.c", "examples/app_task/hop.py": "{name}.py"},
         {"hop.c": "{name}.c", ": see README.md": ", named by CRAZYFLIE_FIRMWARE"},
         "CRAZYFLIE_FIRMWARE=CHECKOUT python {name}/{name}.py",
     ),
     "scene": _Kind(
-        {"scene.yaml": "{name}.yaml", "scene.xml": "{name}.xml"},
+        {"examples/gates.yaml": "{name}.yaml", "mujoco_models/scene_gates.xml": "{name}.xml"},
         {
             "examples/gates.yaml": "{name}/{name}.yaml",
             "name: gates": "name: {name}",
@@ -91,8 +93,9 @@ def _write(kind: _Kind, name: str, folder: Path) -> list[Path]:
     """Write the files of a starting point; returns them."""
     class_name = "".join(word[:1].upper() + word[1:] for word in name.split("_"))
     written = []
-    for template, target in kind.files.items():
-        text = (_TEMPLATES / template).read_text()
+    for source, target in kind.files.items():
+        shared, _, file = source.partition("/")
+        text = (shared_folder(shared) / file).read_text(encoding="utf-8")
         for old, replacement in kind.words.items():
             text = text.replace(old, replacement.format(name=name, Name=class_name))
         written.append(folder / target.format(name=name))
