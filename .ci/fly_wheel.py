@@ -18,7 +18,7 @@ from pathlib import Path
 
 BASE_MB = 300
 FILES_MB = 250
-"""Of the files that pip brings, without pip itself: what one of 1 byte takes on a disk is no matter of ours."""
+"""Sizes of the files that pip installs, without pip itself; unused ends of blocks on the disk are left out."""
 TOOLS = ("pip", "setuptools", "pkg_resources", "_distutils_hack")
 IMPORT_S, HELP_S, FLIGHT_S = 0.15, 0.4, 30.0
 USERS_PROGRAM = """\
