@@ -14,7 +14,7 @@ ROOT = Path(__file__).resolve().parent
 # what the installed package reads of the repository (crazychoir_fw/common/shared_folders.py)
 SHARED = {
     "bindings": (".c", ".h", ".txt"),  # compiled again for provider libraries
-    "examples": (".c", ".csv", ".py", ".xml", ".yaml"),  # starting points of `crazychoir new`
+    "examples": (".c", ".csv", ".npz", ".py", ".xml", ".yaml"),  # starting points of `crazychoir new`
     "mujoco_models": (".xml", ".obj", ".png"),
 }
 

@@ -107,7 +107,7 @@ def check(wheel: Path, project: Path, where: Path, typed: bool) -> list[str]:
     built = run([crazychoir, "app", "build", str(project / "examples/app_task/hop.c")], where, stderr=-1, stdout=-1)
     if not built.returncode or "Traceback" in built.stderr or "compiler" not in built.stderr:
         broken.append(f"an app without a compiler must end with a sentence about compilers, said: {built.stderr}")
-    for kind in ("mission", "guidance", "controller", "app", "scene"):
+    for kind in ("mission", "guidance", "controller", "app", "policy", "scene"):
         if run([crazychoir, "new", kind, f"my_{kind}"], where, stdout=-1).returncode:
             broken.append(f"`crazychoir new {kind}` does not find its files in the installed package")
     for file in ("ament_index/resource_index/packages/crazychoir_fw", "crazychoir_fw/package.xml",

@@ -23,6 +23,7 @@ class _Kind:
     """What flies it."""
 
 
+_BINARY = ".npz"
 _FLY = "crazychoir fly {name}/{name}.yaml"
 KINDS = {
     "mission": _Kind(
@@ -55,6 +56,20 @@ KINDS = {
         {"hop.c": "{name}.c", ": see README.md": ", named by CRAZYFLIE_FIRMWARE"},
         "CRAZYFLIE_FIRMWARE=CHECKOUT python {name}/{name}.py",
     ),
+    "policy": _Kind(
+        {"examples/learning/hover.yaml": "{name}.yaml", "examples/learning/hover.npz": "{name}.npz"},
+        {
+            "#   python examples/learning/train.py hover\n": "",
+            "out/learning/hover/policy.npz": "{name}/{name}.npz",
+            "--out examples/learning --name hover": "--out {name} --name {name}",
+            "examples/learning/hover.yaml": "{name}/{name}.yaml",
+            "# hover.c lies here as it was trained. Below": "# The first line writes {name}.c. Below",
+            "name: learned_hover": "name: {name}",
+            "from examples/learning/train.py ": "",
+            "hover.c": "{name}.c",
+        },
+        "crazychoir app from-policy {name}/{name}.npz --out {name} --name {name} && " + _FLY,
+    ),
     "scene": _Kind(
         {"examples/gates.yaml": "{name}.yaml", "mujoco_models/scene_gates.xml": "{name}.xml"},
         {
@@ -86,7 +101,8 @@ def new(
         refuse(f"{folder} is there already: give another name")
     except OSError as error:
         refuse(f"{error.filename or folder} cannot be written: {error.strerror}")
-    console.print(f"fly it with: {KINDS[kind].command.format(name=name)}", markup=False, highlight=False)
+    command = KINDS[kind].command.format(name=name)
+    console.print(f"fly it with: {command}", markup=False, highlight=False, soft_wrap=True)
 
 
 def _write(kind: _Kind, name: str, folder: Path) -> list[Path]:
@@ -95,9 +111,12 @@ def _write(kind: _Kind, name: str, folder: Path) -> list[Path]:
     written = []
     for source, target in kind.files.items():
         shared, _, file = source.partition("/")
-        text = (shared_folder(shared) / file).read_text(encoding="utf-8")
-        for old, replacement in kind.words.items():
-            text = text.replace(old, replacement.format(name=name, Name=class_name))
+        content = (shared_folder(shared) / file).read_bytes()
+        if not file.endswith(_BINARY):
+            text = content.decode()
+            for old, replacement in kind.words.items():
+                text = text.replace(old, replacement.format(name=name, Name=class_name))
+            content = text.encode()
         written.append(folder / target.format(name=name))
-        written[-1].write_text(text)
+        written[-1].write_bytes(content)
     return written
