@@ -62,6 +62,7 @@
 #include "faults.h"
 #include "flight_reading.h"
 #include "flight_start.h"
+#include "laws/planar_program.h"
 #include "library/library.h"
 #include "loader/library_host.h"
 #include "loader/library_loader.h"
