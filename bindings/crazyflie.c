@@ -285,6 +285,18 @@ void cf_copy_logs(uint8_t *to, cf_t *first, int count, ptrdiff_t stride, const u
   }
 }
 
+void cf_gather_floats(double *to, const cf_t *first, int count, ptrdiff_t stride,
+                      const uint32_t *offsets, int variables) {
+  const uint8_t *drone = (const uint8_t *)first;
+  for (int i = 0; i < count; i++, drone += stride) {
+    for (int k = 0; k < variables; k++) {
+      float value;
+      memcpy(&value, drone + offsets[k], sizeof value);
+      *to++ = value;
+    }
+  }
+}
+
 void cf_parameter_written(cf_t *cf, const char *group, const char *name) {
   const cf_provider_t *provider = cf_provider_of(cf);
   if (provider != NULL && provider->parameter_written != NULL) {

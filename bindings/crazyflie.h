@@ -133,6 +133,11 @@ void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride);
 void cf_copy_logs(uint8_t *to, cf_t *first, int count, ptrdiff_t stride, const uint32_t *bounds,
                   int stretches);
 
+// Copies some float variables of drones to `to`, (count, variables). `offsets` are their first
+// bytes in the memory of a drone.
+void cf_gather_floats(double *to, const cf_t *first, int count, ptrdiff_t stride,
+                      const uint32_t *offsets, int variables);
+
 // To be called after a client wrote a parameter of the drone into its memory.
 void cf_parameter_written(cf_t *cf, const char *group, const char *name);
 

@@ -19,7 +19,9 @@ from crazychoir_fw.flight.backend import Backend, one_of
 from crazychoir_fw.flight.control_group import ControlGroup
 from crazychoir_fw.flight.detour import Detour
 from crazychoir_fw.flight.event import Event
+from crazychoir_fw.flight.layer_signals import LayerSignals
 from crazychoir_fw.flight.services import Service
+from crazychoir_fw.flight.silence import Silence
 from crazychoir_fw.flight.touchdown import TOUCHDOWN_M, fallen_of, landed_of
 from crazychoir_fw.guidance import GuidanceGroup
 from crazychoir_fw.mission.communicators import statistics_of
@@ -109,10 +111,11 @@ class Experiment(Stateful):
         self.accelerations = np.zeros((len(agents), 3))
         """What guidance asks for (m/s^2, world), of drones that follow no trajectory, shape (N, 3)."""
         self._planned = [agent for agent in agents if agent.planner is not None]
-        self._placed = [agent for agent in agents if _follows_places(agent)]
+        self._layer_signals = LayerSignals(agents, self._phases)
         self._watching = [(agent, agent.guidance.watched) for agent in agents if getattr(agent.guidance, "watched", ())]
         # guidance of ours decides for all drones at once; what a user brings speaks for itself alone
         self._together = GuidanceGroup.of([agent.guidance for agent in agents])
+        self._silence = Silence(agents)
         if self._together is not None:
             self._followers = np.array([self._together.followers], int).ravel()
 
@@ -327,6 +330,7 @@ class Experiment(Stateful):
         if self._together is not None:
             self._together.let_go()
         self._let_watch(poses)
+        agents = self._silence.others(agents, now)
         self._begin_rounds(agents, poses, now)
         self._finish_rounds(agents, poses, now)
 
@@ -371,6 +375,7 @@ class Experiment(Stateful):
                 outputs = guidance.finish_round(now) if is_over else guidance.step(now)
                 _check_reference(outputs.reference)
                 self._take(agent, outputs, poses, now)
+                self._silence.look(agent, now)
             except USER_ERRORS as error:
                 self._fail_by(agent, guidance, error)
 
@@ -569,21 +574,8 @@ class Experiment(Stateful):
 
     def _signals(self) -> dict[str, Array]:
         """Return what the layers say at present, for the log."""
-        turning = self._turning()
-        said = np.full((len(_SIGNALS), len(self.agents)), np.nan)
-        places, accelerations, commands = said[:3], said[3:6], said[6:10]
-        np.copyto(accelerations, self.accelerations.T, where=turning)
-        for agent in self._placed or self.agents:
-            reference = agent.reference
-            if reference is None or not turning[agent.index]:
-                continue
-            if reference.position is not None:
-                places[:, agent.index] = reference.position
-            if reference.acceleration is not None:
-                accelerations[:, agent.index] = reference.acceleration
-        commands[:] = self._commands.T
-        said[10] = self._phases.numbers
-        return dict(zip(_SIGNALS, said, strict=True))
+        self._phases.look()
+        return self._layer_signals.now(self.accelerations, self._commands)
 
     def _turning(self) -> NDArray[np.bool_]:
         """Return whose motors turn at present, shape (N,)."""
@@ -604,12 +596,6 @@ class Experiment(Stateful):
         return statistics_of(self.agents)
 
 
-_SIGNALS = tuple(
-    f"layers.{name}"
-    for name in ("x", "y", "z", "ax", "ay", "az", "command1", "command2", "command3", "command4", "phase")
-)
-
-
 def _parts(poses: Pose) -> tuple[Array, Array, Array, Array]:
     return poses.position, poses.orientation, poses.velocity, poses.angular  # type: ignore[return-value]
 
@@ -626,11 +612,6 @@ def _check_rates(rate: int, log_rate: int) -> None:
 
 def _not_failed(agents: Iterable[Agent]) -> list[Agent]:
     return [agent for agent in agents if agent.failure is None]
-
-
-def _follows_places(agent: Agent) -> bool:
-    """Return whether a drone follows places: those of a trajectory handler, or of guidance itself."""
-    return agent.planner is not None or getattr(agent.guidance, "kind", "acceleration") != "acceleration"
 
 
 def _check_reference(reference: Reference | None) -> None:
