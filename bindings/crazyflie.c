@@ -260,6 +260,14 @@ bool cf_is_out(const cf_t *cf) {
          cf_supervisor_is_locked(supervisor);
 }
 
+int cf_count_out(const cf_t *const *drones, int count) {
+  int out = 0;
+  for (int i = 0; i < count; i++) {
+    out += cf_is_out(drones[i]) ? 1 : 0;
+  }
+  return out;
+}
+
 void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride) {
   for (int i = 0; i < count; i++) {
     cf_t *cf = (cf_t *)(void *)((char *)first + i * stride);

@@ -123,6 +123,9 @@ void cf_wrench(const cf_t *cf, const cf_motion_t *motion, float force[3], float 
 // Whether it cannot fly any more: the core stopped it, it crashed, or its supervisor is locked.
 bool cf_is_out(const cf_t *cf);
 
+// Number of drones of which that is so.
+int cf_count_out(const cf_t *const *drones, int count);
+
 // Updates the log variables that the tick does not compute (cf_onboard_refresh_logs, refresh_logs
 // of the provider), in `count` drones whose states start `stride` bytes apart.
 void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride);

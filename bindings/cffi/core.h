@@ -65,6 +65,7 @@
 #include "laws/attitude_error.h"
 #include "laws/barriers.h"
 #include "laws/flatness.h"
+#include "laws/nearby.h"
 #include "laws/planar_program.h"
 #include "library/library.h"
 #include "loader/library_host.h"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time as wall
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,7 @@ _DESCENT_SPEED = 0.4  # [m/s], of a drone whose layers cannot land it
 _SHORTEST_DESCENT_S = 1.0
 _DESCENDS = 0.02  # [m/s], above what velocities of a drone at rest are taken for
 _ROUNDS_PER_LOOK = 4  # rounds between two checks for failed drones
+_FAILURE = attrgetter("failure")
 PARTS = ("simulation", "guidance", "planning", "control", "sending", "record")
 
 
@@ -273,7 +275,8 @@ class Experiment(Stateful):
         for service in list(self.services):
             self._serve(service, service.step, now, poses, self._turning())
         # also those on the ground: neighbors hear them
-        self._decide([agent for agent in self._seen_ones(self.agents) if agent.failure is None], poses, now)
+        deciding = self._seen_ones(self.agents)
+        self._decide(_not_failed(deciding) if any(map(_FAILURE, deciding)) else deciding, poses, now)
         turning = self._turning()
         up = self._seen_ones(self._phases.up)
         decided = clock()

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw._core import lib
+from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint, Twist
@@ -72,7 +72,7 @@ class SimBackend(Stateful):
         self._readying: dict[int, float] = {}
         self._goals: dict[int, tuple[float, TrajectoryPoint]] = {}
         self._refusals: dict[int, str] = {}
-        self._structs = [drone.struct for drone in world.drones]
+        self._structs = ffi.new("cf_t *[]", [drone.struct for drone in world.drones])
         self._recorder = FlightRecorder(world, log_rate)
 
     @property
@@ -190,7 +190,9 @@ class SimBackend(Stateful):
     def failures(self) -> dict[int, str]:
         """See `Backend`."""
         now = self.time
-        out = [i for i, struct in enumerate(self._structs) if lib.cf_is_out(struct)]
+        out: list[int] = []
+        if lib.cf_count_out(self._structs, len(self._structs)):
+            out = [i for i, struct in enumerate(self._structs) if lib.cf_is_out(struct)]
         found = {i: sentence for i in out if (sentence := self.world.drones[i].outage(now)) is not None}
         found.update(self._refusals)
         for i, since in self._readying.items():

@@ -18,7 +18,7 @@ def doubles(values: ArrayLike, shape: tuple[int, ...]) -> Any:
     """
     array = np.asarray(values, np.float64)
     if array.shape != shape:
-        array = np.broadcast_to(array, shape)
+        array = np.broadcast_to(array, shape) if array.ndim else np.full(shape, array)
     return ffi.from_buffer("double[]", np.ascontiguousarray(array))
 
 

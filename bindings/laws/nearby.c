@@ -1,0 +1,55 @@
+#include "nearby.h"
+
+#include <math.h>
+#include <stddef.h>
+
+static double distance_of(const double *one, const double *other) {
+  return hypot(one[0] - other[0], one[1] - other[1]);
+}
+
+// Inserts an agent behind those that are as near, or nearer. Returns the new number of agents.
+static int insert(int agent, int axes, const double *positions, const double *own, int32_t *row,
+                  int count) {
+  const double distance = distance_of(own, positions + (ptrdiff_t)agent * axes);
+  int          place    = count;
+  for (; place > 0; place--) {
+    if (distance_of(own, positions + (ptrdiff_t)row[place - 1] * axes) <= distance) {
+      break;
+    }
+    row[place] = row[place - 1];
+  }
+  row[place] = agent;
+  return count + 1;
+}
+
+int cf_find_nearby(int agents, int axes, const double *positions, double distance, int32_t *table) {
+  int most = 0;
+  for (int i = 0; i < agents; i++) {
+    const double *own   = positions + (ptrdiff_t)i * axes;
+    int32_t      *row   = table + (ptrdiff_t)i * (agents - 1);
+    int           count = 0;
+    for (int k = 0; k < agents; k++) {
+      // false for NaN
+      if (k != i && distance_of(own, positions + (ptrdiff_t)k * axes) < distance) {
+        count = insert(k, axes, positions, own, row, count);
+      }
+    }
+    for (int k = count; k < agents - 1; k++) {
+      row[k] = -1;
+    }
+    most = count > most ? count : most;
+  }
+  return most;
+}
+
+void cf_gather_nearby(int agents, int axes, const double *vectors, const int32_t *table, int width,
+                      int near, double *gathered) {
+  for (int i = 0; i < agents; i++) {
+    for (int k = 0; k < near; k++) {
+      const int32_t other = table[(ptrdiff_t)i * width + k];
+      for (int a = 0; a < axes; a++) {
+        *gathered++ = other < 0 ? NAN : vectors[(ptrdiff_t)other * axes + a];
+      }
+    }
+  }
+}
