@@ -56,6 +56,8 @@ class GeometryAttitudeCtrl(AttitudeCtrlStrategy):
         del desired_reference
         orientation = np.asarray(current_pose.orientation, float)
         lead = desired_attitude.shape[:-2]
+        if lead != orientation.shape[:-1]:
+            lead = np.broadcast_shapes(lead, orientation.shape[:-1])  # one attitude for many poses
         angular = current_pose.angular if self._has_k_w else None
         parts = (
             doubles(orientation, (*lead, 4)),
