@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,9 @@ class Starts:
 @dataclass(frozen=True)
 class Task:
     """Base of all tasks."""
+
+    starts_alone: ClassVar[bool] = True
+    """Whether a row of `starts` and `plan` depends on its own key alone; otherwise all flights begin together."""
 
     # what flies
     rate_hz: int = 100
