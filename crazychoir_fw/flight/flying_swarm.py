@@ -18,11 +18,12 @@ from crazychoir_fw.flight.backend import Backend
 from crazychoir_fw.flight.event import Event
 from crazychoir_fw.flight.touchdown import TOUCHDOWN_M
 
-Array = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 Names = str | Iterable[str] | None
 
 _DESCENT_SPEED = 0.4  # [m/s], of a drone whose layers cannot land it
 _SHORTEST_DESCENT_S = 1.0
+_PARTS = ("position", "orientation", "velocity", "angular")  # of a pose
 
 
 class FlyingSwarm(Stateful):
@@ -46,9 +47,9 @@ class FlyingSwarm(Stateful):
         """What happened, in order."""
         self._commands = np.zeros((len(agents), 4))  # the last ones
         self._seen: Pose | None = None  # of each drone, without gaps
-        self._everybody = np.ones(len(agents), bool)
-        self._is_let_down = ~self._everybody  # the backend lands it, because a layer of it has raised
-        self._known = ~self._everybody
+        self._everybody: Flags = np.ones(len(agents), bool)
+        self._is_let_down: Flags = ~self._everybody  # the backend lands it, because a layer of it has raised
+        self._known: Flags = ~self._everybody
         self._is_everybody_known = False
         self._phases = SwarmPhases(agents)
 
@@ -69,17 +70,16 @@ class FlyingSwarm(Stateful):
 
     def _poses(self) -> Pose:
         """Return where all drones are; those that are not seen stay where they were."""
-        poses = self.backend.poses()
-        self._is_everybody_known = are_finite(poses.position)
-        known = np.isfinite(poses.position).all(axis=1) if not self._is_everybody_known else self._everybody
-        self._known = known
-        if self._seen is None:
-            self._seen = Pose(*(np.nan_to_num(part) for part in _parts(poses)), time=poses.time)
+        poses, before = self.backend.poses(), self._seen
+        position = np.asarray(poses.position)
+        self._is_everybody_known = are_finite(position)
+        self._known = self._everybody if self._is_everybody_known else np.isfinite(position).all(axis=1)
+        if before is None:
+            self._seen = Pose(**{name: np.nan_to_num(getattr(poses, name)) for name in _PARTS}, time=poses.time)
         elif not self._is_everybody_known:
-            kept = (
-                np.where(known[:, None], part, old) for part, old in zip(_parts(poses), _parts(self._seen), strict=True)
-            )
-            self._seen = Pose(*kept, time=poses.time)
+            is_known = self._known[:, None]
+            kept = {name: np.where(is_known, getattr(poses, name), getattr(before, name)) for name in _PARTS}
+            self._seen = Pose(**kept, time=poses.time)
         else:
             self._seen = poses
         return self._seen
@@ -152,7 +152,3 @@ class FlyingSwarm(Stateful):
 
     def _note(self, kind: str, agent: Agent, details: str = "") -> None:
         self.events.append(Event(self.time, kind, agent.name, details))
-
-
-def _parts(poses: Pose) -> tuple[Array, Array, Array, Array]:
-    return poses.position, poses.orientation, poses.velocity, poses.angular  # type: ignore[return-value]

@@ -63,7 +63,7 @@ class GuidedSwarm(FlyingSwarm):
 
     def _decide_together(self, group: GuidanceGroup, agents: Sequence[Agent], poses: Pose, now: float) -> None:
         """Let guidance of ours decide for all drones at once."""
-        wanted = group.decide(now, poses.position, poses.velocity)
+        wanted = group.decide(now, np.asarray(poses.position), np.asarray(poses.velocity))
         if wanted is not None:
             self.accelerations[self._followers] = wanted
             return
@@ -120,7 +120,7 @@ class GuidedSwarm(FlyingSwarm):
             return
         if outputs.idle and agent.phase is DronePhase.LANDING:
             # guidance goes by time alone: a drone that lags and still descends shall not fall the rest of the way
-            if not poses.velocity[agent.index, 2] < -_DESCENDS:
+            if not np.asarray(poses.velocity)[agent.index, 2] < -_DESCENDS:
                 self._touch_down([agent])
             return
         if outputs.trajectory is not None:
@@ -143,12 +143,13 @@ class GuidedSwarm(FlyingSwarm):
     def _follow(self, now: float) -> None:
         """Ask trajectory handlers for references."""
         for agent in self._planned:
-            if not agent.is_up or agent.failure is not None or not self._known[agent.index]:
+            planner = agent.planner
+            if planner is None or not agent.is_up or agent.failure is not None or not self._known[agent.index]:
                 continue
             try:
-                reference = agent.planner.evaluate(now)
+                reference = planner.evaluate(now)
             except USER_ERRORS as error:
-                self._fail_by(agent, agent.planner, error)
+                self._fail_by(agent, planner, error)
                 continue
             if reference is not None:
                 agent.reference = reference
