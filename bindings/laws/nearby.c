@@ -7,31 +7,29 @@ static double distance_of(const double *one, const double *other) {
   return hypot(one[0] - other[0], one[1] - other[1]);
 }
 
-// Inserts an agent behind those that are as near, or nearer. Returns the new number of agents.
-static int insert(int agent, int axes, const double *positions, const double *own, int32_t *row,
-                  int count) {
-  const double distance = distance_of(own, positions + (ptrdiff_t)agent * axes);
-  int          place    = count;
-  for (; place > 0; place--) {
-    if (distance_of(own, positions + (ptrdiff_t)row[place - 1] * axes) <= distance) {
-      break;
-    }
-    row[place] = row[place - 1];
+// Inserts an agent behind those that are as near, or nearer.
+static void insert(int agent, double distance, int count, int32_t *row, double *distances) {
+  int place = count;
+  for (; place > 0 && distances[place - 1] > distance; place--) {
+    row[place]       = row[place - 1];
+    distances[place] = distances[place - 1];
   }
-  row[place] = agent;
-  return count + 1;
+  row[place]       = agent;
+  distances[place] = distance;
 }
 
-int cf_find_nearby(int agents, int axes, const double *positions, double distance, int32_t *table) {
+int cf_find_nearby(int agents, int axes, const double *positions, double distance, double *scratch,
+                   int32_t *table) {
   int most = 0;
   for (int i = 0; i < agents; i++) {
     const double *own   = positions + (ptrdiff_t)i * axes;
     int32_t      *row   = table + (ptrdiff_t)i * (agents - 1);
     int           count = 0;
     for (int k = 0; k < agents; k++) {
+      const double away = distance_of(own, positions + (ptrdiff_t)k * axes);
       // false for NaN
-      if (k != i && distance_of(own, positions + (ptrdiff_t)k * axes) < distance) {
-        count = insert(k, axes, positions, own, row, count);
+      if (k != i && away < distance) {
+        insert(k, away, count++, row, scratch);
       }
     }
     for (int k = count; k < agents - 1; k++) {

@@ -6,8 +6,10 @@
 
 // Writes the numbers of the agents that are nearer than a distance [m] to each, the nearest first,
 // then -1: `table` is (agents, agents - 1). Positions [m] are (agents, axes), with two axes or
-// more; an agent whose position is NaN is near none. Returns the largest number of agents near one.
-int cf_find_nearby(int agents, int axes, const double *positions, double distance, int32_t *table);
+// more; an agent whose position is NaN is near none. `scratch` holds `agents` numbers. Returns the
+// largest number of agents near one.
+int cf_find_nearby(int agents, int axes, const double *positions, double distance, double *scratch,
+                   int32_t *table);
 
 // Writes vectors of the agents in a table, (agents, near, axes), and NaN for -1. Of each row of the
 // table, which has `width` numbers, the first `near` count.

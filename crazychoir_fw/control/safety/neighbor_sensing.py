@@ -93,8 +93,14 @@ class ClosestRobotGetter:
         """Return the same by the distances of all from all, faster than by a list of pairs for a few agents."""
         count, axes = positions.shape
         table = np.empty((count, max(count - 1, 0)), np.int32)
-        cells = ffi.from_buffer("int32_t[]", table, require_writable=True)
-        near = lib.cf_find_nearby(count, axes, doubles(positions, positions.shape), self.sensing_distance, cells)
+        near = lib.cf_find_nearby(
+            count,
+            axes,
+            doubles(positions, positions.shape),
+            self.sensing_distance,
+            filled_by_core(np.empty(count)),
+            ffi.from_buffer("int32_t[]", table, require_writable=True),
+        )
         return table[:, :near]
 
     def closest(self, poses: Pose) -> list[dict[int, Pose]]:
