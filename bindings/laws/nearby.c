@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stddef.h>
+#include <string.h>
 
 static double distance_of(const double *one, const double *other) {
   return hypot(one[0] - other[0], one[1] - other[1]);
@@ -9,13 +10,20 @@ static double distance_of(const double *one, const double *other) {
 
 // Inserts an agent behind those that are as near, or nearer.
 static void insert(int agent, double distance, int count, int32_t *row, double *distances) {
-  int place = count;
-  for (; place > 0 && distances[place - 1] > distance; place--) {
-    row[place]       = row[place - 1];
-    distances[place] = distances[place - 1];
+  int low = 0, high = count;
+  while (low < high) {
+    const int middle = (low + high) / 2;
+    if (distances[middle] > distance) {
+      high = middle;
+    } else {
+      low = middle + 1;
+    }
   }
-  row[place]       = agent;
-  distances[place] = distance;
+  const size_t farther = (size_t)(count - low);
+  memmove(row + low + 1, row + low, farther * sizeof *row);
+  memmove(distances + low + 1, distances + low, farther * sizeof *distances);
+  row[low]       = agent;
+  distances[low] = distance;
 }
 
 int cf_find_nearby(int agents, int axes, const double *positions, double distance, double *scratch,
