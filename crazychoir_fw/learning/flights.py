@@ -7,6 +7,8 @@ number of others beside it and at any number of threads.
 
 from __future__ import annotations
 
+from typing import Any
+
 import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -52,6 +54,7 @@ class Flights:
         self.world.stop_journal("learners keep none")
         # up to 100 drones a world solves contacts by Newton's method: a flight must not depend on their number
         self.world.model.opt.solver = mujoco.mjtSolver.mjSOL_CG
+        self._take_pictures = None if task.camera is None else task.camera.mount(self.world)
         self.port = SwarmPort(self.world)
         """Their memory as arrays."""
         self.scale = task.action.scale(task.platform)
@@ -202,6 +205,14 @@ class Flights:
     def observe(self) -> Floats:
         """Return what policies see, shape (N, k)."""
         return self.task.observation.of(self.reading)
+
+    def see(self) -> NDArray[Any] | None:
+        """Return the pictures of the task's camera, shape (N, height, width[, 3]), or None.
+
+        Raises:
+            RenderingError: If there is no OpenGL on this machine.
+        """
+        return None if self._take_pictures is None else self._take_pictures()
 
     def observe_critic(self) -> Floats | None:
         """Return what critics see, shape (N, k), or None."""

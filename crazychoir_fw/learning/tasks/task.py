@@ -19,6 +19,7 @@ from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.learning.action import Action, ThrustRates
 from crazychoir_fw.learning.dice import uniforms
 from crazychoir_fw.learning.observation import Observation
+from crazychoir_fw.learning.onboard_camera import OnboardCamera
 from crazychoir_fw.learning.reading import Floats, Reading, Reference
 from crazychoir_fw.simulation import DroneConfig
 
@@ -74,6 +75,8 @@ class Task:
     """What the policy sees."""
     critic: Observation | None = None
     """What only a critic sees, such as the truth; observations are then a dictionary with ``policy`` and ``critic``."""
+    camera: OnboardCamera | None = None
+    """Pictures beside what the policy sees; observations are then a dictionary with ``policy`` and ``camera``."""
 
     # where an episode ends
     low: tuple[float, float, float] = (-2.5, -2.5, 0.15)
