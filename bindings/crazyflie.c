@@ -260,6 +260,14 @@ bool cf_is_out(const cf_t *cf) {
          cf_supervisor_is_locked(supervisor);
 }
 
+int cf_count_out(const cf_t *const *drones, int count) {
+  int out = 0;
+  for (int i = 0; i < count; i++) {
+    out += cf_is_out(drones[i]) ? 1 : 0;
+  }
+  return out;
+}
+
 void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride) {
   for (int i = 0; i < count; i++) {
     cf_t *cf = (cf_t *)(void *)((char *)first + i * stride);
@@ -281,6 +289,18 @@ void cf_copy_logs(uint8_t *to, cf_t *first, int count, ptrdiff_t stride, const u
       const size_t size = bounds[2 * k + 1] - bounds[2 * k];
       memcpy(to, memory + bounds[2 * k], size);
       to += size;
+    }
+  }
+}
+
+void cf_gather_floats(double *to, const cf_t *first, int count, ptrdiff_t stride,
+                      const uint32_t *offsets, int variables) {
+  const uint8_t *drone = (const uint8_t *)first;
+  for (int i = 0; i < count; i++, drone += stride) {
+    for (int k = 0; k < variables; k++) {
+      float value;
+      memcpy(&value, drone + offsets[k], sizeof value);
+      *to++ = value;
     }
   }
 }

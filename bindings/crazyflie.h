@@ -123,6 +123,9 @@ void cf_wrench(const cf_t *cf, const cf_motion_t *motion, float force[3], float 
 // Whether it cannot fly any more: the core stopped it, it crashed, or its supervisor is locked.
 bool cf_is_out(const cf_t *cf);
 
+// Number of drones of which that is so.
+int cf_count_out(const cf_t *const *drones, int count);
+
 // Updates the log variables that the tick does not compute (cf_onboard_refresh_logs, refresh_logs
 // of the provider), in `count` drones whose states start `stride` bytes apart.
 void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride);
@@ -132,6 +135,11 @@ void cf_refresh_logs(cf_t *first, int count, ptrdiff_t stride);
 // of the `stretches`.
 void cf_copy_logs(uint8_t *to, cf_t *first, int count, ptrdiff_t stride, const uint32_t *bounds,
                   int stretches);
+
+// Copies some float variables of drones to `to`, (count, variables). `offsets` are their first
+// bytes in the memory of a drone.
+void cf_gather_floats(double *to, const cf_t *first, int count, ptrdiff_t stride,
+                      const uint32_t *offsets, int variables);
 
 // To be called after a client wrote a parameter of the drone into its memory.
 void cf_parameter_written(cf_t *cf, const char *group, const char *name);

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control.gains import ATTITUDE_GAINS, AttitudeGains, chosen_gains
 from crazychoir_fw.control.strategies import AttitudeCtrlStrategy
+from crazychoir_fw.onboard.arrays import doubles, filled_by_core
 
 Array = NDArray[np.float64]
 
@@ -18,6 +20,7 @@ class GeometryAttitudeCtrl(AttitudeCtrlStrategy):
     """Turns a drone towards an attitude R_d that itself turns at w_d (zero where it is not known).
 
     E = (R_d' R - R' R_d) / 2, e_R = (E32, E13, E21), pqr = -k_r e_R - k_w (w - R' R_d w_d) + R' R_d w_d
+    (``bindings/laws/attitude_error.c``)
 
     These are body rates, as a loop of body rates wants them. The original multiplied them with a matrix that was meant
     for rates of Euler angles and had a wrong entry; `legacy` does so too. A pose without body rates is taken for one
@@ -46,29 +49,28 @@ class GeometryAttitudeCtrl(AttitudeCtrlStrategy):
         super().__init__(update_frequency)
         self.gains = chosen_gains(type(self).__name__, ATTITUDE_GAINS, gains, vicon)
         self.legacy = legacy
-        self._minus_half_k_r = -0.5 * np.array(self.gains.k_r)
-        self._k_w = np.array(self.gains.k_w)
-        self._has_k_w = bool(self._k_w.any())
-        self._ahead = 1.0 + self._k_w
+        self._has_k_w = any(self.gains.k_w)
 
     def control(self, current_pose: Pose, desired_attitude: Array, desired_reference: Reference) -> Array:
         """See `AttitudeCtrlStrategy`."""
         del desired_reference
-        R = current_pose.rotation
-        # axes first and drones last, so that one text serves one drone and many
-        wanted = desired_attitude.T
-        turn = np.einsum("ir...,jr...->ij...", wanted, R.T)  # R_d' R
-        error = np.empty(wanted.shape[1:])
-        np.subtract(turn[2, 1], turn[1, 2], out=error[0, ...])
-        np.subtract(turn[0, 2], turn[2, 0], out=error[1, ...])
-        np.subtract(turn[1, 0], turn[0, 1], out=error[2, ...])
-        rates = self._minus_half_k_r * error.T
-        if self._has_k_w and current_pose.angular is not None:
-            rates -= self._k_w * current_pose.angular
-        if self.desired_rates is not None:
-            seen = np.einsum("ij...,i...->j...", turn, self.desired_rates.T)  # in the present body frame
-            rates += self._ahead * seen.T
-        return _legacy(R, rates) if self.legacy else rates
+        orientation = np.asarray(current_pose.orientation, float)
+        lead = desired_attitude.shape[:-2]
+        if lead != orientation.shape[:-1]:
+            lead = np.broadcast_shapes(lead, orientation.shape[:-1])  # one attitude for many poses
+        angular = current_pose.angular if self._has_k_w else None
+        parts = (
+            doubles(orientation, (*lead, 4)),
+            doubles(desired_attitude, (*lead, 3, 3)),
+            ffi.NULL if angular is None else doubles(angular, (*lead, 3)),
+            ffi.NULL if self.desired_rates is None else doubles(self.desired_rates, (*lead, 3)),
+            self.gains.k_r,
+            self.gains.k_w,
+        )
+        rates = np.empty((*lead, 3))
+        error = ffi.new("cf_attitude_error_t *", parts)  # refers to the parts, and does not keep them
+        lib.cf_attitude_rates(rates.size // 3, error, filled_by_core(rates))
+        return _legacy(current_pose.rotation, rates) if self.legacy else rates
 
 
 def _legacy(R: Array, rates: Array) -> Array:

@@ -8,10 +8,12 @@ from abc import abstractmethod
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose, Reference
 from crazychoir_fw.control.gains import POSITION_GAINS, PositionGains, chosen_gains
 from crazychoir_fw.control.strategies import PositionCtrlStrategy
+from crazychoir_fw.onboard.arrays import doubles, filled_by_core
 
 Array = NDArray[np.float64]
 
@@ -20,15 +22,13 @@ DEFAULT_MASS = 0.038
 STANDARD_GRAVITY = 9.80665
 """Acceleration of gravity (m/s^2) of the original."""
 
-_TINY = 1e-300  # keeps a force that points straight up from dividing by zero
-
 
 class FlatnessCtrl(PositionCtrlStrategy):
     """What the flatness laws share: a force decides on the thrust axis, the reference's yaw on the heading.
 
-    With z along the force, x and y follow from the heading. When the reference has a jerk or a yaw rate,
-    `desired_rates` are those at which this attitude turns: F' = m jerk makes p = -y.F'/|F| and q = x.F'/|F|, and r is
-    what keeps y level (docs/reference/crazychoir.md#4.3; Mellinger and Kumar 2011).
+    With z along the force, x and y follow from the heading (``bindings/laws/flatness.c``). Where the reference has jerk
+    or yaw rate, `desired_rates` are those at which this attitude turns: F' = m jerk makes p = -y.F'/|F| and
+    q = x.F'/|F|, and r is what keeps y level (docs/reference/crazychoir.md#4.3; Mellinger and Kumar 2011).
     """
 
     def __init__(
@@ -66,8 +66,8 @@ class FlatnessCtrl(PositionCtrlStrategy):
         # one mass for each drone must line up with vectors of shape (..., 3)
         self._mass = self.mass[..., None] if self.mass.ndim else float(self.mass)
         self._weight = self._mass * np.array([0.0, 0.0, self.gravity])
-        self._least_lift = (self.gains.least_lift * self.mass * self.gravity).T
-        self._max_slope = math.tan(self.gains.max_tilt) if self.gains.max_tilt < math.pi / 2.0 else None
+        self._least_lift = self.gains.least_lift * self.mass * self.gravity
+        self._max_slope = math.tan(self.gains.max_tilt) if self.gains.max_tilt < math.pi / 2.0 else math.inf
 
     @abstractmethod
     def force(self, current_pose: Pose, desired_reference: Reference) -> Array:
@@ -75,73 +75,26 @@ class FlatnessCtrl(PositionCtrlStrategy):
 
     def control(self, current_pose: Pose, desired_reference: Reference) -> tuple[Array, Array]:
         """See `PositionCtrlStrategy`."""
-        # axes first and drones last, so that one text serves one drone and many
-        force = self._limited(self.force(current_pose, desired_reference).T)
-        size = np.sqrt(np.add.reduce(force * force))
-        axes = np.empty((3, *force.shape))
-        x, y, z = axes
-        np.divide(force, size, out=z)
-
-        # y = z x heading, which lies in the ground plane; z always points up a little, so that it has a length.
-        # In the frame of the heading y is (0, zz, -side) / length and x = y x z = (length, beside, yz -ahead)
+        force, orientation = self.force(current_pose, desired_reference), np.asarray(current_pose.orientation, float)
+        lead = orientation.shape[:-1]
+        if lead != force.shape[:-1]:
+            lead = np.broadcast_shapes(lead, force.shape[:-1])  # one reference for many poses
+        jerk, yaw_rate = _unless_zero(desired_reference.jerk), _unless_zero(desired_reference.yaw_rate)
         yaw = _unless_zero(desired_reference.yaw)
-        ahead, side = z[0], z[1]
-        if yaw is not None:
-            c, s = np.cos(yaw).T, np.sin(yaw).T
-            ahead, side = ahead * c + side * s, side * c - ahead * s
-        length = np.hypot(z[2], side)
-        level = z[2] / length
-        np.divide(-side, length, out=y[2, ...])
-        beside = y[2] * ahead
-        np.multiply(level, -ahead, out=x[2, ...])
-        if yaw is None:
-            x[0], x[1], y[0], y[1] = length, beside, 0.0, level
-        else:
-            x[0], x[1] = length * c - beside * s, length * s + beside * c
-            y[0], y[1] = -level * s, level * c
-
-        up = current_pose.rotation[..., 2].T
-        thrust = np.maximum(np.einsum("i...,i...->...", force, up), 0.0)
-        self.desired_rates = self._rates(desired_reference, axes, size, ahead, length)
-        attitude = axes.T
-        if attitude.ndim < thrust.ndim + 2:
-            attitude = np.tile(attitude, (*np.shape(thrust), 1, 1))  # one reference for many poses
-        return thrust.T, attitude
-
-    def _rates(self, reference: Reference, axes: Array, size: Array, ahead: Array, length: Array) -> Array | None:
-        """Return the rates at which the attitude turns (rad/s), shape (..., 3), if it does.
-
-        Args:
-            reference: Its jerk makes p and q, its yaw rate r.
-            axes: x, y and z of the attitude, shape (3, 3, ...).
-            size: Of the force (N), shape (...).
-            ahead: How much z leans ahead.
-            length: Of z x heading.
-        """
-        given, turning = _unless_zero(reference.jerk), _unless_zero(reference.yaw_rate)
-        if given is None and turning is None:
-            return None
-        rates = np.zeros((3, *size.shape))
-        if given is not None:
-            jerk = (self._mass * given).T
-            across = np.einsum("ki...,i...->k...", axes[:2], jerk) / size
-            np.negative(across[1], out=rates[0, ...])
-            rates[1] = across[0]
-            rates[2] = rates[0] * (ahead / length)
-        if turning is not None:
-            level = axes[2, 2] / length  # as y is
-            rates[2] += turning.T * (level / length)
-        return rates.T
-
-    def _limited(self, force: Array) -> Array:
-        """Return a force, shape (3, ...), that points upwards, and not too far aside."""
-        limited = np.array(force, order="C")
-        np.maximum(limited[2], self._least_lift, out=limited[2, ...])
-        if self._max_slope is not None:
-            aside, widest = np.hypot(limited[0], limited[1]), limited[2] * self._max_slope
-            if (aside > widest).any():
-                limited[:2] *= np.minimum(widest / np.maximum(aside, _TINY), 1.0)
-        return limited
+        parts = (
+            doubles(force, (*lead, 3)),
+            doubles(orientation, (*lead, 4)),
+            doubles(self._least_lift, lead),
+            self._max_slope,
+            ffi.NULL if yaw is None else doubles(yaw, lead),
+            ffi.NULL if jerk is None else doubles(self._mass * jerk, (*lead, 3)),
+            ffi.NULL if yaw_rate is None else doubles(yaw_rate, lead),
+        )
+        thrust, attitude, rates = np.empty(lead), np.empty((*lead, 3, 3)), np.empty((*lead, 3))
+        wanted = ffi.new("cf_flatness_t *", parts)  # refers to the parts, and does not keep them
+        lib.cf_flatness(thrust.size, wanted, filled_by_core(thrust), filled_by_core(attitude), filled_by_core(rates))
+        self.desired_rates = None if jerk is None and yaw_rate is None else rates
+        return thrust, attitude
 
 
 def _unless_zero(values: ArrayLike | None) -> Array | None:

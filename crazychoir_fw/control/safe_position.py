@@ -12,7 +12,6 @@ do that: it would also integrate the error of a drone that the filter holds back
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -130,12 +129,12 @@ class SafeFlatnessCtrl(FlatnessCtrl):
         """See `FlatnessCtrl`."""
         force = np.array(super().force(current_pose, desired_reference)) + np.zeros_like(current_pose.position)
         wish = ((force - self._weight) / self._mass)[..., :2]
-        size = np.sqrt(np.sum(wish**2, axis=-1, keepdims=True))
+        size = _length(wish)
         # straight ahead, also where it is too much: the filter would cut each axis by itself
         wish = wish * (self.max_acceleration / np.maximum(size, self.max_acceleration))
         others = _for_all(self.closest, wish.shape[:-1])
         safe = self.safety_filter.filter(wish, current_pose, others)
-        self.altered = np.any(np.abs(safe - wish) > _ALTERED, axis=-1)
+        self.altered = (np.abs(safe - wish) > _ALTERED).any(axis=-1)
         force[..., :2] = self._mass * self._against_disturbance(safe, current_pose)
         return force
 
@@ -143,6 +142,12 @@ class SafeFlatnessCtrl(FlatnessCtrl):
         """Return the specific force of the rotors that makes an acceleration (m/s^2), shape (..., 2)."""
         del pose
         return acceleration
+
+
+def _length(vectors: Array) -> Array:
+    """Return the lengths of vectors in the plane, shape (..., 1)."""
+    x, y = vectors[..., 0], vectors[..., 1]
+    return np.sqrt(x * x + y * y)[..., None]
 
 
 def _for_all(closest: Any, lead: tuple[int, ...]) -> Pose | Mapping[int, Pose]:
@@ -178,9 +183,16 @@ class SafeFlatnessPositionCtrl(SafeFlatnessCtrl, FlatnessPositionCtrl):
         if desired_reference.position is not None:
             position = np.array(desired_reference.position, float)
             error = position - current_pose.position
-            size = np.sqrt(np.sum(error[..., :2] ** 2, axis=-1, keepdims=True))
-            error[..., :2] *= np.minimum(self._reach / np.maximum(size, 1e-9), 1.0)
-            desired_reference = replace(desired_reference, position=current_pose.position + error)
+            error[..., :2] *= np.minimum(self._reach / np.maximum(_length(error), 1e-9), 1.0)
+            wanted = desired_reference
+            desired_reference = Reference(
+                current_pose.position + error,
+                wanted.velocity,
+                wanted.acceleration,
+                wanted.jerk,
+                wanted.yaw,
+                wanted.yaw_rate,
+            )
         return super().force(current_pose, desired_reference)
 
     def _integrated(self, error: Array) -> Array:

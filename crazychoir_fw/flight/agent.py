@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from operator import attrgetter
 from typing import Any, Protocol
 
 import numpy as np
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 
+_PHASE = attrgetter("phase")
 _FLOOR_M = 0.1  # what starts higher does not start on a floor
 
 
@@ -106,7 +108,7 @@ class SwarmPhases:
 
     def look(self) -> None:
         """Bring everything up to date."""
-        phases = [agent.phase for agent in self._agents]
+        phases = list(map(_PHASE, self._agents))
         if phases == self._seen:
             return
         self._seen = phases

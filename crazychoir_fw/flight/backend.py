@@ -68,7 +68,7 @@ class Backend(Protocol):
         """Return the drones that cannot fly any more, with a sentence each that says why."""
 
     def record(self, extra: dict[str, NDArray[np.float64]]) -> None:
-        """Take a sample of everything for the log; `extra` are signals of the layers, shape (N,) each."""
+        """Take a sample of everything for the log; `extra` are signals of the layers, shape (N,) each, to be copied."""
 
     def write_to(self, stream: LogStream, metadata: dict[str, Any]) -> None:
         """Have `flush` move what is recorded to a stream; `metadata` is for a log that is cut off."""

@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from crazychoir_fw.common.messages import Pose, Reference, Twist
 from crazychoir_fw.flight.agent import Agent
 from crazychoir_fw.flight.backend import some_of
+from crazychoir_fw.flight.swarm_references import SwarmReferences
 
 Array = NDArray[np.float64]
-
-_SHAPES = {**dict.fromkeys(("position", "velocity", "acceleration", "jerk"), (3,)), "yaw": (), "yaw_rate": ()}
-"""What a reference consists of, for one drone."""
 
 
 class ControlGroup:
@@ -46,7 +44,8 @@ class ControlGroup:
         self.follows = follows
         is_accelerated = np.isin(self.indices, accelerated)
         self._members = [int(i) for i in self.indices[~is_accelerated]]
-        self._rows = [int(k) for k in np.flatnonzero(~is_accelerated)]
+        self._rows = np.flatnonzero(~is_accelerated)
+        self._references = SwarmReferences(len(self._members))
         self._is_accelerated = is_accelerated[:, None]
         self._is_everybody = np.array_equal(self.indices, np.arange(len(self.indices)))
 
@@ -84,18 +83,19 @@ class ControlGroup:
 
     def _reference(self, agents: Sequence[Agent], accelerations: Array, up: NDArray[np.bool_], own: Pose) -> Reference:
         """Return the references of all, arrays of shape (N, 3); where one has none it stays where it is."""
-        parts: dict[str, Array] = {"position": own.position.copy()}
-        if len(self._rows) < len(self.indices):
-            parts["velocity"] = np.zeros(own.position.shape)
-            parts["acceleration"] = accelerations * (self._is_accelerated & up[:, None])
-        for k, i in zip(self._rows, self._members, strict=True):
-            reference = agents[i].reference
-            if reference is None or not up[k]:
-                continue
-            for name, shape in _SHAPES.items():
-                value = getattr(reference, name)
-                if value is not None:
-                    if name not in parts:
-                        parts[name] = np.zeros((len(up), *shape))
-                    parts[name][k] = value
-        return Reference(**parts)  # type: ignore[arg-type]
+        self._references.update(
+            [
+                agents[i].reference if is_up else None
+                for i, is_up in zip(self._members, up[self._rows].tolist(), strict=True)
+            ]
+        )
+        if len(self._rows) == len(self.indices):
+            return Reference(**self._references.arrays(own.position))
+        # those who follow accelerations stay where they are, at rest
+        parts = {"position": own.position.copy(), "velocity": np.zeros(own.position.shape)}
+        parts["acceleration"] = accelerations * (self._is_accelerated & up[:, None])
+        for name, values in self._references.arrays(own.position[self._rows]).items():
+            if name not in parts:
+                parts[name] = np.zeros((len(up), *values.shape[1:]))
+            parts[name][self._rows] = values
+        return Reference(**parts)

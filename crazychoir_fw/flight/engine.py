@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from crazychoir_fw.common.garbage import present_objects_frozen
 from crazychoir_fw.flight.agents import make_agents, make_groups
 from crazychoir_fw.flight.backend import Backend
 from crazychoir_fw.flight.backends import make_backend
@@ -90,7 +91,8 @@ def fly(
         if stream is not None:
             flushes = stream_flight(stream, chosen, flight, {**about, "backend": mission.backend, "seed": mission.seed})
         started, begin = time.perf_counter(), chosen.time
-        flight.fly()
+        with present_objects_frozen():
+            flight.fly()
         seconds, flown = time.perf_counter() - started, chosen.time - begin
         log = flight.log(about)
         assessment = flight.assess(log)

@@ -3,38 +3,37 @@
 from __future__ import annotations
 
 import time as wall
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw.common.checkpoint import Stateful
-from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError, UnknownNameError
+from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.common.finite import are_finite
 from crazychoir_fw.common.messages import Pose, Reference, TrajectoryPoint
 from crazychoir_fw.common.user_code import USER_ERRORS, describe
-from crazychoir_fw.flight.agent import Agent, DronePhase, SwarmPhases
+from crazychoir_fw.flight.agent import Agent, DronePhase
 from crazychoir_fw.flight.backend import Backend, one_of
 from crazychoir_fw.flight.control_group import ControlGroup
 from crazychoir_fw.flight.detour import Detour
 from crazychoir_fw.flight.event import Event
+from crazychoir_fw.flight.flying_swarm import Names
+from crazychoir_fw.flight.guided_swarm import GuidedSwarm
+from crazychoir_fw.flight.layer_signals import LayerSignals
 from crazychoir_fw.flight.services import Service
-from crazychoir_fw.flight.touchdown import TOUCHDOWN_M, fallen_of, landed_of
-from crazychoir_fw.guidance import GuidanceGroup
+from crazychoir_fw.flight.touchdown import fallen_of, landed_of
 from crazychoir_fw.mission.communicators import statistics_of
 
 Array = NDArray[np.float64]
-Names = str | Iterable[str] | None
 
-_DESCENT_SPEED = 0.4  # [m/s], of a drone whose layers cannot land it
-_SHORTEST_DESCENT_S = 1.0
-_DESCENDS = 0.02  # [m/s], above what velocities of a drone at rest are taken for
 _ROUNDS_PER_LOOK = 4  # rounds between two checks for failed drones
+_FAILURE = attrgetter("failure")
 PARTS = ("simulation", "guidance", "planning", "control", "sending", "record")
 
 
-class Experiment(Stateful):
+class Experiment(GuidedSwarm):
     """Flies the layers of a swarm.
 
     A round is: poses, guidance, trajectory handlers, controllers, commands; then the backend goes on for a period. With
@@ -78,11 +77,8 @@ class Experiment(Stateful):
         Raises:
             RangeError: If the numbers do not fit together.
         """
-        if len(agents) != len(backend.names):
-            raise RangeError(f"there are {len(agents)} agents, allowed: {len(backend.names)}, one for each drone")
         _check_rates(rate, log_rate)
-        self.backend = backend
-        self.agents = list(agents)
+        super().__init__(backend, agents, {int(i) for group in groups for i in group.indices})
         self.groups = list(groups)
         self.services = list(services)
         self.service_failures: list[str] = []
@@ -90,38 +86,15 @@ class Experiment(Stateful):
         for service in self.services:
             service.note = self._note_of_service
         self.period = 1.0 / rate
-        self.events: list[Event] = []
-        """What happened, in order."""
         self.shares = dict.fromkeys(PARTS, 0.0)
         """Time that each part took on this machine (s); for people, nothing depends on it."""
         self._rounds = 0
         self._rounds_per_sample = rate // log_rate
         self.observe = observe
-        self._controlled = {int(i) for group in groups for i in group.indices}
-        self._commands = np.zeros((len(agents), 4))
-        self._seen: Pose | None = None  # of each drone, without gaps
-        self._everybody = np.ones(len(agents), bool)
-        self._is_let_down = ~self._everybody  # the backend lands it, because a layer of it has raised
-        self._known = ~self._everybody
-        self._is_everybody_known = False
         self._detours: dict[int, Detour] = {}
-        self._phases = SwarmPhases(agents)
-        self.accelerations = np.zeros((len(agents), 3))
-        """What guidance asks for (m/s^2, world), of drones that follow no trajectory, shape (N, 3)."""
-        self._planned = [agent for agent in agents if agent.planner is not None]
-        self._placed = [agent for agent in agents if _follows_places(agent)]
-        self._watching = [(agent, agent.guidance.watched) for agent in agents if getattr(agent.guidance, "watched", ())]
-        # guidance of ours decides for all drones at once; what a user brings speaks for itself alone
-        self._together = GuidanceGroup.of([agent.guidance for agent in agents])
-        if self._together is not None:
-            self._followers = np.array([self._together.followers], int).ravel()
+        self._layer_signals = LayerSignals(agents, self._phases)
 
     # ---------------------------------------------------------------- buttons
-
-    @property
-    def time(self) -> float:
-        """Time of the backend (s)."""
-        return self.backend.time
 
     def takeoff(self, drones: Names = None) -> None:
         """Take off: motors on.
@@ -229,16 +202,6 @@ class Experiment(Stateful):
             agent.reference = Reference(position=agent.home.copy(), velocity=np.zeros(3), acceleration=np.zeros(3))
             self.accelerations[agent.index] = 0.0
 
-    def _chosen(self, drones: Names) -> list[Agent]:
-        if drones is None:
-            return list(self.agents)
-        wanted: Collection[str] = [drones] if isinstance(drones, str) else list(drones)
-        known = {agent.name: agent for agent in self.agents}
-        for name in wanted:
-            if name not in known:
-                raise UnknownNameError(f"there is no drone '{name}', allowed: {', '.join(known)}")
-        return [known[name] for name in wanted]
-
     # ---------------------------------------------------------------- rounds
 
     def run(self, seconds: float) -> None:
@@ -270,7 +233,8 @@ class Experiment(Stateful):
         for service in list(self.services):
             self._serve(service, service.step, now, poses, self._turning())
         # also those on the ground: neighbors hear them
-        self._decide([agent for agent in self._seen_ones(self.agents) if agent.failure is None], poses, now)
+        deciding = self._seen_ones(self.agents)
+        self._decide(_not_failed(deciding) if any(map(_FAILURE, deciding)) else deciding, poses, now)
         turning = self._turning()
         up = self._seen_ones(self._phases.up)
         decided = clock()
@@ -297,129 +261,6 @@ class Experiment(Stateful):
         self.shares["simulation"] += clock() - recorded
         if self.observe is not None:
             self.observe(self)
-
-    def _poses(self) -> Pose:
-        """Return where all drones are; those that are not seen stay where they were."""
-        poses = self.backend.poses()
-        self._is_everybody_known = are_finite(poses.position)
-        known = np.isfinite(poses.position).all(axis=1) if not self._is_everybody_known else self._everybody
-        self._known = known
-        if self._seen is None:
-            self._seen = Pose(*(np.nan_to_num(part) for part in _parts(poses)), time=poses.time)
-        elif not self._is_everybody_known:
-            kept = (
-                np.where(known[:, None], part, old) for part, old in zip(_parts(poses), _parts(self._seen), strict=True)
-            )
-            self._seen = Pose(*kept, time=poses.time)
-        else:
-            self._seen = poses
-        return self._seen
-
-    def _seen_ones(self, agents: Sequence[Agent]) -> Sequence[Agent]:
-        """Return those of some agents whose drones are known."""
-        return agents if self._is_everybody_known else [agent for agent in agents if self._known[agent.index]]
-
-    def _decide(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
-        """Let guidance speak, then hear, then decide."""
-        if self._together is not None and len(agents) == len(self.agents):
-            self._decide_together(self._together, agents, poses, now)
-            return
-        if self._together is not None:
-            self._together.let_go()
-        self._let_watch(poses)
-        self._begin_rounds(agents, poses, now)
-        self._finish_rounds(agents, poses, now)
-
-    def _decide_together(self, group: GuidanceGroup, agents: Sequence[Agent], poses: Pose, now: float) -> None:
-        """Let guidance of ours decide for all drones at once."""
-        wanted = group.decide(now, poses.position, poses.velocity)
-        if wanted is not None:
-            self.accelerations[self._followers] = wanted
-            return
-        try:
-            for agent in agents:
-                agent.guidance.set_pose(one_of(poses, agent.index))
-            decisions = group.step(now)
-            for agent, outputs in zip(agents, decisions, strict=True):
-                self._take(agent, outputs, poses, now)
-        except USER_ERRORS:
-            self._together = None  # from now on each guidance decides alone, which shows the one that raised
-
-    def _begin_rounds(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
-        """Tell each guidance where its drone is, and let it speak to its neighbors."""
-        for agent in agents:
-            guidance = agent.guidance
-            if agent.failure is not None:
-                continue
-            try:
-                guidance.set_pose(one_of(poses, agent.index))
-                if hasattr(guidance, "begin_round"):
-                    guidance.begin_round(now)
-                    agent.in_round = guidance.round_open
-            except USER_ERRORS as error:  # a user's code may raise anything, and lands its own drone only
-                self._fail_by(agent, guidance, error)
-
-    def _finish_rounds(self, agents: Sequence[Agent], poses: Pose, now: float) -> None:
-        """Let each guidance hear what was sent, decide, and take what it asks for."""
-        for agent in agents:
-            guidance = agent.guidance
-            if agent.failure is not None:
-                continue
-            try:
-                # all have sent: rounds that are complete end at once, the others wait for their deadline
-                is_over = agent.in_round and guidance.is_complete(now)
-                outputs = guidance.finish_round(now) if is_over else guidance.step(now)
-                _check_reference(outputs.reference)
-                self._take(agent, outputs, poses, now)
-            except USER_ERRORS as error:
-                self._fail_by(agent, guidance, error)
-
-    def _let_watch(self, poses: Pose) -> None:
-        """Pass the poses of watched drones to the guidance laws that watch them."""
-        for agent, watched in self._watching:
-            if agent.failure is None:
-                for j in watched:
-                    if self._known[j]:
-                        self._guarded(agent, agent.guidance.see, j, one_of(poses, j))
-
-    def _take(self, agent: Agent, outputs: Any, poses: Pose, now: float) -> None:
-        """Take what the guidance of a drone asks for."""
-        if not agent.is_up:
-            return
-        if outputs.idle and agent.phase is DronePhase.LANDING:
-            # guidance goes by time alone: a drone that lags and still descends shall not fall the rest of the way
-            if not poses.velocity[agent.index, 2] < -_DESCENDS:
-                self._touch_down([agent])
-            return
-        if outputs.trajectory is not None:
-            self._plan(agent, list(outputs.trajectory), one_of(poses, agent.index), now)
-        if agent.planner is None and outputs.reference is not None:
-            agent.reference = outputs.reference
-            if outputs.reference.acceleration is not None:
-                self.accelerations[agent.index] = outputs.reference.acceleration
-        lost = getattr(agent.guidance, "lost", None)
-        if lost is not None and lost != agent.lost:
-            self._note_neighbors(agent, frozenset(lost))
-
-    def _plan(self, agent: Agent, points: list[TrajectoryPoint], pose: Pose, now: float) -> None:
-        if agent.planner is not None:
-            agent.planner.set_trajectory(points, pose, now)
-        elif agent.index not in self._controlled and agent.is_up:
-            self.backend.go_to(agent.index, points[-1])
-            agent.reference = Reference(position=np.array(points[-1].position, float))
-
-    def _follow(self, now: float) -> None:
-        """Ask trajectory handlers for references."""
-        for agent in self._planned:
-            if not agent.is_up or agent.failure is not None or not self._known[agent.index]:
-                continue
-            try:
-                reference = agent.planner.evaluate(now)
-            except USER_ERRORS as error:
-                self._fail_by(agent, agent.planner, error)
-                continue
-            if reference is not None:
-                agent.reference = reference
 
     def _control(
         self, groups: Iterable[ControlGroup], turning: NDArray[np.bool_], poses: Pose, now: float
@@ -478,23 +319,7 @@ class Experiment(Stateful):
                 if self.agents[i].is_up:
                     self._fail(self.agents[i], sentence)
 
-    def _touch_down(self, agents: Sequence[Agent]) -> None:
-        """Turn motors off after a landing."""
-        self.backend.stop([agent.index for agent in agents])
-        for agent in agents:
-            agent.phase = DronePhase.LANDED if agent.failure is None else DronePhase.FAILED
-            self._is_let_down[agent.index] = False
-            agent.reference = None
-            self._commands[agent.index] = 0.0
-            self._note("landed", agent)
-
     # ---------------------------------------------------------------- what goes wrong
-
-    def _guarded(self, agent: Agent, call: Callable[..., Any], *arguments: Any) -> None:
-        try:
-            call(*arguments)
-        except USER_ERRORS as error:
-            self._fail_by(agent, agent.guidance, error)
 
     def _serve(self, service: Service, call: Callable[..., None], *arguments: Any) -> None:
         """Give a service its turn; a service that raises is removed."""
@@ -510,56 +335,6 @@ class Experiment(Stateful):
         name = None if drone is None else self.agents[drone].name
         self.events.append(Event(self.time, kind, name, details))
 
-    def _fail_by(self, agent: Agent, layer: object, error: BaseException) -> None:
-        self._let_down(agent, f"{agent.name}: {type(layer).__name__}: {describe(error)} (at {self.time:.2f} s)")
-
-    def _let_down(self, agent: Agent, sentence: str) -> None:
-        """Land a drone whose layers have failed: its body and its onboard software are sound."""
-        if agent.failure is not None:
-            return
-        if not agent.is_up:
-            self._fail(agent, sentence)
-            return
-        height = float(np.asarray(self.backend.pose_of(agent.index).position)[2]) - agent.floor
-        if not height > TOUCHDOWN_M:  # on the floor, or at an unknown height
-            self._fail(agent, sentence)
-            return
-        try:
-            self.backend.land(agent.index, agent.floor, max(_SHORTEST_DESCENT_S, height / _DESCENT_SPEED))
-        except CrazychoirError as error:
-            self._fail(agent, f"{sentence}; it could not be landed: {error}")
-            return
-        agent.phase, agent.failure, agent.reference = DronePhase.LANDING, sentence, None
-        agent.low_since = None
-        self._is_let_down[agent.index] = True
-        self._commands[agent.index] = 0.0
-        self._note("failure", agent, f"{sentence}; it lands")
-
-    def _fail(self, agent: Agent, sentence: str) -> None:
-        """Stop the motors of a drone that cannot fly."""
-        if agent.phase is DronePhase.FAILED:
-            return
-        was_up = agent.is_up
-        sentence = sentence if agent.failure is None else f"{agent.failure}; {sentence}"
-        agent.phase, agent.failure, agent.reference = DronePhase.FAILED, sentence, None
-        self._is_let_down[agent.index] = False
-        self._commands[agent.index] = 0.0
-        if was_up:
-            try:
-                self.backend.stop([agent.index])
-            except CrazychoirError as error:
-                agent.failure += f"; it could not be stopped: {error}"
-        self._note("failure", agent, sentence)
-
-    def _note_neighbors(self, agent: Agent, lost: frozenset[int]) -> None:
-        for kind, numbers in (("lost", lost - agent.lost), ("rejoined", agent.lost - lost)):
-            for number in sorted(numbers):
-                self._note(kind, agent, f"{kind} {self.agents[number].name}")
-        agent.lost = lost
-
-    def _note(self, kind: str, agent: Agent, details: str = "") -> None:
-        self.events.append(Event(self.time, kind, agent.name, details))
-
     @property
     def failures(self) -> list[str]:
         """Failures of drones and services, one sentence each."""
@@ -569,26 +344,8 @@ class Experiment(Stateful):
 
     def _signals(self) -> dict[str, Array]:
         """Return what the layers say at present, for the log."""
-        turning = self._turning()
-        said = np.full((len(_SIGNALS), len(self.agents)), np.nan)
-        places, accelerations, commands = said[:3], said[3:6], said[6:10]
-        np.copyto(accelerations, self.accelerations.T, where=turning)
-        for agent in self._placed or self.agents:
-            reference = agent.reference
-            if reference is None or not turning[agent.index]:
-                continue
-            if reference.position is not None:
-                places[:, agent.index] = reference.position
-            if reference.acceleration is not None:
-                accelerations[:, agent.index] = reference.acceleration
-        commands[:] = self._commands.T
-        said[10] = self._phases.numbers
-        return dict(zip(_SIGNALS, said, strict=True))
-
-    def _turning(self) -> NDArray[np.bool_]:
-        """Return whose motors turn at present, shape (N,)."""
         self._phases.look()
-        return self._phases.turning
+        return self._layer_signals.now(self.accelerations, self._commands)
 
     def log(self, metadata: dict[str, Any] | None = None) -> Any:
         """Return the log so far, with what happened among its events."""
@@ -604,16 +361,6 @@ class Experiment(Stateful):
         return statistics_of(self.agents)
 
 
-_SIGNALS = tuple(
-    f"layers.{name}"
-    for name in ("x", "y", "z", "ax", "ay", "az", "command1", "command2", "command3", "command4", "phase")
-)
-
-
-def _parts(poses: Pose) -> tuple[Array, Array, Array, Array]:
-    return poses.position, poses.orientation, poses.velocity, poses.angular  # type: ignore[return-value]
-
-
 def _check_rates(rate: int, log_rate: int) -> None:
     """Refuse rates (Hz) whose samples do not fall on rounds.
 
@@ -624,29 +371,10 @@ def _check_rates(rate: int, log_rate: int) -> None:
         raise RangeError(f"log_rate is {log_rate}, allowed: a divisor of the rate, {rate} Hz")
 
 
-def _not_failed(agents: Iterable[Agent]) -> list[Agent]:
-    return [agent for agent in agents if agent.failure is None]
-
-
-def _follows_places(agent: Agent) -> bool:
-    """Return whether a drone follows places: those of a trajectory handler, or of guidance itself."""
-    return agent.planner is not None or getattr(agent.guidance, "kind", "acceleration") != "acceleration"
-
-
-def _check_reference(reference: Reference | None) -> None:
-    """Refuse numbers that are none before they reach a controller that others share.
-
-    Raises:
-        RangeError: If there are some.
-    """
-    if reference is None:
-        return
-    for name in ("position", "velocity", "acceleration", "jerk"):
-        value = getattr(reference, name)
-        if value is not None and not (np.shape(value) == (3,) and np.isfinite(value).all()):
-            raise RangeError(f"asks for the {name} {np.asarray(value)}, allowed: three finite numbers")
-
-
 def _button(guidance: Any, name: str) -> Callable[[float], None]:
     """Return what a guidance does at a button; a class that does not know it does nothing."""
     return getattr(guidance, name, lambda now: None)
+
+
+def _not_failed(agents: Iterable[Agent]) -> list[Agent]:
+    return [agent for agent in agents if agent.failure is None]

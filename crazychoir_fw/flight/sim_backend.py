@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from crazychoir_fw._core import lib
+from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.checkpoint import Stateful
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError
 from crazychoir_fw.common.messages import Pose, TrajectoryPoint, Twist
@@ -28,7 +28,9 @@ if TYPE_CHECKING:
 
 Array = NDArray[np.float64]
 
-_ESTIMATE = tuple(f"stateEstimate.{name}" for name in ("x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz"))
+_PLACE = ("stateEstimate.x", "stateEstimate.y", "stateEstimate.z")
+_ATTITUDE = ("stateEstimate.qx", "stateEstimate.qy", "stateEstimate.qz", "stateEstimate.qw")
+_VELOCITY = ("stateEstimate.vx", "stateEstimate.vy", "stateEstimate.vz")
 _GYRO = ("gyro.x", "gyro.y", "gyro.z")
 _KEPT = ("read_poses", "_readying", "_goals", "_refusals")  # beside the world
 _READY_S = 1.0  # a reset of the supervisor is over long before
@@ -70,7 +72,7 @@ class SimBackend(Stateful):
         self._readying: dict[int, float] = {}
         self._goals: dict[int, tuple[float, TrajectoryPoint]] = {}
         self._refusals: dict[int, str] = {}
-        self._structs = [drone.struct for drone in world.drones]
+        self._structs = ffi.new("cf_t *[]", [drone.struct for drone in world.drones])
         self._recorder = FlightRecorder(world, log_rate)
 
     @property
@@ -188,7 +190,9 @@ class SimBackend(Stateful):
     def failures(self) -> dict[int, str]:
         """See `Backend`."""
         now = self.time
-        out = [i for i, struct in enumerate(self._structs) if lib.cf_is_out(struct)]
+        out: list[int] = []
+        if lib.cf_count_out(self._structs, len(self._structs)):
+            out = [i for i, struct in enumerate(self._structs) if lib.cf_is_out(struct)]
         found = {i: sentence for i in out if (sentence := self.world.drones[i].outage(now)) is not None}
         found.update(self._refusals)
         for i, since in self._readying.items():
@@ -241,18 +245,30 @@ def truth(world: World) -> Callable[[], Pose]:
 
 def estimates(world: World) -> Callable[[], Pose]:
     """Return what reads the poses of all drones as their onboard software believes them."""
-    parts = swarm_parts(world)
+    position, orientation, velocity, rates = (_reader(world, names) for names in (_PLACE, _ATTITUDE, _VELOCITY, _GYRO))
     size = len(world.drones)
-    blocks = [(part.numbers if len(parts) > 1 else slice(None), part.gather((*_ESTIMATE, *_GYRO))) for part in parts]
 
     def read() -> Pose:
-        values = np.empty((size, 13))
-        for rows, gather in blocks:
-            values[rows] = gather()
-        quat = values[:, 3:7]
+        quat = orientation()
         # before the filter runs, all four are zero; of an attitude w is at half turns only, and looked at in no time
         if np.count_nonzero(quat[:, 3]) < size:
             quat = np.where(quat.any(axis=1)[:, None], quat, _IDENTITY)
-        return Pose(values[:, :3], quat, values[:, 7:10], np.radians(values[:, 10:13]), world.time)
+        return Pose(position(), quat, velocity(), np.radians(rates()), world.time)
+
+    return read
+
+
+def _reader(world: World, names: Sequence[str]) -> Callable[[], Array]:
+    """Return what reads some log variables of all drones, shape (N, len(names))."""
+    parts = swarm_parts(world)
+    if len(parts) == 1:
+        return parts[0].gather(names)
+    blocks = [(part.numbers, part.gather(names)) for part in parts]
+
+    def read() -> Array:
+        values = np.empty((len(world.drones), len(names)))
+        for rows, gather in blocks:
+            values[rows] = gather()
+        return values
 
     return read

@@ -212,6 +212,22 @@ class CFGuidance(Stateful):
         """Return what to ask for at a time (s)."""
         return self.outputs(now, self.flight(now) if self._phase is Phase.FLIGHT else None)
 
+    def silent_until(self, now: float) -> float:
+        """Return the time (s) before which steps ask for nothing, whatever the pose is, unless `on_change` is called.
+
+        A caller may leave such steps out, and must hand over the pose before the next one. A law of your own is
+        stepped each time unless it overrides this.
+        """
+        del now
+        cls = type(self)
+        is_silent = cls.step is CFGuidance.step and cls.flight is CFGuidance.flight and self._keeps_quiet
+        return math.inf if is_silent else -math.inf
+
+    @property
+    def _keeps_quiet(self) -> bool:
+        """Whether a trajectory is flown, and none waits for the next step."""
+        return self._trajectory is None and (self._phase is Phase.TAKEOFF or self._phase is Phase.FLIGHT)
+
     def outputs(self, now: float, reference: Reference | None) -> Outputs:
         """Return a reference together with what the phase asks for."""
         if self._phase is Phase.LANDING and self.has_landed(now):

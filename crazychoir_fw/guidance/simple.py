@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -15,6 +16,8 @@ from crazychoir_fw.guidance.climb import Climb, toward
 from crazychoir_fw.guidance.law import POSES, Needs, NodeFace, option
 from crazychoir_fw.guidance.moving_reference import MovingReference
 from crazychoir_fw.guidance.outputs import Outputs
+
+_EARLY = 1e-9  # [s]: times of steps are sums of periods
 
 
 class SimpleGuidance(CFGuidance):
@@ -66,12 +69,19 @@ class GoToGuidance(CFGuidance):
     def step(self, now: float) -> Outputs:
         """Return what to ask for at a time (s)."""
         if self._phase is Phase.FLIGHT:
-            # 1 ns: times of steps are sums of periods
-            while self._next < len(self.goals) and now - self._begin >= self._begins[self._next] - 1e-9:
+            while self._next < len(self.goals) and now - self._begin >= self._begins[self._next] - _EARLY:
                 duration, *goal = self.goals[self._next]
                 self.go_to(np.array(goal), duration)
                 self._next += 1
         return self.outputs(now, None)
+
+    def silent_until(self, now: float) -> float:
+        """Return when the next goal is due (s), see `CFGuidance`."""
+        if type(self).step is not GoToGuidance.step or not self._keeps_quiet:
+            return -math.inf
+        if self._phase is not Phase.FLIGHT or self.is_done:
+            return math.inf
+        return self._begin + float(self._begins[self._next]) - _EARLY
 
     @property
     def is_done(self) -> bool:

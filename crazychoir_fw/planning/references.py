@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from crazychoir_fw.common.errors import RangeError
@@ -44,7 +42,7 @@ class TrajHandlerStrategy:
         if not are_finite(*(np.asarray(part, float) for part in parts if part is not None)):
             raise RangeError(f"{self.topic}: the reference holds numbers that are not finite")
         if self.kind == "fullstate":
-            self._reference = replace(reference)
+            self._reference = Reference(*parts)  # another object, whatever the sender does with its own
         else:
             self._reference = Reference(**{name: wanted})
 

@@ -19,9 +19,9 @@ class Trajectory:
         self.curve = curve
         self.heading = heading or FixedHeading()
         self.duration = curve.duration
-        zero = np.zeros(3)
-        zero.flags.writeable = False
-        self._held = Reference(curve.end(), zero, zero, zero, self.heading.at(curve.duration)[0], 0.0)
+        end, zero = np.array(curve.end()), np.zeros(3)
+        end.flags.writeable = zero.flags.writeable = False
+        self._held = Reference(end, zero, zero, zero, self.heading.at(curve.duration)[0], 0.0)
 
     def reference(self, time: float) -> Reference:
         """Return the full reference at *time* (s); after the end, hovering there."""

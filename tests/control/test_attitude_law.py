@@ -102,3 +102,11 @@ def test_the_error_shrinks(wanted, rpy):
     w = law.control(Pose(orientation=quaternion_xyzw(rpy[0])), R_d, REFERENCE)
     hat = np.array([[0.0, -w[2], w[1]], [w[2], 0.0, -w[0]], [-w[1], w[0], 0.0]])
     assert np.trace(R_d.T @ R @ hat) >= -1e-12  # the rate of change of the trace, 3 when they agree
+
+
+def test_one_attitude_for_many_poses():
+    quats = np.random.default_rng(2).normal(size=(5, 4))
+    law, attitude = GeometryAttitudeCtrl(gains="mujoco"), rotation(np.array([0.1, -0.2, 0.3]))
+    found = law.control(Pose(orientation=quats), attitude, REFERENCE)
+    one_by_one = [law.control(Pose(orientation=quat), attitude, REFERENCE) for quat in quats]
+    np.testing.assert_array_equal(found, one_by_one)

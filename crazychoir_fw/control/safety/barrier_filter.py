@@ -11,7 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.messages import Pose
+from crazychoir_fw.control.safety.half_planes import HalfPlanes
 from crazychoir_fw.control.safety.neighbor_sensing import ClosestRobotGetter, stacked
+from crazychoir_fw.control.safety.relative_motion import RelativeMotion
 
 Array = NDArray[np.float64]
 
@@ -65,26 +67,26 @@ class BarrierFilter(ABC):
         if wish.ndim == 0 or wish.shape[-1] not in (2, 3):
             raise RangeError(f"desired input has shape {wish.shape}, allowed: (..., 2) or (..., 3)")
         lead = wish.shape[:-1]
-        own_position, own_velocity = self._planar("own pose", pose, lead)
-        position, velocity = self._planar("other poses", others, None)
-        near = position.shape[-2]
-        flat = (int(np.prod(lead)), near, 2)
-        try:
-            offset = (own_position[..., None, :] - position).reshape(flat)
-            closing = (own_velocity[..., None, :] - velocity).reshape(flat)
-        except ValueError as error:
-            raise RangeError(
-                f"other poses have shape {position.shape[:-1]}, allowed: {(*lead, 'K')} as the desired input"
-            ) from error
-        offset, closing = _only_known(offset, closing)
-        desired_plane = wish.reshape(-1, wish.shape[-1])[:, :2].copy()
-        own = own_velocity.reshape(-1, 2)
-        plane, braking, barrier = self._safe(desired_plane, own, offset, closing)
+        own_position, own_velocity = self._known("own pose", pose, lead)
+        position, velocity = self._known("other poses", others, None)
+        everywhere = (*lead, *position.shape[-2:-1], own_position.shape[-1])
+        if position.shape != everywhere:
+            try:  # the same others for all agents
+                position, velocity = (np.broadcast_to(part, everywhere) for part in (position, velocity))
+            except ValueError as error:
+                raise RangeError(
+                    f"other poses have shape {position.shape[:-1]}, allowed: {(*lead, 'K')} as the desired input"
+                ) from error
+        motion = RelativeMotion.of(own_position, own_velocity, position, velocity)
+        planes = self._half_planes(motion)
+        flat = wish.reshape(-1, wish.shape[-1])  # a view: the array is a copy, in one piece
+        desired_plane = flat[:, :2].copy()
+        plane, braking = self._safe(desired_plane, motion, planes)
         if self.keep_right:
-            self._pass_on_the_right(plane, braking, desired_plane, own, offset, closing)
+            self._pass_on_the_right(plane, braking, desired_plane, motion, planes)
         self.braking = braking.reshape(lead)
-        self.least_barrier = barrier.min(axis=1, initial=np.inf).reshape(lead)
-        wish[..., :2] = plane.reshape(*lead, 2)
+        self.least_barrier = planes.barriers.min(axis=1, initial=np.inf).reshape(lead)
+        flat[:, :2] = plane
         return wish
 
     def filter_swarm(self, desired: ArrayLike, poses: Pose, getter: ClosestRobotGetter) -> Array:
@@ -98,14 +100,17 @@ class BarrierFilter(ABC):
         return self.filter(desired, poses, getter.gathered(poses))
 
     def _pass_on_the_right(
-        self, plane: Array, braking: NDArray[np.bool_], desired: Array, velocity: Array, offset: Array, closing: Array
+        self, plane: Array, braking: NDArray[np.bool_], desired: Array, motion: RelativeMotion, planes: HalfPlanes
     ) -> None:
         """Redirect to the right, in place, what others take away of an input; inputs of braking agents stay."""
-        lost = np.clip(desired, -self.limit, self.limit) - plane
-        held = np.flatnonzero(~braking & (np.hypot(lost[:, 0], lost[:, 1]) > _MIN_LOSS * self.limit))
+        limit = self.limit
+        lost = np.minimum(np.maximum(desired, -limit), limit) - plane
+        held = (~braking & (np.hypot(lost[:, 0], lost[:, 1]) > _MIN_LOSS * limit)).nonzero()[0]
         if held.size:
-            aside = self.keep_right * np.stack([lost[held, 1], -lost[held, 0]], axis=1)
-            plane[held] = self._safe(plane[held] + aside, velocity[held], offset[held], closing[held])[0]
+            aside = plane[held]
+            aside[:, 0] += self.keep_right * lost[held, 1]
+            aside[:, 1] -= self.keep_right * lost[held, 0]
+            plane[held] = self._safe(aside, motion.of_some(held), planes.of_some(held))[0]
 
     @property
     @abstractmethod
@@ -117,37 +122,34 @@ class BarrierFilter(ABC):
     def _needs_velocity(self) -> bool: ...
 
     @abstractmethod
-    def _safe(
-        self, desired: Array, velocity: Array, offset: Array, closing: Array
-    ) -> tuple[Array, NDArray[np.bool_], Array]:
-        """Return inputs (N, 2), whether each agent brakes (N,), and barriers (N, K).
+    def _half_planes(self, motion: RelativeMotion) -> HalfPlanes:
+        """Return the inputs that keep each barrier."""
+
+    @abstractmethod
+    def _safe(self, desired: Array, motion: RelativeMotion, planes: HalfPlanes) -> tuple[Array, NDArray[np.bool_]]:
+        """Return inputs (N, 2), and whether each agent brakes (N,).
 
         Args:
             desired: Desired inputs, shape (N, 2).
-            velocity: Own velocities (m/s), shape (N, 2).
-            offset: Own position minus the other's (m), shape (N, K, 2); infinite for padding.
-            closing: Own velocity minus the other's (m/s), shape (N, K, 2).
+            motion: Of the agents, relative to those near them.
+            planes: Inputs that keep the barriers.
         """
 
-    def _planar(self, what: str, pose: Pose, lead: tuple[int, ...] | None) -> tuple[Array, Array]:
+    def _known(self, what: str, pose: Pose, lead: tuple[int, ...] | None) -> tuple[Array, Array]:
+        """Return position and velocity, shape (..., 3); without a velocity that is needed there is an error."""
         if pose.position is None:
             raise RangeError(f"safety filter: {what}: there is no position")
-        position = np.asarray(pose.position, dtype=np.float64)[..., :2]
+        position = np.asarray(pose.position, dtype=np.float64)
         if lead is not None and position.shape[:-1] != lead:
             raise RangeError(f"safety filter: {what}: shape is {position.shape[:-1]}, allowed: {lead} as desired")
         if pose.velocity is None:
             if self._needs_velocity:
                 raise RangeError(f"safety filter: {what}: there is no velocity")
             return position, np.zeros_like(position)
-        return position, np.asarray(pose.velocity, dtype=np.float64)[..., :2]
-
-
-def _only_known(offset: Array, closing: Array) -> tuple[Array, Array]:
-    """Put agents of unknown position at infinity, at rest; agents of unknown velocity count as at rest, too."""
-    nobody = np.isnan(offset).any(axis=-1, keepdims=True)
-    offset = np.where(nobody, np.array([np.inf, 0.0]), offset)
-    closing = np.where(nobody | np.isnan(closing).any(axis=-1, keepdims=True), 0.0, closing)
-    return offset, closing
+        velocity = np.asarray(pose.velocity, dtype=np.float64)
+        if velocity.shape != position.shape:
+            raise RangeError(f"safety filter: {what}: velocity has shape {velocity.shape}, allowed: {position.shape}")
+        return position, velocity
 
 
 def positive(what: str, value: float, unit: str) -> float:

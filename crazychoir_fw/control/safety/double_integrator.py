@@ -18,8 +18,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.control.safety.barrier_filter import BarrierFilter, positive, unit
+from crazychoir_fw.control.safety.half_planes import HalfPlanes
 from crazychoir_fw.control.safety.planar_program import nearest
+from crazychoir_fw.control.safety.relative_motion import RelativeMotion
+from crazychoir_fw.onboard.arrays import doubles, filled_by_core
 
 Array = NDArray[np.float64]
 
@@ -80,59 +84,40 @@ class DoubleIntegratorCBF(BarrierFilter):
             offset: From others to the own position (m), shape (..., 2).
             closing: Velocity relative to others (m/s), shape (..., 2).
         """
-        length, _, approach = _geometry(offset, closing)
-        return self._barriers(length, approach)
-
-    def _barriers(self, length: Array, approach: Array) -> Array:
-        return approach + np.sqrt(2.0 * self.max_acceleration * self.kappa * np.maximum(length - self.distance, 0.0))
+        return self._planes(offset, closing).barriers
 
     def rows(self, offset: Array, closing: Array) -> tuple[Array, Array]:
-        """Return normals (..., 2) and right sides (...) of the half-planes of accelerations that are safe (m/s^2)."""
-        return self._rows(closing, *_geometry(offset, closing))[:2]
+        """Return normals (..., 2) and right sides (...) of the half-planes of accelerations that are safe (m/s^2).
 
-    def _rows(self, closing: Array, length: Array, away: Array, approach: Array) -> tuple[Array, Array, Array]:
-        """Return normals, right sides and barriers of neighbors, see `_geometry`."""
-        known = np.isfinite(length)
-        h = self._barriers(length, approach)
-        vx, vy = closing[..., 0], closing[..., 1]
-        brake = 2.0 * self.max_acceleration * self.kappa
-        with np.errstate(divide="ignore", invalid="ignore"):
-            across = (vx * vx + vy * vy - approach**2) / length
-            slowing = brake * approach / (2.0 * np.sqrt(brake * (length - self.distance)))
-            if self.legacy:
-                slowing = slowing * np.sqrt(2.0)
-            b = 0.5 * (self.gamma * h**3 + across + slowing)
-        too_near = length <= self.distance
-        # divided by the distance: normals of length 1 and right sides in m/s^2
-        return -away, np.where(known, np.where(too_near, 0.0, b), np.inf), h
+        Normals have length 1; at infinity they are zero, and the right side is infinite.
+        """
+        return self._planes(offset, closing)[:2]
 
-    def _safe(
-        self, desired: Array, velocity: Array, offset: Array, closing: Array
-    ) -> tuple[Array, NDArray[np.bool_], Array]:
-        A, b, h = self._rows(closing, *_geometry(offset, closing))
-        safe, found = nearest(desired, A, b, self.max_acceleration)
+    def _planes(self, offset: Array, closing: Array) -> HalfPlanes:
+        offset = np.asarray(offset, float)
+        lead = offset.shape[:-1]
+        planes = HalfPlanes(np.empty((*lead, 2)), np.empty(lead), np.empty(lead))
+        braking = 2.0 * self.max_acceleration * self.kappa
+        lib.cf_acceleration_barriers(
+            planes.sides.size,
+            doubles(offset, (*lead, 2)),
+            doubles(closing, (*lead, 2)),
+            ffi.new(
+                "cf_acceleration_barrier_t *", (self.distance, self.gamma, braking, 2.0**0.5 if self.legacy else 1.0)
+            ),
+            *map(filled_by_core, planes),
+        )
+        return planes
+
+    def _half_planes(self, motion: RelativeMotion) -> HalfPlanes:
+        return self._planes(motion.offset, motion.closing)
+
+    def _safe(self, desired: Array, motion: RelativeMotion, planes: HalfPlanes) -> tuple[Array, NDArray[np.bool_]]:
+        safe, found = nearest(desired, planes.normals, planes.sides, self.max_acceleration)
         # within the distance, h < 0 says that they come nearer; beyond it, that they may no longer be able to stop
-        braking = np.any(h < 0.0, axis=1) | ~found
-        speed = np.linalg.norm(velocity, axis=-1, keepdims=True)
-        brake = np.where(speed > _AT_REST, -self.max_braking_acceleration * unit(velocity), 0.0)
-        return np.where(braking[:, None], brake, safe), braking, h
-
-
-def _geometry(offset: Array, closing: Array) -> tuple[Array, Array, Array]:
-    """Return distances (m), directions away from others and how fast distances grow (m/s).
-
-    Component by component: reductions over two numbers take most of the time of a filter of ten drones.
-
-    Args:
-        offset: From others to the own position (m), shape (..., 2); infinite for padding.
-        closing: Velocity relative to others (m/s), shape (..., 2).
-
-    Returns:
-        Shapes (...), (..., 2) and (...).
-    """
-    x, y = offset[..., 0], offset[..., 1]
-    length = np.sqrt(x * x + y * y)
-    is_direction = (length > 0.0) & np.isfinite(length)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        away = np.where(is_direction[..., None], offset / length[..., None], 0.0)
-    return length, away, away[..., 0] * closing[..., 0] + away[..., 1] * closing[..., 1]
+        braking = (planes.barriers < 0.0).any(axis=1) | ~found
+        if braking.any():
+            velocity = motion.velocity[braking]
+            speed = np.hypot(velocity[:, 0], velocity[:, 1])[:, None]
+            safe[braking] = np.where(speed > _AT_REST, -self.max_braking_acceleration * unit(velocity), 0.0)
+        return safe, braking

@@ -10,7 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from crazychoir_fw.control.safety.barrier_filter import BarrierFilter, positive, unit
+from crazychoir_fw.control.safety.half_planes import HalfPlanes
 from crazychoir_fw.control.safety.planar_program import nearest
+from crazychoir_fw.control.safety.relative_motion import RelativeMotion
 
 Array = NDArray[np.float64]
 
@@ -70,18 +72,18 @@ class SingleIntegratorCBF(BarrierFilter):
         # agents that are too near already must not approach, but need not separate at once: u = 0 is always a solution
         return np.where(known[..., None], -2.0 * offset, 0.0), self.gamma * np.maximum(h, 0.0) ** 3
 
-    def _safe(
-        self, desired: Array, velocity: Array, offset: Array, closing: Array
-    ) -> tuple[Array, NDArray[np.bool_], Array]:
-        del velocity, closing
-        A, b = self.rows(offset)
-        length = np.linalg.norm(offset, axis=-1)
-        braking = np.any(length <= _TOO_NEAR * self.distance, axis=1)
-        away = np.zeros_like(desired)
-        if offset.shape[1]:
+    def _half_planes(self, motion: RelativeMotion) -> HalfPlanes:
+        return HalfPlanes(*self.rows(motion.offset), self.barriers(motion.offset))
+
+    def _safe(self, desired: Array, motion: RelativeMotion, planes: HalfPlanes) -> tuple[Array, NDArray[np.bool_]]:
+        offset = motion.offset
+        length = np.hypot(offset[..., 0], offset[..., 1])
+        braking = (length <= _TOO_NEAR * self.distance).any(axis=1)
+        wish = desired
+        if braking.any():
             closest = np.argmin(length, axis=1)[:, None, None]
             away = unit(np.take_along_axis(offset, closest, axis=1)[:, 0])
-        wish = np.where(braking[:, None], self.max_braking_velocity * away, desired)
+            wish = np.where(braking[:, None], self.max_braking_velocity * away, desired)
         limit = np.where(braking, self.max_braking_velocity, self.max_velocity)
-        safe, found = nearest(wish, A, b, limit)
-        return np.where(found[:, None], safe, 0.0), braking, self.barriers(offset)
+        safe, found = nearest(wish, planes.normals, planes.sides, limit)
+        return np.where(found[:, None], safe, 0.0), braking

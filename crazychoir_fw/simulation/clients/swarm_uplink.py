@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import repeat
+from operator import attrgetter, eq, is_
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +15,11 @@ from crazychoir_fw.onboard.core import check
 
 if TYPE_CHECKING:
     from crazychoir_fw.recording.journal import Journal
+    from crazychoir_fw.simulation.clients.uplink import Uplink
     from crazychoir_fw.simulation.drone import Drone
+
+_FAULT_FILTER, _TRANSPORT, _LISTENERS = attrgetter("fault_filter"), attrgetter("transport"), attrgetter("listeners")
+_NONE, _ONE = repeat(None), repeat(1)
 
 SETPOINT_BYTES: int = ffi.sizeof("setpoint_t")
 """Size of one setpoint."""
@@ -45,13 +51,10 @@ class SwarmUplink:
             StateError: If a drone has failed.
         """
         chosen = np.ascontiguousarray(numbers, np.int32)
-        uplinks = self._uplinks
         # other listeners, filters and transports get them one by one
-        alone = [
-            k
-            for k, i in enumerate(chosen.tolist())
-            if uplinks[i].fault_filter is not None or uplinks[i].transport is not None or len(uplinks[i].listeners) != 1
-        ]
+        alone: list[int] = []
+        if not self._are_plain():
+            alone = [k for k, i in enumerate(chosen.tolist()) if not _is_plain(self._uplinks[i])]
         if alone:
             self._send_one_by_one(chosen, setpoints, alone)
             is_plain = np.ones(len(chosen), bool)
@@ -66,8 +69,21 @@ class SwarmUplink:
         if taken < len(chosen):
             check(self._status[0], f"{self._drones[chosen[taken]].id}: setpoint")
 
+    def _are_plain(self) -> bool:
+        """Return whether all uplinks are plain; look-ups that C makes take a third of the time of a loop here."""
+        uplinks = self._uplinks
+        return (
+            all(map(is_, map(_FAULT_FILTER, uplinks), _NONE))
+            and all(map(is_, map(_TRANSPORT, uplinks), _NONE))
+            and all(map(eq, map(len, map(_LISTENERS, uplinks)), _ONE))
+        )
+
     def _send_one_by_one(self, numbers: NDArray[np.int32], setpoints: bytes, places: Sequence[int]) -> None:
         for k in places:
             word = setpoints[k * SETPOINT_BYTES : (k + 1) * SETPOINT_BYTES]
             drone = self._drones[numbers[k]]
             check(drone.uplink.request("setpoint", word), f"{drone.id}: setpoint")
+
+
+def _is_plain(uplink: Uplink) -> bool:
+    return uplink.fault_filter is None and uplink.transport is None and len(uplink.listeners) == 1

@@ -62,3 +62,9 @@ def test_rows_that_are_none_do_not_count():
 )
 def test_there_may_be_no_solution(A, b):
     assert not nearest(np.zeros((1, 2)), np.array([A]), np.array([b]), 1.0)[1].any()
+
+
+def test_what_is_no_number_stays_none():
+    solution, found = nearest(np.array([[np.nan, 0.2]]), np.array([[[1.0, 0.0]]]), np.array([[0.1]]), 1.0)
+    assert found.all()
+    assert np.isnan(solution[0, 0])
