@@ -67,6 +67,7 @@ class WorldBase:
         """What has happened so far."""
         self._collisions = Collisions(model, data)
         self._model_address, self._data_address = model._address, data._address
+        self._clock = lib.cf_plugin_clock(data._address)  # a tenth of the time that `data.time` takes
         self._steps_per_tick = max(1, round(0.001 / model.opt.timestep))
         self._ticks_per_step = max(1, round(model.opt.timestep / 0.001))
 
@@ -81,12 +82,12 @@ class WorldBase:
     @property
     def time(self) -> float:
         """Simulated time (s)."""
-        return float(self.data.time)
+        return float(self._clock[0])
 
     @property
     def tick(self) -> int:
         """Whole milliseconds since the start."""
-        return round(self.data.time * TICKS_PER_SECOND)
+        return round(self._clock[0] * TICKS_PER_SECOND)
 
     def note(self, kind: str, drone: str | None = None, *, at: float | None = None, **details: Any) -> None:
         """Remember that something happened, at the present instant or `at` an earlier time (s).
@@ -103,14 +104,15 @@ class WorldBase:
         """
         if n_ticks < 0 or n_ticks % self._ticks_per_step:
             raise RangeError(f"step({n_ticks}): allowed: 0 or more ticks, a multiple of {self._ticks_per_step}")
-        tick = self.tick
-        self.agenda.keep(tick)
-        end = tick + n_ticks
-        while (tick := self.tick) < end:
+        agenda, tick = self.agenda, self.tick
+        agenda.keep(tick)
+        tick, end = self.tick, tick + n_ticks
+        while tick < end:
             # appointments between two steps of the scene are kept after the later one
-            ticks = self.agenda.next_stop(end) - tick
+            ticks = agenda.next_stop(end) - tick
             self._advance(-(-ticks // self._ticks_per_step) * self._ticks_per_step)
-            self.agenda.keep(self.tick)
+            agenda.keep(self.tick)
+            tick = self.tick
         if self._watched:
             for param in list(self._watched.values()):
                 param.report_changes()
