@@ -1,8 +1,8 @@
 """Records every log variable of every drone, and the true motion, at a fixed rate.
 
 A sample is one call of the core, which copies the stretches of memory that hold log variables (see `swarm_views`) into
-rows whose place it knows. Drones with different providers have different variables: a signal that a drone lacks is NaN in its
-column, and one that counts in whole numbers becomes a float for the others then, without losing a digit.
+rows whose place it knows. Drones with different providers have different variables: a signal that a drone lacks is NaN
+in its column, and one that counts in whole numbers becomes a float for the others then, without losing a digit.
 """
 
 from __future__ import annotations
