@@ -94,6 +94,9 @@ def fly(
     except OSError as error:
         complaints.print(f"{error.filename or file}: {error.strerror}", markup=False)
         raise typer.Exit(BAD_INPUT) from None
+    except KeyboardInterrupt:  # before the first flight, or while results are written
+        complaints.print("Interrupted: the same command goes on with what is there", markup=False)
+        raise typer.Exit(BAD_INPUT) from None
     _show(outcome, page)
     raise typer.Exit(exit_code([outcome]))
 
