@@ -37,8 +37,22 @@ typedef struct {
   double  *motion_rows;  // 6 for each drone
 } cf_sampler_t;
 
+// How far cf_fly_and_sample came.
+typedef struct {
+  int32_t samples;   // taken
+  int32_t flown;     // of the window behind them, which is not whole: as cf_plugin_window returned
+  double  sampling;  // [s] of wall time that the samples took
+} cf_sampled_t;
+
 // Writes row number `row` of all columns. Threads share the drones of parts whose provider computes
 // no log variables for readers.
 void cf_sample(const cf_sampler_t *sampler, int64_t row, int64_t requests);
+
+// Flies windows of so many steps (cf_plugin_window) and takes a sample after each, from row number
+// `row` on, at most `count` times. It returns earlier behind a sample at which a contact has begun
+// or a drone is out, and where a window is not whole: `flown` differs from `steps` then, and the
+// rest of that window is to be made by MuJoCo. Takes the addresses of mjModel and mjData.
+cf_sampled_t cf_fly_and_sample(uintptr_t model, uintptr_t data, int steps, int count,
+                               const cf_sampler_t *sampler, int64_t row, int64_t requests);
 
 #endif  // CF_MUJOCO_PLUGIN_SAMPLING_H

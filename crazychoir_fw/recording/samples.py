@@ -71,9 +71,9 @@ class Samples:
         count = min(map(len, blocks.values()))
         return {name: block[:count] for name, block in blocks.items()}
 
-    def take(self) -> None:
-        """Take over the next of the rows that `free` returned; it is filled."""
-        self._taken += 1
+    def take(self, count: int = 1) -> None:
+        """Take over the next of the rows that `free` returned; they are filled."""
+        self._taken += count
 
     def _settle(self) -> None:
         for block in self._blocks.values():

@@ -86,6 +86,31 @@ class FlightRecorder:
             self._was_taken_back = self._journal is not None
             self._journal = self._world.journal
 
+    def run_alone(self, count: int) -> tuple[int, float]:
+        """Advance the world and sample while Python has nothing to do, in one call of the core.
+
+        Args:
+            count: How many samples to take.
+
+        Returns:
+            How many were taken, possibly none, and the wall time of that (s). All but the last one saw neither contact
+            nor failure.
+        """
+        if not self._free or self._extra or self._journal is not self._world.journal:
+            return 0, 0.0
+        begun = self._world.tick
+        rounds = self._world.rounds_alone(self.ticks_per_sample, min(count, self._free))
+        if not rounds:
+            return 0, 0.0
+        taken, seconds = self._world.fly_and_sample(self.ticks_per_sample, rounds, self._sampler, self._place)
+        self._samples.take(taken)  # type: ignore[union-attr]
+        self._place += taken
+        self._free -= taken
+        if self._world.tick > begun + taken * self.ticks_per_sample:  # the round behind them had no sample yet
+            self.sample()
+            taken += 1
+        return taken, seconds
+
     def _make_room(self, extra: tuple[str, ...]) -> None:
         """Find memory for the next samples: what lies in memory moves to a file first when it is much.
 

@@ -140,9 +140,12 @@ class WorldBase:
         self.agenda.keep(self.tick)
 
     def _advance_motion(self, n_ticks: int) -> None:
-        model, data = self._model_address, self._data_address
         left = n_ticks * self._steps_per_tick // self._ticks_per_step
-        flown = lib.cf_plugin_window(model, data, left)
+        self._complete(left, lib.cf_plugin_window(self._model_address, self._data_address, left))
+
+    def _complete(self, left: int, flown: int) -> None:
+        """Make the rest of so many steps, of which the plugin has made `flown`, see `_advance_by_mujoco`."""
+        model, data = self._model_address, self._data_address
         if flown < left:
             lib.cf_plugin_overlap(model, data, True)
             try:
@@ -159,6 +162,36 @@ class WorldBase:
             if left <= 0:
                 return
             flown = lib.cf_plugin_window(self._model_address, self._data_address, left)
+
+    def rounds_alone(self, ticks: int, count: int) -> int:
+        """Return how many rounds of so many ticks, at most `count`, can be flown before Python has something to do."""
+        if self._watched or ticks % self._ticks_per_step:
+            return 0
+        tick = self.tick
+        return max(0, (self.agenda.next_stop(tick + ticks * count + 1) - tick - 1) // ticks)
+
+    def fly_and_sample(self, ticks: int, count: int, sampler: Any, row: int) -> tuple[int, float]:
+        """Fly and sample rounds that `rounds_alone` found, in one call of the core.
+
+        Args:
+            ticks: Of a round.
+            count: How many rounds.
+            sampler: What a sample reads and where it goes, a ``cf_sampler_t``.
+            row: Number of the next sample there.
+
+        Returns:
+            How many samples were taken, and the wall time of that (s). They are fewer where a contact began, a drone
+            failed, or MuJoCo had to make steps: the world has then flown the round behind the last sample.
+        """
+        steps = ticks * self._steps_per_tick // self._ticks_per_step
+        done = lib.cf_fly_and_sample(
+            self._model_address, self._data_address, steps, count, sampler, row, len(self.journal)
+        )
+        if done.flown != steps:
+            self._complete(steps, done.flown)
+        self._collisions.note_new(self.note)
+        self.agenda.keep(self.tick)
+        return done.samples, done.sampling
 
     def run(self, seconds: float) -> None:
         """Advance by seconds, rounded to whole milliseconds."""
