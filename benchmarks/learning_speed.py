@@ -117,7 +117,7 @@ def main() -> None:
             run = subprocess.run([options.crazyflow, "-c", CRAZYFLOW, str(count)], capture_output=True, text=True)
             if run.returncode:
                 sys.exit(f"crazyflow: {run.stderr.strip().splitlines()[-1]}")
-            wall, cpu = map(float, run.stdout.split())
+            wall, cpu = map(float, run.stdout.splitlines()[-1].split())  # it warns on the same stream
             print(
                 f"crazyflow, {count} flights: {wall:,.0f} env-steps/s by the clock, {cpu:,.0f} per second of processor"
             )

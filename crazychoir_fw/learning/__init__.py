@@ -9,6 +9,7 @@ from importlib.util import find_spec
 from crazychoir_fw.learning.action import Attitude, Motors, Residual, ThrustRates, Velocity
 from crazychoir_fw.learning.flights import Flights
 from crazychoir_fw.learning.observation import BLOCKS, Observation
+from crazychoir_fw.learning.onboard_camera import OnboardCamera
 from crazychoir_fw.learning.tasks import Gates, Hover, Recover, Swap, Swarm, SwarmTask, Task, Track
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "Hover",
     "Motors",
     "Observation",
+    "OnboardCamera",
     "Recover",
     "Residual",
     "Swap",

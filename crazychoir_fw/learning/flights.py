@@ -15,22 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.learning.dice import episode_keys, mixed, uniforms
+from crazychoir_fw.learning.prepared_starts import START, PreparedStarts
 from crazychoir_fw.learning.reading import Floats, Motion, Reading
 from crazychoir_fw.learning.start_bank import StartBank
 from crazychoir_fw.learning.swarm_port import SwarmPort
 from crazychoir_fw.learning.tasks.task import Task
 from crazychoir_fw.onboard.core import check
 from crazychoir_fw.simulation import World
-
-_PATTERN = 2  # stream of dice that chooses the pattern of an episode
-_START = np.dtype(
-    [
-        *(("position", "f8", 3), ("quat_wxyz", "f8", 4), ("velocity", "f8", 3), ("rates", "f8", 3)),
-        *(("seed", "u8"), ("id", "u8")),
-    ]
-)
-assert _START.itemsize == ffi.sizeof("cf_flight_start_t")
 
 
 class Flights:
@@ -63,14 +54,14 @@ class Flights:
         self.world.stop_journal("learners keep none")
         # up to 100 drones a world solves contacts by Newton's method: a flight must not depend on their number
         self.world.model.opt.solver = mujoco.mjtSolver.mjSOL_CG
+        self._take_pictures = None if task.camera is None else task.camera.mount(self.world)
         self.port = SwarmPort(self.world)
         """Their memory as arrays."""
         self.scale = task.action.scale(task.platform)
         """From actions to commands."""
         model = self.world.model
         self._bodies = np.array([model.body(drone.id).id for drone in self.world.drones])
-        self._seeds = np.arange(count, dtype=np.uint64)
-        self._episodes = np.zeros(count, np.uint64)
+        self._starts = PreparedStarts(task, count, len(self.bank))
         self._steps = np.zeros(count, np.int64)
         self._plan = np.zeros((count, task.plan_size))
         self._action = np.zeros((count, task.action.size), np.float32)
@@ -79,10 +70,12 @@ class Flights:
         self._status = ffi.new("cf_status_t *")
         self.reading: Reading
         """What is known of all flights after the latest step or start."""
-        self.start(np.arange(count))
+        every = np.arange(count, dtype=np.int32)
+        self._make_heavy(every, np.zeros_like(every))
+        self.start(every)
 
     def __len__(self) -> int:
-        return len(self._seeds)
+        return len(self._steps)
 
     @property
     def plan(self) -> NDArray[np.float64]:
@@ -100,8 +93,7 @@ class Flights:
         numbers = np.asarray(seeds)
         if numbers.shape != (len(self),) or numbers.min(initial=0) < 0:
             raise RangeError(f"seed: {seeds!r} for {len(self)} flights, allowed: one seed of 0 or more each")
-        self._seeds = numbers.astype(np.uint64)
-        self._episodes[:] = 0
+        self._starts.seed(numbers.astype(np.uint64))
 
     def start(self, which: ArrayLike) -> None:
         """Begin the next episode of some flights, by their numbers; `reading` is up to date."""
@@ -116,36 +108,32 @@ class Flights:
         if len(chosen) == len(self):
             # the looks around of the onboard software go by simulated time
             self.world.data.time = 0.0
-        keys = episode_keys(self._seeds[chosen], self._episodes[chosen])
-        self._episodes[chosen] += np.uint64(1)
-        starts = self.task.starts(keys)
-        patterns = np.floor(uniforms(keys, 1, _PATTERN)[:, 0] * len(self.bank)).astype(np.int32)
-        rows = np.zeros(len(chosen), _START)
-        for name in ("position", "quat_wxyz", "velocity", "rates"):
-            rows[name] = getattr(starts, name)
-        rows["seed"] = mixed(keys)
+        starts, patterns, plans = self._starts.take(chosen)
         begun = lib.cf_start_flights(
             self.port.structs,
             ffi.from_buffer("int32_t[]", chosen),
             len(chosen),
             self.bank.structs,
             ffi.from_buffer("int32_t[]", patterns),
-            ffi.cast("cf_flight_start_t *", ffi.from_buffer(rows)),
+            ffi.cast("cf_flight_start_t *", ffi.from_buffer(starts)),
             self._status,
         )
         if begun < len(chosen):
-            check(self._status[0], f"{type(self.task).__name__}: start {rows[begun]}")
-        self._move_bodies(chosen, rows, patterns)
+            check(self._status[0], f"{type(self.task).__name__}: start {starts[begun].view(START)[0]}")
+        self._move_bodies(chosen, starts, patterns)
         self._steps[chosen] = 0
         self._action[chosen] = 0.0
         self._previous[chosen] = 0.0
-        self._plan[chosen] = self.task.plan(keys)
+        self._plan[chosen] = plans
         return True
 
-    def _move_bodies(self, chosen: NDArray[np.int32], rows: NDArray[Any], patterns: NDArray[np.int32]) -> None:
+    def _move_bodies(self, chosen: NDArray[np.int32], starts: NDArray[np.float64], patterns: NDArray[np.int32]) -> None:
         """Put bodies where their drones are, with the mass of their patterns."""
-        self.port.qpos[chosen, :3], self.port.qpos[chosen, 3:] = rows["position"], rows["quat_wxyz"]
-        self.port.qvel[chosen, :3], self.port.qvel[chosen, 3:] = rows["velocity"], rows["rates"]
+        self.port.qpos[chosen], self.port.qvel[chosen] = starts[:, :7], starts[:, 7:13]
+        if self.bank.differs_in_mass:
+            self._make_heavy(chosen, patterns)
+
+    def _make_heavy(self, chosen: NDArray[np.int32], patterns: NDArray[np.int32]) -> None:
         model, bodies = self.world.model, self._bodies[chosen]
         model.body_mass[bodies] = model.body_subtreemass[bodies] = self.bank.masses[patterns]
         model.body_inertia[bodies], model.body_iquat[bodies] = self.bank.inertias[patterns], self.bank.frames[patterns]
@@ -217,6 +205,14 @@ class Flights:
     def observe(self) -> Floats:
         """Return what policies see, shape (N, k)."""
         return self.task.observation.of(self.reading)
+
+    def see(self) -> NDArray[Any] | None:
+        """Return the pictures of the task's camera, shape (N, height, width[, 3]), or None.
+
+        Raises:
+            RenderingError: If there is no OpenGL on this machine.
+        """
+        return None if self._take_pictures is None else self._take_pictures()
 
     def observe_critic(self) -> Floats | None:
         """Return what critics see, shape (N, k), or None."""

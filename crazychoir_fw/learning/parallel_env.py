@@ -43,6 +43,8 @@ class SwarmEnv(ParallelEnv):  # type: ignore[misc]
         chosen = task_of(task, changes)
         if not isinstance(chosen, SwarmTask):
             raise RangeError(f"task is {type(chosen).__name__}, allowed: a SwarmTask, such as Swarm or Swap")
+        if chosen.camera is not None:
+            raise RangeError("camera: allowed for tasks of a single drone; drones of a swarm have none")
         self.task = chosen
         """What is to be learned."""
         self.flights = Flights(chosen, chosen.drones, None, bank_seed, visuals=render_mode is not None)

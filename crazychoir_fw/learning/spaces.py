@@ -49,9 +49,13 @@ def _box(size: int) -> spaces.Box:
 
 def observation_space(task: Task) -> spaces.Space[Any]:
     """Return the space of one flight's observations."""
-    if task.critic is None:
-        return _box(task.observation.size)
-    return spaces.Dict({"policy": _box(task.observation.size), "critic": _box(task.critic.size)})
+    parts: dict[str, spaces.Space[Any]] = {"policy": _box(task.observation.size)}
+    if task.critic is not None:
+        parts["critic"] = _box(task.critic.size)
+    if task.camera is not None:
+        top = 255 if task.camera.kind == "image" else task.camera.far_m
+        parts["camera"] = spaces.Box(0, top, task.camera.shape, task.camera.dtype)
+    return spaces.Dict(parts) if len(parts) > 1 else parts["policy"]
 
 
 def action_space(task: Task) -> spaces.Box:
@@ -61,5 +65,6 @@ def action_space(task: Task) -> spaces.Box:
 
 def observations(flights: Flights) -> Any:
     """Return the observations of all flights, as the batched space has them."""
-    critic = flights.observe_critic()
-    return flights.observe() if critic is None else {"critic": critic, "policy": flights.observe()}
+    beside = {"critic": flights.observe_critic(), "camera": flights.see()}
+    parts = {name: seen for name, seen in beside.items() if seen is not None}
+    return {**parts, "policy": flights.observe()} if parts else flights.observe()

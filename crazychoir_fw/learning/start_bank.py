@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from crazychoir_fw._core import ffi
 from crazychoir_fw.common.errors import StateError
 from crazychoir_fw.learning.tasks.task import Task
@@ -55,6 +57,9 @@ class StartBank:
         """About the principal axes (kg m^2), shape (V, 3)."""
         self.frames = model.body_iquat[bodies]
         """Of the principal axes, as quaternions (w, x, y, z), shape (V, 4)."""
+        every = np.column_stack([self.masses, self.inertias, self.frames])
+        self.differs_in_mass = bool((every != every[0]).any())
+        """Whether the bodies of two patterns differ."""
 
     def __len__(self) -> int:
         return len(self.world.drones)

@@ -57,6 +57,9 @@ class FlightVectorEnv(VectorEnv):
             raise RangeError(f"render_mode is {render_mode!r}, allowed: None, rgb_array, human")
         self.task = task_of(task, changes)
         """What is to be learned."""
+        if self.task.camera is not None and render_mode is not None and num_envs > 1:
+            # drones that can be seen by the one can be seen by the other
+            raise RangeError(f"render_mode is {render_mode!r} with a camera and {num_envs} flights, allowed: None")
         self.flights = Flights(self.task, num_envs, threads, bank_seed, visuals=render_mode is not None)
         """The engine: readings, memory, world."""
         self.num_envs = num_envs

@@ -45,6 +45,8 @@ class Cameras:
         self._model = model
         self._data = data
         self._visuals = visuals
+        self.sees_room_only = False
+        """Whether pictures without drones are wanted from a world that was built with ``visuals=False``."""
         self._likeness: Likeness | None = None
         self._renderer: Renderer | None = None
 
@@ -123,7 +125,7 @@ class Cameras:
         from crazychoir_fw.recording.likeness import Likeness
         from crazychoir_fw.recording.renderer import Renderer
 
-        if not self._visuals:
+        if not (self._visuals or self.sees_room_only):
             raise StateError("the world was built with visuals=False, so that its drones cannot be seen")
         if self._renderer is None:
             self._renderer = Renderer(self._model, width, height)

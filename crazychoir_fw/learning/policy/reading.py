@@ -44,6 +44,8 @@ def read_policy(
         return Policy.load(path)
     if task is None:
         raise RangeError(f"{path} does not say what it sees and does; name the task that it was trained for")
+    if task.camera is not None:
+        raise RangeError(f"{path}: the task has a camera, allowed: none; a firmware app sees no pictures")
     if path.suffix == ".onnx":
         layers, known = _from_onnx(path)
     else:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,8 @@ SEEN_OF_ANOTHER = 6
 @dataclass(frozen=True)
 class SwarmTask(Task):
     """Base of tasks in which a row is a drone of one swarm: all rows begin together, in their order."""
+
+    starts_alone: ClassVar[bool] = False
 
     drones: int = 4
     """How many."""

@@ -10,7 +10,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.learning.action import Action, ThrustRates
 from crazychoir_fw.learning.dice import uniforms
 from crazychoir_fw.learning.observation import Observation
+from crazychoir_fw.learning.onboard_camera import OnboardCamera
 from crazychoir_fw.learning.reading import Floats, Reading, Reference
 from crazychoir_fw.simulation import DroneConfig
 
@@ -46,6 +47,9 @@ class Starts:
 class Task:
     """Base of all tasks."""
 
+    starts_alone: ClassVar[bool] = True
+    """Whether a row of `starts` and `plan` depends on its own key alone; otherwise all flights begin together."""
+
     # what flies
     rate_hz: int = 100
     """How often the policy acts (Hz), one of `RATES_HZ`."""
@@ -71,6 +75,8 @@ class Task:
     """What the policy sees."""
     critic: Observation | None = None
     """What only a critic sees, such as the truth; observations are then a dictionary with ``policy`` and ``critic``."""
+    camera: OnboardCamera | None = None
+    """Pictures beside what the policy sees; observations are then a dictionary with ``policy`` and ``camera``."""
 
     # where an episode ends
     low: tuple[float, float, float] = (-2.5, -2.5, 0.15)
