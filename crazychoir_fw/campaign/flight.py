@@ -131,8 +131,8 @@ def _is_figure(name: str, value: Any) -> bool:
 
 def digest_of(result: FlightResult) -> str:
     """Return a digest of the bits of a log."""
-    digest = hashlib.sha256(np.ravel(result.log.time))
+    digest = hashlib.sha256(np.ravel(result.log.time).data)
     for name, samples in sorted(result.log.signals.items()):
         digest.update(name.encode())
-        digest.update(np.ravel(samples))
+        digest.update(np.ravel(samples).data)
     return digest.hexdigest()

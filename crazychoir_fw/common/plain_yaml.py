@@ -74,7 +74,7 @@ def parse_yaml(text: str, source: str, error: type[CrazychoirError]) -> Any:
     if _NUMBERS.fullmatch(text) and len(text) < LONGEST_SCALAR:  # one value of a flight of a campaign
         return [float(number) for number in text[1:-1].split(", ")] if text[0] == "[" else float(text)
     if len(text) <= _KEPT_CHARACTERS:  # flights of a campaign read one file a thousand times
-        return deepcopy(_parse_known(text, source, error))
+        return deepcopy(_parse_known(text, source, error))  # type: ignore[arg-type]
     return _parse(text, source, error)
 
 
