@@ -81,8 +81,12 @@ def take(browser, address, out):
     quiet(page)
     page.screenshot(path=out / "watch.png")
     show(page, "Fly")
+    # with most of the cards
+    page.set_viewport_size({"width": 1280, "height": 900})
+    time.sleep(1.0)
     quiet(page)
     page.screenshot(path=out / "fly.png")
+    page.set_viewport_size({"width": 1280, "height": 800})
     page.wait_for_function("cc.words.flying === null", timeout=240000)
     show(page, "Rewind")
     begin = page.evaluate("cc.frame.time")

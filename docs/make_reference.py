@@ -17,7 +17,10 @@ NOTE = "<!-- written by docs/make_reference.py; a test compares -->\n"
 
 def cell(text: Any) -> str:
     """Return a text as a cell of a table."""
-    return " ".join(str(text).split()).replace("|", "&#124;").replace("<", "&lt;")
+    parts = " ".join(str(text).split()).replace("|", "&#124;").replace("``", "`").split("`")
+    # code shows its characters as they are
+    parts[0::2] = [part.replace("<", "&lt;") for part in parts[0::2]]
+    return "`".join(parts)
 
 
 def commands(command: Any, words: list[str]) -> Iterator[tuple[list[str], Any]]:
@@ -81,7 +84,7 @@ def section(name: str, made: dict[str, Any]) -> list[str]:
     for key, entry in made["properties"].items():
         default = entry.get("default")
         shown = "needed" if key in needed else "" if default in (None, {}, []) else f"`{cell(default)}`"
-        shown = "" if isinstance(default, dict) else shown
+        shown = "" if isinstance(default, dict) else '`""`' if default == "" else shown
         lines.append(f"| `{key}` | {cell(entry.get('description', ''))} | {kind_of(entry)} | {shown} |")
     return lines
 

@@ -23,6 +23,9 @@ CFLAGS = ["-std=c11", *(BINDINGS / "cflags.txt").read_text().split()]
 # apart, and those within a file must not be inlined before lines are counted
 LINKING = ["--coverage", "-fno-early-inlining"] if os.environ.get("CRAZYCHOIR_COVERAGE") else ["-flto=auto"]
 
+# debug information would be three quarters of the extension; CMakeLists.txt builds the core that is looked into
+STRIP = "-Wl,-S"
+
 _LOCAL_INCLUDE = re.compile(r'#include "(.+)"')
 _INTEGER_CONSTANT = re.compile(r"#define \w+ +-?\d+\s*(//.*)?$")
 
@@ -58,7 +61,7 @@ ffi.set_source(
     include_dirs=[str(BINDINGS), mujoco_include()],
     define_macros=[("CF_BUILD_FLAGS", f'"{" ".join(CFLAGS)}"')],
     extra_compile_args=[*CFLAGS, *LINKING],
-    extra_link_args=[*LINKING, *CFLAGS, "-pthread"],
+    extra_link_args=[*LINKING, *CFLAGS, "-pthread", STRIP],
     depends=[str(path) for path in sorted(BINDINGS.rglob("*.h"))],
 )
 

@@ -8,9 +8,7 @@ from typing import Annotated
 import typer
 
 from crazychoir_fw.cli.console import console, refuse
-
-_TEMPLATES = Path(__file__).parents[1] / "templates"
-"""Examples of the repository, as package data; files of Python end in `.txt` there, so that tools leave them alone."""
+from crazychoir_fw.common.shared_folders import shared_folder
 
 
 @dataclass(frozen=True)
@@ -18,27 +16,32 @@ class _Kind:
     """What is written for one kind of starting point; `{name}` and `{Name}` are those of the user."""
 
     files: dict[str, str]
-    """Template to the file that it becomes."""
+    """File of the repository to the file that it becomes."""
     words: dict[str, str]
     """What is replaced in the files."""
     command: str
     """What flies it."""
 
 
+_BINARY = ".npz"
 _FLY = "crazychoir fly {name}/{name}.yaml"
 KINDS = {
     "mission": _Kind(
-        {"mission.yaml": "{name}.yaml"},
+        {"examples/hello_swarm.yaml": "{name}.yaml"},
         {"examples/hello_swarm.yaml": "{name}/{name}.yaml", "name: hello_swarm": "name: {name}"},
         _FLY,
     ),
     "guidance": _Kind(
-        {"guidance.yaml": "{name}.yaml", "guidance.txt": "{name}.py"},
+        {"examples/new_law/mission.yaml": "{name}.yaml", "examples/new_law/rendezvous.py": "{name}.py"},
         {"rendezvous.py": "{name}.py", "Rendezvous": "{Name}"},
         _FLY,
     ),
     "controller": _Kind(
-        {"controller.yaml": "{name}.yaml", "controller.c": "{name}.c", "figure8.csv": "figure8.csv"},
+        {
+            "examples/new_controller/compare.yaml": "{name}.yaml",
+            "examples/new_controller/tilt_prioritized.c": "{name}.c",
+            "examples/figure8.csv": "figure8.csv",
+        },
         {
             "#\n# `python examples/new_controller/compare.py` flies the same and draws both into one picture.\n": "",
             "examples/new_controller/compare.yaml": "{name}/{name}.yaml",
@@ -49,12 +52,26 @@ KINDS = {
         _FLY,
     ),
     "app": _Kind(
-        {"app.c": "{name}.c", "app.txt": "{name}.py"},
+        {"examples/app_task/hop.c": "{name}.c", "examples/app_task/hop.py": "{name}.py"},
         {"hop.c": "{name}.c", ": see README.md": ", named by CRAZYFLIE_FIRMWARE"},
         "CRAZYFLIE_FIRMWARE=CHECKOUT python {name}/{name}.py",
     ),
+    "policy": _Kind(
+        {"examples/learning/hover.yaml": "{name}.yaml", "examples/learning/hover.npz": "{name}.npz"},
+        {
+            "#   python examples/learning/train.py hover\n": "",
+            "out/learning/hover/policy.npz": "{name}/{name}.npz",
+            "--out examples/learning --name hover": "--out {name} --name {name}",
+            "examples/learning/hover.yaml": "{name}/{name}.yaml",
+            "# hover.c lies here as it was trained. Below": "# The first line writes {name}.c. Below",
+            "name: learned_hover": "name: {name}",
+            "from examples/learning/train.py ": "",
+            "hover.c": "{name}.c",
+        },
+        "crazychoir app from-policy {name}/{name}.npz --out {name} --name {name} && " + _FLY,
+    ),
     "scene": _Kind(
-        {"scene.yaml": "{name}.yaml", "scene.xml": "{name}.xml"},
+        {"examples/gates.yaml": "{name}.yaml", "mujoco_models/scene_gates.xml": "{name}.xml"},
         {
             "examples/gates.yaml": "{name}/{name}.yaml",
             "name: gates": "name: {name}",
@@ -84,17 +101,22 @@ def new(
         refuse(f"{folder} is there already: give another name")
     except OSError as error:
         refuse(f"{error.filename or folder} cannot be written: {error.strerror}")
-    console.print(f"fly it with: {KINDS[kind].command.format(name=name)}", markup=False, highlight=False)
+    command = KINDS[kind].command.format(name=name)
+    console.print(f"fly it with: {command}", markup=False, highlight=False, soft_wrap=True)
 
 
 def _write(kind: _Kind, name: str, folder: Path) -> list[Path]:
     """Write the files of a starting point; returns them."""
     class_name = "".join(word[:1].upper() + word[1:] for word in name.split("_"))
     written = []
-    for template, target in kind.files.items():
-        text = (_TEMPLATES / template).read_text()
-        for old, replacement in kind.words.items():
-            text = text.replace(old, replacement.format(name=name, Name=class_name))
+    for source, target in kind.files.items():
+        shared, _, file = source.partition("/")
+        content = (shared_folder(shared) / file).read_bytes()
+        if not file.endswith(_BINARY):
+            text = content.decode()
+            for old, replacement in kind.words.items():
+                text = text.replace(old, replacement.format(name=name, Name=class_name))
+            content = text.encode()
         written.append(folder / target.format(name=name))
-        written[-1].write_text(text)
+        written[-1].write_bytes(content)
     return written

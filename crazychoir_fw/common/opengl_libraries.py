@@ -1,6 +1,7 @@
 """OpenGL of the machine: which shared libraries a way to draw needs, and how MuJoCo is imported without them."""
 
 import ctypes
+import importlib.util
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -34,12 +35,12 @@ def has_libraries(way: str) -> bool:
 def importable() -> Iterator[None]:
     """Let `import mujoco` succeed within the block, whatever `MUJOCO_GL` names.
 
-    MuJoCo raises while it is imported if the library that `MUJOCO_GL` names is missing. This package looks for a way
-    to draw when it first draws, and says then in one sentence what is missing (`recording/opengl.py`).
+    MuJoCo raises while it is imported if the library that `MUJOCO_GL` names, or PyOpenGL, is missing. This package
+    looks for a way to draw when it first draws, and says then in one sentence what is missing (`recording/opengl.py`).
     """
     word = os.environ.get("MUJOCO_GL", "")
     way = word.strip().lower()
-    if way in ALWAYS_IMPORTABLE or (way in NEEDS and has_libraries(way)):
+    if way in ALWAYS_IMPORTABLE or (way in NEEDS and has_libraries(way) and importlib.util.find_spec("OpenGL")):
         yield
         return
     os.environ["MUJOCO_GL"] = "disable"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import crazychoir_fw
 from crazychoir_fw.common.errors import BuildError
+from crazychoir_fw.common.shared_folders import shared_folder
 
 
 def bindings_folder() -> Path:
@@ -14,13 +14,13 @@ def bindings_folder() -> Path:
     Raises:
         BuildError: If the installation came without it.
     """
-    folder = Path(crazychoir_fw.__file__).resolve().parent / "bindings"
+    folder = shared_folder("bindings")
     if not (folder / "provider.h").is_file():
         raise BuildError(
             f"the C sources of crazychoir_fw are not in {folder}: run `pip install --force-reinstall --no-deps "
             "crazychoir-fw`"
         )
-    return folder.resolve()
+    return folder
 
 
 def read_list(path: Path) -> list[str]:

@@ -56,7 +56,7 @@ def pill(words: str, size: int, color: Color = PAPER, ground: Color = INK, opaci
     height, width = letters.shape[0] + size // 2, letters.shape[1] + size
     image = Image.new("RGBA", (width, height), (*ground, 0))
     ImageDraw.Draw(image).rounded_rectangle((0, 0, width - 1, height - 1), size // 2, (*ground, opacity))
-    over = Image.fromarray(letters.astype(np.uint8), "RGBA")
+    over = Image.fromarray(letters.astype(np.uint8))
     image.alpha_composite(over, (size // 2, size // 4))
     return np.asarray(image).astype(np.uint16)
 

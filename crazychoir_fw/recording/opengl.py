@@ -4,14 +4,13 @@ MuJoCo draws with OpenGL, and its own `Renderer` decides how when `mujoco` is im
 GLFW (a window) if that is unset, which fails on a machine without a screen. This module decides later, by trying:
 
 1. `MUJOCO_GL`, if it names a way (`egl`, `osmesa`, `glfw`, `cgl`) or forbids drawing (`disable`, `off`, `false`, `0`);
-2. else `PYOPENGL_PLATFORM`, because PyOpenGL cannot change its way once it is imported;
+2. else `PYOPENGL_PLATFORM`, for programs that draw with PyOpenGL, too, which cannot change its way once imported;
 3. else on Linux EGL (GPU, or Mesa in software), then OSMesa (software), then GLFW if there is a screen; CGL on macOS.
 
-Libraries are tried with plain `dlopen` before PyOpenGL is imported, so that a missing one makes no noise.
+Libraries are tried with plain `dlopen` first, so that a missing one makes no noise. PyOpenGL is not needed.
 On Debian, EGL in software needs `libegl1` and `libgl1`, OSMesa needs `libosmesa6`.
 """
 
-import ctypes
 import functools
 import importlib
 import os
@@ -21,35 +20,19 @@ from typing import Any
 import mujoco
 
 from crazychoir_fw.common.opengl_libraries import has_libraries
+from crazychoir_fw.recording.gl_contexts import EglContext, OsmesaContext, opens_display, renderer_name
 
 __all__ = ["RenderingError", "create_context", "rendering_available"]
 
 _OFF = ("disable", "disabled", "off", "false", "0")
 _WAYS = ("egl", "osmesa", "glfw", "glx", "cgl")
 _UNSPECIFIC = ("", "enable", "enabled", "on", "true", "1")
+_OURS: dict[str, Any] = {"egl": EglContext, "osmesa": OsmesaContext}
+"""Contexts in place of MuJoCo's, which need PyOpenGL."""
 
 
 class RenderingError(RuntimeError):
     """There is no OpenGL on this machine; the message says what was tried."""
-
-
-def _egl_display_opens() -> bool:
-    """Return whether EGL finds a device, real or software, that needs no screen."""
-    egl = ctypes.CDLL("libEGL.so.1")
-    egl.eglGetProcAddress.restype = ctypes.c_void_p
-    query = egl.eglGetProcAddress(b"eglQueryDevicesEXT")
-    get_display = egl.eglGetProcAddress(b"eglGetPlatformDisplayEXT")
-    if not query or not get_display:
-        return False
-    devices, count = (ctypes.c_void_p * 32)(), ctypes.c_int(0)
-    query = ctypes.CFUNCTYPE(ctypes.c_uint, ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)(query)
-    if not query(len(devices), devices, ctypes.byref(count)):
-        return False
-    get_display = ctypes.CFUNCTYPE(ctypes.c_void_p, ctypes.c_uint, ctypes.c_void_p, ctypes.c_void_p)(get_display)
-    egl.eglInitialize.argtypes = [ctypes.c_void_p] * 3
-    platform_device = 0x313F  # EGL_PLATFORM_DEVICE_EXT
-    displays = (get_display(platform_device, device, None) for device in devices[: count.value])
-    return any(display and egl.eglInitialize(display, None, None) for display in displays)
 
 
 def _missing(backend: str) -> str | None:
@@ -57,7 +40,7 @@ def _missing(backend: str) -> str | None:
     if backend == "egl":
         if not has_libraries("egl"):
             return "egl: libEGL or libGL is not installed (Debian: apt install libegl1 libgl1)"
-        if not _egl_display_opens():
+        if not opens_display():
             return "egl: no device without a screen (Debian: apt install libegl-mesa0 libgl1-mesa-dri)"
     if backend == "osmesa" and not has_libraries("osmesa"):
         return "osmesa: libOSMesa is not installed (Debian: apt install libosmesa6)"
@@ -93,7 +76,7 @@ def _candidates() -> list[str]:
 
 @functools.cache
 def _context_class() -> Any:
-    """Return MuJoCo's context class of the first way that works.
+    """Return the context class of the first way that works.
 
     Raises:
         RenderingError: If none does.
@@ -101,13 +84,13 @@ def _context_class() -> Any:
     os.environ.setdefault("EGL_LOG_LEVEL", "fatal")  # Mesa warns on stderr about each driver that it skips
     reasons = []
     for backend in _candidates():
-        if reason := _missing(backend):
-            reasons.append(reason)
-            continue
         try:
-            context_class = importlib.import_module(f"mujoco.{backend}").GLContext
+            if reason := _missing(backend):
+                reasons.append(reason)
+                continue
+            context_class = _OURS.get(backend) or importlib.import_module(f"mujoco.{backend}").GLContext
             _draw_nothing(context_class)
-        except Exception as error:  # PyOpenGL and the drivers raise what they like
+        except Exception as error:  # drivers raise what they like
             reasons.append(f"{backend}: {' '.join(str(error).split()) or type(error).__name__}")
             continue
         return context_class
@@ -151,7 +134,5 @@ def rendering_available() -> str | None:
 
 def is_software() -> bool:
     """Return whether the processor draws, in place of a graphics card. A context must be current."""
-    from OpenGL import GL
-
-    name = GL.glGetString(GL.GL_RENDERER) or b""
-    return any(word in name.lower() for word in (b"llvmpipe", b"softpipe", b"swrast", b"software"))
+    name = renderer_name().lower()
+    return any(word in name for word in ("llvmpipe", "softpipe", "swrast", "software"))

@@ -38,6 +38,18 @@ def test_an_app_is_written_with_its_script(tmp_path, monkeypatch):
     assert "void appMain(void)" in Path("hopper/hopper.c").read_text()
 
 
+def test_a_policy_becomes_c_and_flies(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    result = run("new", "policy", "catch")
+    assert result.exit_code == 0, result.stderr
+    for command in result.stdout.splitlines()[-1].removeprefix("fly it with: ").split(" && "):
+        ran = run(*command.split()[1:], *(["--out", "out"] if command.startswith("crazychoir fly") else []))
+        assert ran.exit_code == 0, ran.stdout + ran.stderr
+    assert json.loads(Path("out/summary.json").read_text())["success"]
+    mission = Path("catch/catch.yaml").read_text()
+    assert "examples/" not in mission and "hover.c" not in mission
+
+
 @pytest.mark.parametrize(
     ("words", "says"),
     [

@@ -177,14 +177,17 @@ def test_a_jump_in_time_is_no_lag(server, world, ask):
     world.step(500)
     snapshot = world.snapshot()
 
+    before = []
+
     def jump(_):
         if world.tick > 550:
+            before.append(server.statistics().resyncs)  # a machine that has other work may have lagged until here
             world.restore(snapshot)
             server.stop()
 
     server.run(1.0, jump, every=0.0)
     assert world.tick == 500
-    assert server.statistics().resyncs == 0
+    assert server.statistics().resyncs == before[0]
 
 
 def test_runs_that_cannot_be(server, world):

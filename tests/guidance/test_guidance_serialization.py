@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as arrays
-from msgspec.msgpack import Ext, encode
+from msgspec.msgpack import Ext, decode, encode
 
 from crazychoir_fw.common.errors import MessageError
 from crazychoir_fw.common.messages import Pose
@@ -145,9 +145,15 @@ def test_what_nothing_writes_is_refused(data):
 
 
 def test_tuples_within_tuples_are_refused_before_the_stack_ends():
-    data = encode(Ext(3, encode([])))
-    while len(data) < LARGEST_BYTES - 20:
-        data = encode(Ext(3, b"\x91" + data))
+    heads = [b"\x91" + encode(Ext(3, encode([])))]
+    size = len(heads[0])
+    while size < LARGEST_BYTES - 20:
+        kind = b"\xc7" if size < 1 << 8 else b"\xc8" if size < 1 << 16 else b"\xc9"  # bytes of the length: 1, 2, 4
+        length = size.to_bytes({b"\xc7": 1, b"\xc8": 2, b"\xc9": 4}[kind], "big")
+        heads.append(b"\x91" + kind + length + b"\x03")
+        size += len(heads[-1])
+    data = b"".join(reversed(heads))[1:]
+    assert decode(data, ext_hook=lambda code, content: len(content)) > LARGEST_BYTES - 40
     with pytest.raises(MessageError):
         loads(data)
 

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from crazychoir_fw.recording.gl_contexts import opens_display
 from crazychoir_fw.recording.opengl import rendering_available
 from crazychoir_fw.recording.renderer import Renderer
 
@@ -75,6 +76,22 @@ def test_a_window_without_a_screen_is_refused_quietly():
 def test_a_missing_library_of_mujoco_gl_is_one_sentence_when_something_is_drawn(value, says):
     answer = ask(BROKEN + ASK, MUJOCO_GL=value)
     assert answer.stdout.startswith("no rendering: " + says)
+    assert answer.stderr == ""
+
+
+@pytest.mark.parametrize("way", ["", "egl"])
+def test_pictures_need_no_pyopengl(way):
+    if not str(rendering_available()).startswith("None"):
+        pytest.skip(rendering_available())
+    answer = ask("import sys; sys.modules['OpenGL'] = None; import crazychoir_fw, mujoco; " + ASK, MUJOCO_GL=way)
+    assert (answer.stdout, answer.stderr) == ("None\n", "")
+
+
+def test_a_graphics_card_that_is_not_there_is_named():
+    if not opens_display():
+        pytest.skip("no EGL")
+    answer = ask(ASK, MUJOCO_GL="egl", MUJOCO_EGL_DEVICE_ID="31")
+    assert answer.stdout.startswith("no rendering: egl: MUJOCO_EGL_DEVICE_ID is 31, allowed: 0 to ")
     assert answer.stderr == ""
 
 

@@ -2,9 +2,11 @@
 
 from pathlib import Path
 
+from crazychoir_fw.common.shared_folders import shared_folder
+
 __all__ = ["SCENES", "VEHICLES", "model_path"]
 
-_FOLDER = Path(__file__).resolve().parent
+_FOLDER = shared_folder("mujoco_models")
 
 VEHICLES = {"cf2": "crazyflie_2.xml", "cf21bl": "crazyflie_21bl.xml"}
 """Platform to MJCF file: Crazyflie 2.1+ and Crazyflie 2.1 Brushless."""

@@ -1,1 +1,0 @@
-../../examples/app_task/hop.c

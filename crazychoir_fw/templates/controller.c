@@ -1,1 +1,0 @@
-../../examples/new_controller/tilt_prioritized.c
