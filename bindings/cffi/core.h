@@ -76,6 +76,7 @@
 #include "mujoco_plugin/collision.h"
 #include "mujoco_plugin/peer_grid.h"
 #include "mujoco_plugin/plugin.h"
+#include "mujoco_plugin/sampling.h"
 #include "mujoco_plugin/thread_pool.h"
 #include "onboard/commander/commander.h"
 #include "onboard/commander/cppm.h"

@@ -65,6 +65,10 @@ void cf_plugin_overlap(uintptr_t model, uintptr_t data, int is_overlapping) {
   }
 }
 
+const double *cf_plugin_clock(uintptr_t data) {
+  return &((const mjData *)data)->time;
+}
+
 int cf_plugin_window(uintptr_t model, uintptr_t data, int ticks) {
   swarm_t *swarm = cf_swarm_of((const mjModel *)model, (const mjData *)data);
   return swarm != NULL ? cf_windows_run(swarm, (const mjModel *)model, (mjData *)data, ticks)

@@ -31,6 +31,9 @@ const char *cf_plugin_attribute(uintptr_t model, int instance, const char *name)
 // to date. Takes the addresses of mjModel and mjData; does nothing when they have no Crazyflie.
 void cf_plugin_overlap(uintptr_t model, uintptr_t data, int is_overlapping);
 
+// Address of mjData.time [s], valid as long as the mjData.
+const double *cf_plugin_clock(uintptr_t data);
+
 // Advances by at most so many ticks without MuJoCo, as steps would, to the last bit. Returns by how
 // many, or minus the number of steps that MuJoCo has to make. Of mjData it leaves qpos, qvel, qacc,
 // qacc_warmstart, time and plugin_state up to date, and there is no contact. After all ticks, so is

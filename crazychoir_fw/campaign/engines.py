@@ -7,6 +7,7 @@ import os
 import signal
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection, wait
 from typing import Any, TypeAlias
 
@@ -100,7 +101,13 @@ class Processes:
     def _hire(self) -> _Worker:
         line, end = self._context.Pipe()
         process = self._context.Process(target=_work, args=(end, os.getpid()), daemon=True)
-        process.start()
+        # Ctrl-C reaches all processes of a terminal, also one that still imports; the parent decides
+        resource_tracker.ensure_running()  # its start would lift the mask
+        before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            process.start()  # with the mask of this thread
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
         end.close()
         return _Worker(process, line)
 

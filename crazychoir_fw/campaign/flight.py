@@ -56,7 +56,11 @@ class Record:
 def fly_job(job: Job, values: Mapping[str, Any]) -> Record:
     """Fly, and return what is kept; a flight that cannot be flown is a record, too."""
     try:
-        return record_of(job, values, fly_whole(job))
+        result = fly_whole(job)
+        record = record_of(job, values, result)
+        if result.world is not None:
+            result.world.release()  # the next world takes its memory: new memory costs more than the copy into it
+        return record
     except CrazychoirError as error:
         return Record(job.number, CRASHED, dict(values), failures=(str(error),))
     except Exception as error:  # a user's code may raise anything
@@ -127,8 +131,8 @@ def _is_figure(name: str, value: Any) -> bool:
 
 def digest_of(result: FlightResult) -> str:
     """Return a digest of the bits of a log."""
-    digest = hashlib.sha256(np.ascontiguousarray(result.log.time).tobytes())
+    digest = hashlib.sha256(np.ravel(result.log.time).data)
     for name, samples in sorted(result.log.signals.items()):
         digest.update(name.encode())
-        digest.update(np.ascontiguousarray(samples).tobytes())
+        digest.update(np.ravel(samples).data)
     return digest.hexdigest()

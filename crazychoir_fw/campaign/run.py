@@ -7,7 +7,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from pathlib import Path
 
-from crazychoir_fw.campaign.campaign import Campaign, check_ends
+from crazychoir_fw.campaign.campaign import Campaign, Job, check_ends
 from crazychoir_fw.campaign.engines import Engine, Task
 from crazychoir_fw.campaign.flight import Record
 from crazychoir_fw.campaign.identity import identity_of
@@ -51,17 +51,19 @@ def run(campaign: Campaign, folder: Path, engine: Engine, tell: Tell = lambda ov
         known = table.numbers()
         watch = _Watch(campaign, {record.number: record.passed for record in table.records()}, len(rows))
         interrupted = False
+        flying: dict[int, Job] = {}
 
         def tasks() -> Iterator[Task]:
             for number, values in enumerate(rows):
                 if number not in known:
-                    yield campaign.job(number, values), values
+                    flying[number] = campaign.job(number, values)
+                    yield flying[number], values
 
         flights = engine(tasks())
         try:
             if watch.end is None:
                 for record in flights:
-                    table.add(record, campaign.job(record.number, rows[record.number]))
+                    table.add(record, flying.pop(record.number))
                     watch.see(record)
                     tell(len(watch.passed), sum(watch.passed.values()), len(rows))
                     if watch.end is not None:

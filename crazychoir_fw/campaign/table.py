@@ -48,6 +48,11 @@ class Table:
         try:
             yield
         except sqlite3.Error as error:
+            if "is full" in str(error):  # Python 3.10 has no codes of SQLite
+                raise StateError(
+                    f"{self.path}: the disk is full; all flights that are over are kept, "
+                    "and the same command goes on when there is room"
+                ) from None
             raise StateError(f"{self.path}: {error}") from None
 
     def close(self) -> None:

@@ -1,6 +1,7 @@
 """`crazychoir campaign`: many flights that differ as real ones do, and GO or NO-GO."""
 
 import os
+import signal
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from crazychoir_fw.campaign.campaign import Campaign
     from crazychoir_fw.campaign.run import Outcome
 
+INTERRUPTED = 128 + signal.SIGINT
 _PROCESSORS = os.cpu_count() or 1
 _STYLES = {"GO": "bold green", "NO-GO": "bold red"}
 
@@ -94,6 +96,9 @@ def fly(
     except OSError as error:
         complaints.print(f"{error.filename or file}: {error.strerror}", markup=False)
         raise typer.Exit(BAD_INPUT) from None
+    except KeyboardInterrupt:  # before the first flight, or while results are written
+        complaints.print("Interrupted: the same command goes on with what is there", markup=False)
+        raise typer.Exit(INTERRUPTED) from None
     _show(outcome, page)
     raise typer.Exit(exit_code([outcome]))
 

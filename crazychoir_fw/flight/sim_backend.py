@@ -205,6 +205,12 @@ class SimBackend(Stateful):
         """See `Backend`."""
         self._recorder.sample(extra)
 
+    def run_alone(self, count: int) -> tuple[int, float]:
+        """Advance and record while Python has nothing to do, see `FlightRecorder.run_alone`."""
+        if self._readying or self._goals or self.radio is not None:
+            return 0, 0.0
+        return self._recorder.run_alone(count)
+
     def write_to(self, stream: LogStream, metadata: dict[str, Any]) -> None:
         """See `Backend`."""
         self._recorder.write_to(stream, metadata)

@@ -5,13 +5,15 @@ A stamp attaches the airframe once, keeps what it reads there and prints it 1000
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from crazychoir_fw.mujoco_models import model_path
 
-__all__ = ["VehicleStamp"]
+__all__ = ["Airframe", "VehicleStamp"]
 
 _GEOM_FIELDS = (
     *("type", "size", "pos", "quat", "meshname", "material", "rgba", "group", "mass"),
@@ -25,6 +27,18 @@ def _fields(element: object, names: Sequence[str]) -> dict[str, object]:
     """Return copies of the named attributes: arrays of a spec are views that die with their element."""
     values = {name: getattr(element, name) for name in names}
     return {name: value.copy() if isinstance(value, np.ndarray) else value for name, value in values.items()}
+
+
+@dataclass(frozen=True)
+class Airframe:
+    """What a drone of a platform has by itself."""
+
+    rest_height: float
+    """Of a landed drone's body (m)."""
+    mass: float
+    """kg."""
+    inertia: NDArray[np.float64]
+    """Diagonal (kg m^2), shape (3,)."""
 
 
 class VehicleStamp:
@@ -57,6 +71,10 @@ class VehicleStamp:
         }
         spec.delete(body)
         spec.delete(frame)
+
+    def airframe(self) -> Airframe:
+        """Return what every drone of this airframe has by itself."""
+        return Airframe(self.rest_height, float(self._inertia["mass"]), np.array(self._inertia["inertia"]))  # type: ignore[arg-type]
 
     def place(
         self,

@@ -220,6 +220,12 @@ def attributes() -> dict[str, tuple[str, str]]:
 
 
 @functools.cache
+def attribute_names() -> tuple[str, ...]:
+    """Return the names of the attributes of the engine plugin, in its order."""
+    return tuple(ffi.string(lib.cf_attribute_name(i)).decode() for i in range(lib.cf_attribute_count()))
+
+
+@functools.cache
 def register_plugin() -> None:
     """Tell MuJoCo about the engine plugin, so that any MJCF that names it flies. Repeated calls do nothing.
 

@@ -35,11 +35,20 @@ class GrowingBlock:
 
     def add(self) -> NDArray[Any]:
         """Return another row, to be filled."""
-        place = self._count % self._rows_per_piece
-        if place == 0 and self._count == len(self._pieces) * self._rows_per_piece:
+        row = self.free()[0, ...]
+        self.grow(1)
+        return row
+
+    def free(self) -> NDArray[Any]:
+        """Return rows behind the present ones, (rows, ...), at least one; `grow` makes them rows of the block."""
+        piece, place = divmod(self._count, self._rows_per_piece)
+        if piece == len(self._pieces):
             self._pieces.append(np.empty((self._rows_per_piece, *self.shape), self.dtype))
-        self._count += 1
-        return self._pieces[(self._count - 1) // self._rows_per_piece][place, ...]
+        return self._pieces[piece][place:]
+
+    def grow(self, count: int) -> None:
+        """Take over so many of the rows that `free` returned."""
+        self._count += count
 
     def filled(self) -> list[NDArray[Any]]:
         """Return the rows where they are, (rows, ...) each."""

@@ -39,16 +39,17 @@ class Samples:
         """
         self._blocks = {name: GrowingBlock(shape, dtype) for name, (shape, dtype) in fields.items()}
         self._written: list[tuple[int, RowStore, int]] = []  # rows, and where they are
-        self._row_bytes = sum(block.row_bytes for block in self._blocks.values())
+        self.row_bytes = sum(block.row_bytes for block in self._blocks.values())
         self._count = 0
+        self._taken = 0  # rows of `free` that the blocks have not been told of
 
     def __len__(self) -> int:
-        return self._count + len(next(iter(self._blocks.values())))
+        return self._count + len(next(iter(self._blocks.values()))) + self._taken
 
     @property
     def bytes_in_memory(self) -> int:
         """What the rows that no stream has take (bytes)."""
-        return (len(self) - self._count) * self._row_bytes
+        return (len(self) - self._count) * self.row_bytes
 
     @property
     def description(self) -> list[list[Any]]:
@@ -57,10 +58,31 @@ class Samples:
 
     def add(self) -> dict[str, NDArray[Any]]:
         """Return the fields of another row, to be filled."""
+        self._settle()
         return {name: block.add() for name, block in self._blocks.items()}
+
+    def free(self) -> dict[str, NDArray[Any]]:
+        """Return the fields of rows behind the present ones, (rows, ...) each with the same number of rows.
+
+        `take` makes the next one of them a row. They are the next ones until `free`, `add` or `write` is called.
+        """
+        self._settle()
+        blocks = {name: block.free() for name, block in self._blocks.items()}
+        count = min(map(len, blocks.values()))
+        return {name: block[:count] for name, block in blocks.items()}
+
+    def take(self, count: int = 1) -> None:
+        """Take over the next of the rows that `free` returned; they are filled."""
+        self._taken += count
+
+    def _settle(self) -> None:
+        for block in self._blocks.values():
+            block.grow(self._taken)
+        self._taken = 0
 
     def write(self, stream: RowStore, section: int) -> None:
         """Move the rows to a stream, and forget them; if it takes them not, they stay."""
+        self._settle()
         rows = len(self) - self._count
         if not rows:
             return
@@ -74,6 +96,7 @@ class Samples:
 
     def column(self, name: str) -> NDArray[Any]:
         """Return a field of all rows, shape (rows, ...)."""
+        self._settle()
         block = self._blocks[name]
         column = np.empty((len(self), *block.shape), block.dtype)
         skipped = 0  # bytes of a row in fields before this one

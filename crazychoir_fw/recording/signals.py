@@ -83,6 +83,9 @@ def _cells(copies: NDArray[np.uint8]) -> Callable[[int, np.dtype], NDArray[Any]]
         count = -(-(skipped + dtype.itemsize) // _WORD)
         if count == 1 and dtype.itemsize == _WORD:
             return words[first].view(dtype)
+        if count == 1 and skipped % dtype.itemsize == 0 and _WORD % dtype.itemsize == 0:
+            parts = words[first].view(dtype).reshape(*copies.shape[:2], -1)
+            return np.ascontiguousarray(parts[..., skipped // dtype.itemsize])
         joined = words[first] if count == 1 else np.stack(list(words[first : first + count]), axis=-1)
         cells = joined.view(np.uint8).reshape(*copies.shape[:2], count * _WORD)[..., skipped : skipped + dtype.itemsize]
         return np.ascontiguousarray(cells).view(dtype)[..., 0]

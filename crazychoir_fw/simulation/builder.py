@@ -5,7 +5,7 @@ from __future__ import annotations
 import colorsys
 import ctypes
 import sys
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from numbers import Real
 from pathlib import Path
 
@@ -20,6 +20,14 @@ from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.loading import add_payload, check_payload, set_inertia
 from crazychoir_fw.simulation.mirrored import MirroredConfig, add_mirrored
 from crazychoir_fw.simulation.model_drones import is_crazyflie
+from crazychoir_fw.simulation.model_templates import (
+    ModelTemplate,
+    ModelTemplates,
+    padding,
+    plugin_config,
+    start_pose,
+    structure_of,
+)
 from crazychoir_fw.simulation.provider_words import BUILTIN, load_providers
 from crazychoir_fw.simulation.scene_file import SUFFIXES, is_inline, scene_name, scene_spec
 from crazychoir_fw.simulation.scene_limits import check_scene
@@ -33,6 +41,9 @@ _ATTRIBUTES_OF_CODE = ("provider", "controller", "estimator", "motor_ctrl", "mot
 """What of a drone in a scene may name code of the user's."""
 
 
+_templates = ModelTemplates()
+
+
 def build_model(
     drones: Sequence[DroneConfig],
     scene: str | Path,
@@ -40,7 +51,7 @@ def build_model(
     visuals: bool = True,
     mirrored: Sequence[MirroredConfig] = (),
 ) -> mujoco.MjModel:
-    """Compile a world.
+    """Compile a world, or copy one that differs in values only: the bits are the same.
 
     Args:
         drones: The drones, with unique names.
@@ -49,12 +60,58 @@ def build_model(
         visuals: Whether drones can be seen. What cannot be seen is faster; the flight is the same to the last bit.
         mirrored: Bodies that are moved from outside.
 
+    Attributes of a copy are checked when it gets its `MjData`, which raises ``mujoco.FatalError``.
+
     Raises:
         RangeError: If a drone's configuration is impossible; the message names the drone and what is allowed.
         UnknownNameError: If there is no such scene or platform.
     """
-    spec = _scene(scene)
     _check(drones, seed, [body.id for body in mirrored])
+    structure = None if mirrored else structure_of(drones, scene, visuals)
+    if structure is not None and _templates.wants(structure):
+        model = _copied(structure, drones, scene, seed, visuals)
+        if model is not None:
+            return model
+    return compile_model(drones, scene, seed, visuals, mirrored)
+
+
+def compile_model(
+    drones: Sequence[DroneConfig],
+    scene: str | Path,
+    seed: int,
+    visuals: bool = True,
+    mirrored: Sequence[MirroredConfig] = (),
+) -> mujoco.MjModel:
+    """Compile a world in any case; arguments and errors are those of `build_model`."""
+    _check(drones, seed, [body.id for body in mirrored])
+    return _built(drones, scene, seed, visuals, mirrored)[0]
+
+
+def _copied(
+    structure: Hashable, drones: Sequence[DroneConfig], scene: str | Path, seed: int, visuals: bool
+) -> mujoco.MjModel | None:
+    """Return a world as a copy of its template, which is made if there is none; None where only the compiler can."""
+    try:
+        template = _templates.get(structure)
+        if template is None:
+            model, stamps = _built(drones, scene, seed, visuals, (), is_padded=True)
+            template = ModelTemplate(model, {platform: stamp.airframe() for platform, stamp in stamps.items()})
+            _templates.keep(structure, template)
+        return template.with_values(drones, seed)
+    except (CrazychoirError, ValueError, mujoco.FatalError):
+        return None  # the compiler says what is wrong with the values
+
+
+def _built(
+    drones: Sequence[DroneConfig],
+    scene: str | Path,
+    seed: int,
+    visuals: bool,
+    mirrored: Sequence[MirroredConfig],
+    is_padded: bool = False,
+) -> tuple[mujoco.MjModel, dict[str, VehicleStamp]]:
+    """Compile a world; a padded one has room for longer attributes."""
+    spec = _scene(scene)
     in_scene = _prepare_drones_of(spec, scene, seed)
     if not drones and not in_scene:
         raise RangeError(
@@ -67,7 +124,7 @@ def build_model(
             if drone.platform not in stamps:
                 stamps[drone.platform] = _stamp(spec, drone, visuals)
             # drones of the scene count first, as the engine plugin does
-            _add_drone(spec, stamps[drone.platform], drone, in_scene + index, seed)
+            _add_drone(spec, stamps[drone.platform], drone, in_scene + index, seed, is_padded)
         for body in mirrored:
             add_mirrored(spec, body, stamps, visuals)
     except CrazychoirError:
@@ -79,7 +136,7 @@ def build_model(
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
     _skip_what_is_absent(model)
     _choose_solver(model, in_scene + len(drones))
-    return model
+    return model, stamps
 
 
 def build_stage(drones: Sequence[DroneConfig], scene: str | Path) -> mujoco.MjModel:
@@ -238,13 +295,11 @@ def _stamp(spec: mujoco.MjSpec, drone: DroneConfig, visuals: bool) -> VehicleSta
 
 
 def _add_body(spec: mujoco.MjSpec, stamp: VehicleStamp, drone: DroneConfig, index: int) -> mujoco.MjsBody:
-    x, y, *rest = drone.position
-    height = rest[0] if rest and rest[0] is not None else stamp.rest_height
-    half_yaw = np.radians(drone.yaw_deg) / 2
+    pose = start_pose(drone, stamp.rest_height)
     body = stamp.place(
         drone.id,
-        (x, y, height),
-        quat_wxyz=(np.cos(half_yaw), 0.0, 0.0, np.sin(half_yaw)),
+        pose[:3],
+        quat_wxyz=pose[3:],
         rgba=(*(drone.color or _color(index)), 1.0),
     )
     set_inertia(body, drone)
@@ -252,10 +307,12 @@ def _add_body(spec: mujoco.MjSpec, stamp: VehicleStamp, drone: DroneConfig, inde
     return body
 
 
-def _add_drone(spec: mujoco.MjSpec, stamp: VehicleStamp, drone: DroneConfig, index: int, seed: int) -> None:
+def _add_drone(
+    spec: mujoco.MjSpec, stamp: VehicleStamp, drone: DroneConfig, index: int, seed: int, is_padded: bool
+) -> None:
     body = _add_body(spec, stamp, drone, index)
     plugin = spec.add_plugin(name=f"{drone.id}/crazyflie", plugin_name=PLUGIN, active=True)
-    plugin.config = {"seed": str(seed), "id": str(index), **drone.plugin_attributes()}
+    plugin.config = plugin_config(drone, index, seed) | (padding(drone) if is_padded else {})
     body.plugin = plugin
     if plugin.config.get("isolated") == "on":
         # the engine plugin leaves out its contacts with others; by these bits MuJoCo need not ask for every pair.

@@ -16,6 +16,7 @@ Two drones that collide are one event, of the one that comes first in the world.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import mujoco
@@ -30,10 +31,13 @@ class Collisions:
 
     def __init__(self, model: mujoco.MjModel, data: mujoco.MjData) -> None:
         self._model = model
-        self._addresses = model._address, data._address
         self._data = data  # kept, as its address is used
         self._found = ffi.new("cf_collision_t[]", _BATCH)
         self._lost = ffi.new("uint32_t *")
+        addresses = model._address, data._address
+        self._take: Callable[[], int] = partial(
+            lib.cf_plugin_take_collisions, *addresses, self._found, _BATCH, self._lost
+        )
 
     def note_new(self, note: Callable[..., None]) -> None:
         """Hand what happened since the last time to `World.note`."""
@@ -57,9 +61,6 @@ class Collisions:
         """Drop what happened on a way that the world did not go."""
         while self._take():
             pass
-
-    def _take(self) -> int:
-        return int(lib.cf_plugin_take_collisions(*self._addresses, self._found, _BATCH, self._lost))
 
     def _name(self, found: Any) -> str:
         if found.other >= 0:

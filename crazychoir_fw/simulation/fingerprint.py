@@ -12,8 +12,9 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from crazychoir_fw.onboard.core import attributes, identity, provider_identity
+from crazychoir_fw.onboard.core import attribute_names, identity, provider_identity
 from crazychoir_fw.onboard.variables import log_table, parameter_table
+from crazychoir_fw.simulation.model_templates import without_padding
 
 _MEANINGS = {
     "versions": "was made with {theirs}, this is {ours}",
@@ -93,11 +94,11 @@ def _provider(number: int) -> str:
 def _attributes(model: mujoco.MjModel) -> tuple[list[bytes], list[bytes]]:
     """Return the attributes of the plugins of a model, and apart from them the Python classes that they name."""
     everything = model.plugin_attr.tobytes()
-    known = list(attributes())
+    known = attribute_names()
     places = sorted(known.index(name) for name in _PROGRAMS)
     told, programs = [], []
     for begin, end in pairwise([*model.plugin_attradr.tolist(), len(everything)]):
-        texts = everything[begin:end].split(b"\0")
+        texts = list(without_padding(everything[begin:end].split(b"\0")))
         if len(texts) == len(known) + 1:  # each text ends with a zero; other plugins have other attributes
             programs += [texts.pop(place) for place in reversed(places)]
         told.append(b"\0".join(texts))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.simulation.drone_config import DroneConfig
+from crazychoir_fw.simulation.model_templates import mass_of
 
 _RADIUS = 0.006  # of the ball that a payload is drawn as and lands as (m)
 _COLOR = (0.25, 0.25, 0.28, 1.0)
@@ -100,7 +101,7 @@ def _is_within(value: Any, low: float, high: float) -> bool:
 def set_inertia(body: mujoco.MjsBody, drone: DroneConfig) -> None:
     """Give a body the mass and inertia that a drone was configured with; without an inertia it scales with the mass."""
     chosen = drone.overrides()
-    mass = drone.mass if drone.mass is not None else chosen.get("mass")
+    mass = mass_of(drone)
     if mass is not None:
         body.inertia = body.inertia * (mass / body.mass)
         body.mass = mass

@@ -11,7 +11,7 @@ import numpy as np
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.common.user_code import anchored
-from crazychoir_fw.onboard.core import attributes
+from crazychoir_fw.onboard.core import attribute_names
 from crazychoir_fw.simulation.drone_config import DroneConfig
 from crazychoir_fw.simulation.motor_ctrl_words import parse_properties, require_class
 
@@ -31,9 +31,9 @@ def drones_in(model: mujoco.MjModel, known: Collection[str], folder: Path) -> li
     """
     found = []
     for body in range(model.nbody):
-        texts = _texts(model, int(model.body_plugin[body]))
         name = model.body(body).name
-        if texts is None or (name and name in known):
+        texts = None if name and name in known else _texts(model, int(model.body_plugin[body]))
+        if texts is None:
             continue
         if not name:
             raise RangeError(f"body {body} carries a Crazyflie and has no name, which its drone is called by")
@@ -52,7 +52,7 @@ def _texts(model: mujoco.MjModel, instance: int) -> dict[str, str] | None:
         return None
     texts = {
         name: ffi.string(lib.cf_plugin_attribute(model._address, instance, name.encode())).decode()
-        for name in attributes()
+        for name in attribute_names()
     }
     return {name: text for name, text in texts.items() if text}
 

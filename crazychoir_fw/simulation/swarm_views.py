@@ -81,16 +81,14 @@ class SwarmPart:
         """Number of drones, and of the bytes of each in a copy."""
         return len(self.numbers), sum(end - begin for begin, end in self._bounds)
 
-    def copy(self, place: NDArray[np.uint8]) -> None:
-        """Copy the memory that all log variables live in, up to date; `layout` says where each of them is.
+    def fill(self, part: Any) -> None:
+        """Fill a ``cf_sampled_part_t``, which copies the memory that all log variables live in, up to date.
 
-        Variables lie in a few stretches: copying those costs a tenth of copying each variable.
-
-        Args:
-            place: What is filled, of shape `copy_shape` and contiguous.
+        `layout` says where each of them is in a copy. Variables lie in a few stretches: copying those costs a tenth of
+        copying each variable.
         """
-        to = ffi.from_buffer("uint8_t[]", place, require_writable=True)
-        lib.cf_copy_logs(to, self._first.struct, len(self.numbers), self._stride, self._c_bounds, len(self._bounds))
+        part.first, part.stride, part.count = self._first.struct, self._stride, len(self.numbers)
+        part.bounds, part.stretches, part.bytes = self._c_bounds, len(self._bounds), self.copy_shape[1]
 
     def gather(self, names: Sequence[str]) -> Callable[[], NDArray[np.float64]]:
         """Return what reads some log variables of these drones, shape (n, len(names)).

@@ -16,7 +16,7 @@ from crazychoir_fw.common.errors import RangeError, StateError
 from crazychoir_fw.common.user_code import installed
 from crazychoir_fw.onboard.core import register_plugin
 from crazychoir_fw.recording.journal import Journal
-from crazychoir_fw.simulation.builder import WORTH_IT, build_model, give_back_memory
+from crazychoir_fw.simulation.builder import WORTH_IT, build_model, compile_model, give_back_memory
 from crazychoir_fw.simulation.cameras import Camera, Cameras
 from crazychoir_fw.simulation.drone import Drone
 from crazychoir_fw.simulation.drone_config import DroneConfig
@@ -75,9 +75,8 @@ class World(WorldBase):
             set_threads(threads)
         with_apps = load_apps(drones)
         load_providers((drone.provider, drone.platform) for drone in with_apps)
-        model = build_model(with_apps, scene, seed, visuals, mirrored)
+        model, data = _model_with_data(with_apps, scene, seed, visuals, mirrored)
         in_scene = drones_in(model, {drone.id for drone in with_apps}, Path(scene).parent)
-        data = mujoco.MjData(model)
         mujoco.mj_forward(model, data)
         self._set_up([*with_apps, *in_scene], str(scene), seed, visuals, is_replay, model, data, None, mirrored)
         self._set_parameters()
@@ -239,6 +238,16 @@ class World(WorldBase):
             carry_over(other)
         return other
 
+    def release(self) -> None:
+        """Give back the memory of model, data and drones at once, where the garbage collector would do it later.
+
+        Neither the world nor its drones can be used afterwards.
+        """
+        for drone in self.drones:
+            vars(drone.uplink).clear()  # its handlers hold the model
+            vars(drone).clear()
+        vars(self).clear()
+
     def camera(
         self,
         name: str | None = None,
@@ -310,6 +319,15 @@ class World(WorldBase):
             names=names,
             targets=targets,
         )
+
+
+def _model_with_data(*chosen: Any) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    model = build_model(*chosen)
+    try:
+        return model, mujoco.MjData(model)
+    except mujoco.FatalError:  # a copied model has values that the compiler refuses in a sentence
+        model = compile_model(*chosen)
+        return model, mujoco.MjData(model)
 
 
 def _was_failed_by_its_pilot(drone: Drone) -> bool:

@@ -67,6 +67,7 @@ class WorldBase:
         """What has happened so far."""
         self._collisions = Collisions(model, data)
         self._model_address, self._data_address = model._address, data._address
+        self._clock = lib.cf_plugin_clock(data._address)  # a tenth of the time that `data.time` takes
         self._steps_per_tick = max(1, round(0.001 / model.opt.timestep))
         self._ticks_per_step = max(1, round(model.opt.timestep / 0.001))
 
@@ -81,12 +82,12 @@ class WorldBase:
     @property
     def time(self) -> float:
         """Simulated time (s)."""
-        return float(self.data.time)
+        return float(self._clock[0])
 
     @property
     def tick(self) -> int:
         """Whole milliseconds since the start."""
-        return round(self.data.time * TICKS_PER_SECOND)
+        return round(self._clock[0] * TICKS_PER_SECOND)
 
     def note(self, kind: str, drone: str | None = None, *, at: float | None = None, **details: Any) -> None:
         """Remember that something happened, at the present instant or `at` an earlier time (s).
@@ -103,14 +104,15 @@ class WorldBase:
         """
         if n_ticks < 0 or n_ticks % self._ticks_per_step:
             raise RangeError(f"step({n_ticks}): allowed: 0 or more ticks, a multiple of {self._ticks_per_step}")
-        tick = self.tick
-        self.agenda.keep(tick)
-        end = tick + n_ticks
-        while (tick := self.tick) < end:
+        agenda, tick = self.agenda, self.tick
+        agenda.keep(tick)
+        tick, end = self.tick, tick + n_ticks
+        while tick < end:
             # appointments between two steps of the scene are kept after the later one
-            ticks = self.agenda.next_stop(end) - tick
+            ticks = agenda.next_stop(end) - tick
             self._advance(-(-ticks // self._ticks_per_step) * self._ticks_per_step)
-            self.agenda.keep(self.tick)
+            agenda.keep(self.tick)
+            tick = self.tick
         if self._watched:
             for param in list(self._watched.values()):
                 param.report_changes()
@@ -138,9 +140,12 @@ class WorldBase:
         self.agenda.keep(self.tick)
 
     def _advance_motion(self, n_ticks: int) -> None:
-        model, data = self._model_address, self._data_address
         left = n_ticks * self._steps_per_tick // self._ticks_per_step
-        flown = lib.cf_plugin_window(model, data, left)
+        self._complete(left, lib.cf_plugin_window(self._model_address, self._data_address, left))
+
+    def _complete(self, left: int, flown: int) -> None:
+        """Make the rest of so many steps, of which the plugin has made `flown`, see `_advance_by_mujoco`."""
+        model, data = self._model_address, self._data_address
         if flown < left:
             lib.cf_plugin_overlap(model, data, True)
             try:
@@ -157,6 +162,36 @@ class WorldBase:
             if left <= 0:
                 return
             flown = lib.cf_plugin_window(self._model_address, self._data_address, left)
+
+    def rounds_alone(self, ticks: int, count: int) -> int:
+        """Return how many rounds of so many ticks, at most `count`, can be flown before Python has something to do."""
+        if self._watched or ticks % self._ticks_per_step:
+            return 0
+        tick = self.tick
+        return max(0, (self.agenda.next_stop(tick + ticks * count + 1) - tick - 1) // ticks)
+
+    def fly_and_sample(self, ticks: int, count: int, sampler: Any, row: int) -> tuple[int, float]:
+        """Fly and sample rounds that `rounds_alone` found, in one call of the core.
+
+        Args:
+            ticks: Of a round.
+            count: How many rounds.
+            sampler: What a sample reads and where it goes, a ``cf_sampler_t``.
+            row: Number of the next sample there.
+
+        Returns:
+            How many samples were taken, and the wall time of that (s). They are fewer where a contact began, a drone
+            failed, or MuJoCo had to make steps: the world has then flown the round behind the last sample.
+        """
+        steps = ticks * self._steps_per_tick // self._ticks_per_step
+        done = lib.cf_fly_and_sample(
+            self._model_address, self._data_address, steps, count, sampler, row, len(self.journal)
+        )
+        if done.flown != steps:
+            self._complete(steps, done.flown)
+        self._collisions.note_new(self.note)
+        self.agenda.keep(self.tick)
+        return done.samples, done.sampling
 
     def run(self, seconds: float) -> None:
         """Advance by seconds, rounded to whole milliseconds."""

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import closing
 from xml.etree import ElementTree
 
 import pytest
@@ -51,6 +52,42 @@ def table_of(tmp_path):
 def test_the_table_is_the_same_with_one_worker_with_two_and_with_none(campaign, table_of, pool):
     whole = campaign(vary=VARY, flights=6)
     assert len({table_of(whole, engine) for engine in (here, pool, Processes(1))}) == 1
+
+
+def test_a_full_disk_ends_a_campaign_with_a_sentence_and_loses_no_flight(campaign, tmp_path, table_of, monkeypatch):
+    whole, begin = campaign(vary=VARY, flights=12), Table.__init__
+
+    def cramped(table, folder):
+        begin(table, folder)
+        table._file.execute("PRAGMA max_page_count=5")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Table, "__init__", cramped)
+        with pytest.raises(StateError, match="the disk is full; all flights that are over are kept"):
+            run(whole, tmp_path / "full", here)
+    with closing(Table(tmp_path / "full")) as table:
+        kept = len(table.numbers())
+    assert 0 < kept < 12
+    again = []
+
+    def noted(tasks):
+        for record in here(tasks):
+            again.append(record.number)
+            yield record
+
+    assert hash_of(run(whole, tmp_path / "full", noted).records) == table_of(whole, here)
+    assert len(again) == 12 - kept
+
+
+def test_workers_that_still_start_leave_ctrl_c_to_their_parent(capfd):
+    workers = Processes(1)
+    worker = workers._hire()
+    os.kill(worker.process.pid, signal.SIGINT)  # while it imports
+    workers._workers.append(worker)
+    worker.process.join(timeout=0.5)
+    assert worker.process.is_alive()
+    workers.close()
+    assert "KeyboardInterrupt" not in capfd.readouterr().err
 
 
 def test_a_campaign_that_was_interrupted_goes_on(campaign, tmp_path, table_of):

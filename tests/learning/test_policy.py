@@ -10,6 +10,7 @@ from typer.testing import CliRunner
 
 from crazychoir_fw.cli import app
 from crazychoir_fw.common.errors import CrazychoirError, RangeError
+from crazychoir_fw.common.shared_folders import shared_folder
 from crazychoir_fw.learning import Attitude, Hover, Motors, Observation, Residual, ThrustRates, Track, Velocity
 from crazychoir_fw.learning.policy import Layer, Policy, cost_of, read_policy, write_app
 from crazychoir_fw.learning.policy.reading import layers_of
@@ -71,13 +72,9 @@ void run(int count, const float *rows, float *actions, float *commands) {{
 
 def compiled(policy, folder):
     """The exported C with what is around it, as a function of arrays."""
-    from pathlib import Path
-
-    import crazychoir_fw
-
     source = write_app(policy, folder)
     (folder / "harness.c").write_text(HARNESS.format(source=source.name))
-    bindings = Path(crazychoir_fw.__file__).parent / "bindings"
+    bindings = shared_folder("bindings")
     flags = ["-std=c11", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror", "-Wno-unused-parameter"]
     where = [f"-I{bindings / 'app' / 'include'}", f"-I{bindings / 'api'}", f"-I{bindings}"]
     library = folder / "policy.so"

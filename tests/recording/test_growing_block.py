@@ -43,3 +43,14 @@ def test_the_memory_of_cleared_rows_is_filled_again(monkeypatch):
         row[:] = k
     assert all(np.shares_memory(row, other) for row, other in zip(first, again, strict=True))
     assert block.rows()[:, 0].tolist() == [0, 1, 2, 3, 4]
+
+
+def test_free_rows_become_rows_of_the_block(monkeypatch):
+    monkeypatch.setattr(growing_block, "_MAX_ROWS", 4)
+    block = GrowingBlock((1,))
+    block.add()[:] = 0.0
+    free = block.free()
+    assert free.shape == (3, 1)
+    free[:2, 0] = 1.0, 2.0
+    block.grow(2)
+    assert block.rows()[:, 0].tolist() == [0.0, 1.0, 2.0]
