@@ -54,7 +54,7 @@ void cf_gather_nearby(int agents, int axes, const double *vectors, const int32_t
     for (int k = 0; k < near; k++) {
       const int32_t other = table[(ptrdiff_t)i * width + k];
       for (int a = 0; a < axes; a++) {
-        *gathered++ = other < 0 ? NAN : vectors[(ptrdiff_t)other * axes + a];
+        *gathered++ = other < 0 ? (double)NAN : vectors[(ptrdiff_t)other * axes + a];
       }
     }
   }

@@ -110,7 +110,7 @@ void cf_nearest_points(int agents, int rows, const double *desired, const double
     point_t         best  = {NAN, NAN};
     const int       count = collect(rows, normals + 2 * first, sides + first, limits[i], scratch);
     found[i]              = count >= 0 && solve(desired + 2 * i, scratch, count, limits[i], &best);
-    points[2 * i]         = found[i] ? best.x : NAN;
-    points[2 * i + 1]     = found[i] ? best.y : NAN;
+    points[2 * i]         = found[i] ? best.x : (double)NAN;
+    points[2 * i + 1]     = found[i] ? best.y : (double)NAN;
   }
 }
