@@ -99,3 +99,24 @@ def test_steps_are_not_timed_whatever_is_imported_first(order):
 def test_a_broken_choice_of_opengl_does_not_keep_mujoco_from_importing():
     code = "import os; os.environ['MUJOCO_GL'] = 'nonsense'; import crazychoir_fw, mujoco"
     assert run(f"{code}; print(os.environ['MUJOCO_GL'])") == ["nonsense"]
+
+
+SIGNALED = """import os, signal, sys, threading, time
+import crazychoir_fw
+
+def end(number, frame):
+    print("mujoco" in sys.modules and hasattr(sys.modules["mujoco"], "mj_step"))
+    raise SystemExit(7)
+
+signal.signal(signal.SIGTERM, end)
+threading.Timer({delay}, os.kill, (os.getpid(), signal.SIGTERM)).start()
+import mujoco
+time.sleep(10.0)
+"""
+
+
+@pytest.mark.parametrize("delay", [0.02, 0.05, 0.1, 0.2])
+def test_a_signal_waits_until_mujoco_is_imported(delay):
+    """Its extensions take an exception of a handler for a mistake of theirs."""
+    ended = subprocess.run([sys.executable, "-c", SIGNALED.format(delay=delay)], capture_output=True, text=True)
+    assert (ended.returncode, ended.stdout.split(), ended.stderr) == (7, ["True"], "")

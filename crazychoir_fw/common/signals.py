@@ -79,7 +79,10 @@ def _handled(handle: Any) -> Iterator[None]:
     """Have a handler called at the signals that end a program; one that is ignored (by nohup) stays so."""
     previous: dict[int, Any] = {}
     for number in _ENDS:
-        if number == signal.SIGINT or signal.getsignal(number) is not signal.SIG_IGN:
+        present = signal.getsignal(number)
+        if present is None:
+            continue  # not installed by Python, which could not install it again
+        if number == signal.SIGINT or present is not signal.SIG_IGN:
             previous[number] = signal.signal(number, handle)
     try:
         yield

@@ -9,7 +9,8 @@ import ctypes
 import functools
 import importlib.util
 import threading
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -17,6 +18,7 @@ from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import CrazychoirError, RangeError, StateError, UnknownNameError
 from crazychoir_fw.common.import_hook import at_import
 from crazychoir_fw.common.opengl_libraries import importable
+from crazychoir_fw.common.signals import held_signals
 from crazychoir_fw.common.version import __version__
 
 PLUGIN = "crazychoir.crazyflie"
@@ -243,7 +245,7 @@ def register_plugin() -> None:
     except OSError as error:
         raise CrazychoirError(f"MuJoCo's library cannot be loaded: {error}") from None
     if status == 0:
-        at_import("mujoco", importable, _stop_clock)
+        at_import("mujoco", _importing_mujoco, _stop_clock)
         return
     if status == -2:
         raise CrazychoirError(
@@ -264,6 +266,14 @@ def _stop_clock() -> None:
 
     if mujoco.get_mjcb_time() is None:
         lib.cf_plugin_stop_clock()
+
+
+@contextmanager
+def _importing_mujoco() -> Iterator[None]:
+    """Let the extensions of MuJoCo be imported as a whole: they take a signal in between for a mistake of theirs."""
+    is_main = threading.current_thread() is threading.main_thread()
+    with importable(), held_signals() if is_main else nullcontext():
+        yield
 
 
 def _mujoco_version() -> str:
