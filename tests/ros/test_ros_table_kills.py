@@ -51,7 +51,7 @@ MISSIONS = {
 
 @pytest.mark.parametrize("kind", MISSIONS if os.environ.get("CRAZYCHOIR_ALL_FLIGHTS") else ["tasks"])
 def test_a_table_that_is_killed_and_started_again_gives_out_all_of_its_tasks(kind, tmp_path):
-    flight = Flight(tmp_path, MISSIONS[kind], "--processes", "per-drone", "--restart", "--pace", "1.5")
+    flight = Flight(tmp_path, MISSIONS[kind], "--processes", "per-drone", "--restart", "--pace", "1.0")
     try:
         happened = []
         flight.node.create_subscription(
