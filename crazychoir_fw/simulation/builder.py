@@ -72,7 +72,7 @@ def build_model(
         model = _copied(structure, drones, scene, seed, visuals)
         if model is not None:
             return model
-    return compile_model(drones, scene, seed, visuals, mirrored)
+    return _built(drones, scene, seed, visuals, mirrored)[0]
 
 
 def compile_model(

@@ -36,8 +36,8 @@ def test_the_picture_follows_the_drone_and_shows_no_other():
     assert (seen["camera"][0] != seen["camera"][1]).any()
 
 
-def test_depth_is_the_distance_to_the_wall():
-    """Straight down it is the height over the floor."""
+def test_depth_is_the_distance_along_the_view():
+    """Straight down it is the height over the floor; nothing is farther than far_m."""
     still = {"start_box": (0.0, 0.0, 0.0), "start_speed": 0.0, "start_tilt_deg": 0.0, "start_rate": 0.0}
     down = OnboardCamera(width=9, height=9, kind="depth", tilt_deg=-90.0)
     observation, _ = SingleEnv(Hover(variants=1, camera=down, **still)).reset(seed=0)
