@@ -3,8 +3,10 @@
 Stands in for `mujoco.Renderer`, which has to know how to draw when `mujoco` is imported; `opengl` chooses later.
 """
 
+import atexit
 import itertools
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import TracebackType
 
@@ -19,6 +21,9 @@ _ADDED_GEOMS = 6000
 """Room for what `film` adds to a scene."""
 _FLAG = mujoco.mjtRndFlag
 _LIGHT = (_FLAG.mjRND_SHADOW, _FLAG.mjRND_REFLECTION, _FLAG.mjRND_SKYBOX, _FLAG.mjRND_FOG, _FLAG.mjRND_HAZE)
+
+_open: "set[Renderer]" = set()
+"""All that hold something of the graphics driver."""
 
 
 def in_picture(scene: mujoco.MjvScene, points: NDArray[np.float64], width: int, height: int) -> NDArray[np.float64]:
@@ -58,12 +63,16 @@ class Renderer:
         self.height = height
         self.option = mujoco.MjvOption()
         self.scene = mujoco.MjvScene(model, maxgeom=model.ngeom + _ADDED_GEOMS)
+        _close_all(lambda renderer: renderer._is_abandoned)
+        self._is_abandoned = False
+        self._thread = threading.current_thread()
         self._model = model
         self._free = mujoco.MjvCamera()
         self._rectangle = mujoco.MjrRect(0, 0, width, height)
         self._gl = create_context(width, height)
         self._gl.make_current()
         self.drawer = self._create_drawer()
+        _open.add(self)
         self.drawer.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self.drawer)
 
@@ -159,3 +168,23 @@ class Renderer:
             self.drawer.free()
             self._gl.free()
             self._gl = None
+            _open.discard(self)
+
+    def abandon(self) -> None:
+        """Have it closed when its thread begins the next one, or the process ends.
+
+        For garbage collection, which comes in any thread, and between two commands to the driver for another picture.
+        """
+        self._is_abandoned = True
+
+
+def _close_all(is_over: Callable[[Renderer], bool] = lambda _: True) -> None:
+    """Close those of this thread, and of threads that have ended."""
+    here = threading.current_thread()
+    for renderer in list(_open):
+        if is_over(renderer) and (renderer._thread is here or not renderer._thread.is_alive()):
+            renderer.close()
+
+
+# while OpenGL is still there
+atexit.register(_close_all)

@@ -129,8 +129,7 @@ class Cameras:
             raise StateError("the world was built with visuals=False, so that its drones cannot be seen")
         if self._renderer is None:
             self._renderer = Renderer(self._model, width, height)
-            # also at the end of the process, while OpenGL is still there
-            weakref.finalize(self, self._renderer.close)
+            weakref.finalize(self, self._renderer.abandon).atexit = False
         self._renderer.resize(width, height)
         if self._likeness is None:
             self._likeness = Likeness(self._model)

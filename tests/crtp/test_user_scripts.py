@@ -7,6 +7,7 @@ import json
 import re
 import shutil
 import time
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -71,13 +72,19 @@ def fly_all(out, cache):
 
 @pytest.fixture(scope="module")
 def served(tmp_path_factory):
-    """Scripts go by the clock on the wall; where the simulation could not keep up with it, they prove nothing."""
+    """Scripts go by the clock on the wall; where the simulation could not keep up with it, they prove nothing.
+
+    Nor where a script did not come to send its ten pings a second: the drone then forgets its log blocks.
+    """
     for _attempt in range(3):
         out = tmp_path_factory.mktemp("served")
         outcomes, lag = fly_all(out, str(tmp_path_factory.mktemp("cache")))
-        if lag <= MAX_LAG_S:
-            return Served(outcomes, FlightLog.load(out / "log.npz"))
-    pytest.skip(f"this machine is too busy for real time: {lag:.1f} s behind")
+        log = FlightLog.load(out / "log.npz")
+        began = Counter(e["details"]["client"] for e in log.events if e.get("details", {}).get("phase") == "begin")
+        again = [client for client, sessions in began.items() if sessions > 1]
+        if lag <= MAX_LAG_S and not again:
+            return Served(outcomes, log)
+    pytest.skip(f"this machine is too busy for real time: {lag:.1f} s behind, clients were silent: {again}")
 
 
 SOLO = [

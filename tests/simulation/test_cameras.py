@@ -1,3 +1,5 @@
+import gc
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 
 import numpy as np
@@ -207,6 +209,33 @@ def test_sizes_follow_one_another_in_one_renderer(room, drawing):
         before = first.image().copy()
         assert world["cf1"].camera("chase", 200, 100).image().shape == (100, 200, 3)
         np.testing.assert_array_equal(first.image(), before)
+
+
+def test_a_world_that_is_forgotten_does_not_disturb_the_next_one(room, drawing, monkeypatch):
+    """Garbage collection may come between two commands to the driver."""
+    from crazychoir_fw.recording import renderer
+
+    def forget(then=lambda: None):
+        gc.collect()
+        return then()
+
+    def seen(**options):
+        world = lone_drone(room, **options)
+        # a circle of references, which only garbage collection finds
+        world.itself = world  # type: ignore[attr-defined]
+        return world["cf1"].camera(width=80, height=60).image()
+
+    with drawing:
+        alone = seen()
+        opened = len(renderer._open)
+        is_software = renderer.is_software
+        monkeypatch.setattr(renderer, "is_software", lambda: forget(is_software))
+        np.testing.assert_array_equal(seen(), alone)
+        with ThreadPoolExecutor(1) as pool:
+            seen()
+            pool.submit(gc.collect).result()
+            np.testing.assert_array_equal(seen(), alone)
+        assert len(renderer._open) <= opened + 1
 
 
 @pytest.mark.parametrize(
