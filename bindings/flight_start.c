@@ -147,14 +147,43 @@ cf_status_t cf_start_flight(cf_t *cf, const cf_t *pattern, const cf_flight_start
   return CF_OK;
 }
 
-int cf_start_flights(cf_t *const *drones, const int32_t *numbers, int count, cf_t *const *patterns,
-                     const int32_t *chosen, const cf_flight_start_t *starts, cf_status_t *status) {
-  *status = CF_OK;
+static void move_body(const cf_flights_t *flights, size_t number, const cf_flight_start_t *start) {
+  double *pose  = flights->qpos + number * (size_t)flights->qpos_stride;
+  double *twist = flights->qvel + number * (size_t)flights->qvel_stride;
+  memcpy(pose, start->position, sizeof start->position);
+  memcpy(pose + 3, start->quat_wxyz, sizeof start->quat_wxyz);
+  memcpy(twist, start->velocity, sizeof start->velocity);
+  memcpy(twist + 3, start->rates, sizeof start->rates);
+}
+
+static void begin_episode(const cf_flights_t *flights, size_t number, const double *plan) {
+  const size_t plan_size   = (size_t)flights->plan_size;
+  const size_t action_size = (size_t)flights->action_size;
+  flights->episodes[number]++;
+  flights->steps[number] = 0;
+  memcpy(flights->plans + number * plan_size, plan, plan_size * sizeof *plan);
+  memset(flights->actions + number * action_size, 0, action_size * sizeof(float));
+  memset(flights->previous_actions + number * action_size, 0, action_size * sizeof(float));
+}
+
+int cf_start_flights(const cf_flights_t *flights, const int32_t *numbers, int count,
+                     cf_status_t *status) {
+  const size_t ahead = (size_t)flights->ahead;
+  *status            = CF_OK;
   for (int k = 0; k < count; k++) {
-    *status = cf_start_flight(drones[numbers[k]], patterns[chosen[k]], &starts[k]);
+    const size_t  number  = (size_t)numbers[k];
+    const size_t  episode = (size_t)flights->episodes[number] % ahead;
+    const double *row = flights->starts + (number * ahead + episode) * (size_t)flights->start_size;
+    cf_flight_start_t start;
+    memcpy(&start, row, sizeof start);
+    const double *rest    = row + sizeof start / sizeof *row;
+    const cf_t   *pattern = flights->patterns[(size_t)rest[0]];
+    *status               = cf_start_flight(flights->drones[number], pattern, &start);
     if (*status != CF_OK) {
       return k;
     }
+    move_body(flights, number, &start);
+    begin_episode(flights, number, rest + 1);
   }
   return count;
 }

@@ -27,9 +27,31 @@ typedef struct {
 // not finite or a quaternion whose norm is off by 1 %, CF_ERR_STATE for another provider.
 cf_status_t cf_start_flight(cf_t *cf, const cf_t *pattern, const cf_flight_start_t *start);
 
-// The same for some drones of a swarm: patterns[chosen[k]] for drones[numbers[k]]. Returns how many
-// have begun: all, or those before the first refusal, of which `status` tells the reason.
-int cf_start_flights(cf_t *const *drones, const int32_t *numbers, int count, cf_t *const *patterns,
-                     const int32_t *chosen, const cf_flight_start_t *starts, cf_status_t *status);
+// Flights of one task side by side, as their owner keeps them; arrays have a row for each flight.
+typedef struct {
+  cf_t *const  *drones;
+  cf_t *const  *patterns;
+  const double *starts;      // `ahead` rows for each flight, of `start_size` numbers: a
+                             // cf_flight_start_t, the number of its pattern, and its plan
+  int           start_size;  // [numbers]
+  int           plan_size;   // [numbers]
+  int           ahead;       // episodes whose starts are known
+  int           action_size;
+  int64_t      *episodes;  // the next one of each
+  int64_t      *steps;     // flown of the present one
+  double       *plans;
+  float        *actions;  // the latest of each
+  float        *previous_actions;
+  double       *qpos;         // of the bodies, poses of 7 numbers
+  double       *qvel;         // twists of 6 numbers
+  int           qpos_stride;  // [numbers] from one to the next
+  int           qvel_stride;
+} cf_flights_t;
+
+// Begins the next episode of some flights: drone and body are moved, steps and actions are zero,
+// and the episode is counted. Returns how many have begun: all, or those before the first refusal,
+// of which `status` tells the reason.
+int cf_start_flights(const cf_flights_t *flights, const int32_t *numbers, int count,
+                     cf_status_t *status);
 
 #endif  // CF_FLIGHT_START_H

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from crazychoir_fw._core import ffi, lib
 from crazychoir_fw.common.errors import RangeError
-from crazychoir_fw.learning.prepared_starts import START, PreparedStarts
+from crazychoir_fw.learning.prepared_starts import PreparedStarts
 from crazychoir_fw.learning.reading import Floats, Motion, Reading
 from crazychoir_fw.learning.start_bank import StartBank
 from crazychoir_fw.learning.swarm_port import SwarmPort
@@ -67,6 +67,7 @@ class Flights:
         self._action = np.zeros((count, task.action.size), np.float32)
         self._previous = np.zeros_like(self._action)
         self._changes_plans = type(task).advance is not Task.advance
+        self._for_c = self._describe()
         self._status = ffi.new("cf_status_t *")
         self.reading: Reading
         """What is known of all flights after the latest step or start."""
@@ -108,30 +109,43 @@ class Flights:
         if len(chosen) == len(self):
             # the looks around of the onboard software go by simulated time
             self.world.data.time = 0.0
-        starts, patterns, plans = self._starts.take(chosen)
-        begun = lib.cf_start_flights(
-            self.port.structs,
-            ffi.from_buffer("int32_t[]", chosen),
-            len(chosen),
-            self.bank.structs,
-            ffi.from_buffer("int32_t[]", patterns),
-            ffi.cast("cf_flight_start_t *", ffi.from_buffer(starts)),
-            self._status,
-        )
+        self._starts.prepare(chosen)
+        if self.bank.differs_in_mass:
+            self._make_heavy(chosen, self._starts.next_patterns(chosen))
+        begun = lib.cf_start_flights(self._for_c, ffi.from_buffer("int32_t[]", chosen), len(chosen), self._status)
         if begun < len(chosen):
-            check(self._status[0], f"{type(self.task).__name__}: start {starts[begun].view(START)[0]}")
-        self._move_bodies(chosen, starts, patterns)
-        self._steps[chosen] = 0
-        self._action[chosen] = 0.0
-        self._previous[chosen] = 0.0
-        self._plan[chosen] = plans
+            refused = self._starts.next_starts(chosen[begun:])[0]
+            check(self._status[0], f"{type(self.task).__name__}: start {refused}")
         return True
 
-    def _move_bodies(self, chosen: NDArray[np.int32], starts: NDArray[np.float64], patterns: NDArray[np.int32]) -> None:
-        """Put bodies where their drones are, with the mass of their patterns."""
-        self.port.qpos[chosen], self.port.qvel[chosen] = starts[:, :7], starts[:, 7:13]
-        if self.bank.differs_in_mass:
-            self._make_heavy(chosen, patterns)
+    def _describe(self) -> Any:
+        """Return the ``cf_flights_t`` of these flights; its arrays stay where they are."""
+        starts, port = self._starts, self.port
+
+        def numbers(array: NDArray[Any], kind: str = "double") -> Any:
+            return ffi.cast(f"{kind} *", array.ctypes.data)
+
+        return ffi.new(
+            "cf_flights_t *",
+            {
+                "drones": port.structs,
+                "patterns": self.bank.structs,
+                "starts": numbers(starts.rows),
+                "start_size": starts.rows.shape[1],
+                "plan_size": self._plan.shape[1],
+                "ahead": starts.ahead,
+                "action_size": self._action.shape[1],
+                "episodes": numbers(starts.episodes, "int64_t"),
+                "steps": numbers(self._steps, "int64_t"),
+                "plans": numbers(self._plan),
+                "actions": numbers(self._action, "float"),
+                "previous_actions": numbers(self._previous, "float"),
+                "qpos": numbers(port.qpos),
+                "qvel": numbers(port.qvel),
+                "qpos_stride": port.qpos.strides[0] // port.qpos.itemsize,
+                "qvel_stride": port.qvel.strides[0] // port.qvel.itemsize,
+            },
+        )
 
     def _make_heavy(self, chosen: NDArray[np.int32], patterns: NDArray[np.int32]) -> None:
         model, bodies = self.world.model, self._bodies[chosen]
@@ -155,7 +169,8 @@ class Flights:
         """
         action = self._checked(actions)
         task = self.task
-        self._previous, self._action = self._action, action
+        self._previous[:] = self._action
+        self._action[:] = action
         task.action.write(self.port, self.scale.of(action), self.reading)
         self.world.step_motion(task.ticks)
         self._steps += 1

@@ -6,6 +6,8 @@ a single flight NumPy takes two hundred microseconds, for 32 of them hardly more
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -40,44 +42,46 @@ class PreparedStarts:
         """
         self._task = task
         self._patterns = patterns
-        self._ahead = _AHEAD if task.starts_alone else 1
+        self.ahead = _AHEAD if task.starts_alone else 1
+        """Episodes of each flight that are prepared together."""
         self._seeds = np.arange(count, dtype=np.uint64)
-        self._next = np.zeros(count, np.int64)  # episode
+        self.episodes = np.zeros(count, np.int64)
+        """The next one of each flight; C counts them."""
         self._known = np.zeros(count, np.int64)  # episodes below it are prepared
-        # a start as C reads it, the number of its pattern, and the plan: one row, because each access costs as much
-        self._rows = np.zeros((count * self._ahead, _NUMBERS + 1 + task.plan_size))
+        self.rows = np.zeros((count * self.ahead, _NUMBERS + 1 + task.plan_size))
+        """For each flight `ahead` rows: a start as C reads it, the number of its pattern, and the plan."""
 
     def seed(self, seeds: NDArray[np.uint64]) -> None:
         """Give each flight a seed, shape (N,), and begin with its first episode."""
         self._seeds = seeds
-        self._next[:] = self._known[:] = 0
+        self.episodes[:] = self._known[:] = 0
 
-    def take(self, which: NDArray[np.int32]) -> tuple[NDArray[np.float64], NDArray[np.int32], NDArray[np.float64]]:
-        """Return how the next episodes of some flights begin, and count them.
-
-        Args:
-            which: Numbers of flights, shape (n,).
-
-        Returns:
-            Bytes of ``cf_flight_start_t`` as numbers, shape (n, 15), patterns, shape (n,), and plans, (n, k).
-        """
-        episodes = self._next.take(which)
-        is_used_up = episodes >= self._known.take(which)
+    def prepare(self, which: NDArray[np.int32]) -> None:
+        """See that `rows` has the next episode of some flights, by their numbers, shape (n,)."""
+        is_used_up = self.episodes.take(which) >= self._known.take(which)
         if is_used_up.any():
             self._prepare(which[is_used_up])
-        self._next[which] = episodes + 1
-        rows = self._rows.take(which * self._ahead + episodes % self._ahead, axis=0)
-        return rows[:, :_NUMBERS].copy(), rows[:, _NUMBERS].astype(np.int32), rows[:, _NUMBERS + 1 :]
+
+    def next_patterns(self, which: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Return the numbers of the patterns of the next episodes, shape (n,)."""
+        return self.rows[self._places(which), _NUMBERS].astype(np.int32)
+
+    def next_starts(self, which: NDArray[np.int32]) -> NDArray[Any]:
+        """Return how the next episodes begin, of type `START`, shape (n,)."""
+        return self.rows[self._places(which), :_NUMBERS].copy().view(START)[:, 0]
+
+    def _places(self, which: NDArray[np.int32]) -> NDArray[np.int64]:
+        return which * self.ahead + self.episodes.take(which) % self.ahead
 
     def _prepare(self, which: NDArray[np.int32]) -> None:
-        episodes = self._known[which][:, None] + np.arange(self._ahead)
-        keys = episode_keys(np.repeat(self._seeds[which], self._ahead), episodes.ravel().astype(np.uint64))
+        episodes = self._known[which][:, None] + np.arange(self.ahead)
+        keys = episode_keys(np.repeat(self._seeds[which], self.ahead), episodes.ravel().astype(np.uint64))
         drawn, starts = self._task.starts(keys), np.zeros(len(keys), START)
         for name in ("position", "quat_wxyz", "velocity", "rates"):
             starts[name] = getattr(drawn, name)
         starts["seed"] = mixed(keys)
         numbers = starts.view(np.float64).reshape(len(keys), _NUMBERS)
         patterns = np.floor(uniforms(keys, 1, _PATTERN) * self._patterns)
-        places = (which[:, None] * self._ahead + np.arange(self._ahead)).ravel()
-        self._rows[places] = np.hstack([numbers, patterns, self._task.plan(keys)])
-        self._known[which] += self._ahead
+        places = (which[:, None] * self.ahead + np.arange(self.ahead)).ravel()
+        self.rows[places] = np.hstack([numbers, patterns, self._task.plan(keys)])
+        self._known[which] += self.ahead
