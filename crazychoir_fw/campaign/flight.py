@@ -15,6 +15,7 @@ from crazychoir_fw.campaign.campaign import Job, load_job
 from crazychoir_fw.common.errors import CrazychoirError
 from crazychoir_fw.common.user_code import describe
 from crazychoir_fw.firmware.checkout import VARIABLE
+from crazychoir_fw.recording.signals import LazySignals
 
 if TYPE_CHECKING:
     from crazychoir_fw.flight.flight_result import FlightResult
@@ -130,9 +131,12 @@ def _is_figure(name: str, value: Any) -> bool:
 
 
 def digest_of(result: FlightResult) -> str:
-    """Return a digest of the bits of a log."""
-    digest = hashlib.sha256(np.ravel(result.log.time).data)
-    for name, samples in sorted(result.log.signals.items()):
+    """Return a digest of the bits of a log: of its samples as the drones were read, where they are at hand."""
+    log = result.log
+    digest = hashlib.sha256(np.ravel(log.time).data)
+    for name in sorted(log.signals):
         digest.update(name.encode())
+    bits = log.signals.raw() if isinstance(log.signals, LazySignals) else log.signals.values()
+    for samples in bits:
         digest.update(np.ravel(samples).data)
     return digest.hexdigest()

@@ -8,6 +8,7 @@ The truth of the simulator stands beside them as `sim.x`, `sim.y`, `sim.z` (m), 
 import json
 import os
 import zipfile
+from collections.abc import MutableMapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from crazychoir_fw.common.replacing import replacing
 from crazychoir_fw.recording.cut_log import read_cut
 from crazychoir_fw.recording.journal import Journal
 from crazychoir_fw.recording.log_stream import STREAM
+from crazychoir_fw.recording.signals import LazySignals
 
 SIGNAL = "signal/"
 """Prefix of the signals among the members of the file."""
@@ -38,8 +40,8 @@ class FlightLog:
     drone_ids: list[str]  # N
     """Names of the drones, in the order of the columns of the signals."""
 
-    signals: dict[str, NDArray[Any]] = field(default_factory=dict)  # each (T, N)
-    """Samples by `group.name`."""
+    signals: MutableMapping[str, NDArray[Any]] = field(default_factory=dict)  # each (T, N)
+    """Samples by `group.name`; those of `LazySignals` are computed when they are first asked for."""
 
     metadata: dict[str, Any] = field(default_factory=dict)
     """What flew: mission, provider, version, seed and so on; anything that JSON can hold."""
@@ -66,6 +68,8 @@ class FlightLog:
         # negated, so that NaN is refused as well
         if not np.all(np.diff(self.time) >= 0.0):
             raise ValueError("time must not decrease")
+        if isinstance(self.signals, LazySignals):
+            return
         shape = (len(self.time), len(self.drone_ids))
         for name, samples in self.signals.items():
             samples = np.asarray(samples)

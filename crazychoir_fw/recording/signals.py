@@ -5,7 +5,8 @@ A layout says what the fields of a row are, as plain data: stretches of the memo
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -22,11 +23,58 @@ EXTRA = "extra/"  # prefix of fields that are signals as they are
 _WORD = 4  # [bytes]
 _TURNED_AT_ONCE = 256  # rows, which a cache holds: three times as fast as all of them
 
-_TRUE_POSE = ("sim.x", "sim.y", "sim.z")
-_TRUE_VELOCITY = ("sim.vx", "sim.vy", "sim.vz")
-_TRUE_RATES = ("sim.wx", "sim.wy", "sim.wz")
-_TRUE_ATTITUDE = ("sim.roll", "sim.pitch", "sim.yaw")
+_FEW = 32  # variables that are read one by one before all words are turned
+
+_TRUTH = {
+    **{name: ("_pose", i) for i, name in enumerate(("sim.x", "sim.y", "sim.z"))},
+    **{f"sim.v{axis}": ("_twist", i) for i, axis in enumerate("xyz")},
+    **{f"sim.w{axis}": ("_twist", 3 + i) for i, axis in enumerate("xyz")},
+    **{f"sim.{angle}": ("_angles", i) for i, angle in enumerate(("roll", "pitch", "yaw"))},
+}
+"""What the simulator knows: where it is found, and at which place there."""
 POSE_FIELDS = ("position", "velocity", "orientation")
+
+
+class LazySignals(MutableMapping[str, NDArray[Any]]):
+    """Signals of a flight that are computed when they are first asked for: a judge reads ten of four hundred."""
+
+    def __init__(self, layout: Mapping[str, Any], column: Column) -> None:
+        """Take the samples of a world, see `signals_of`."""
+        self._layout = layout
+        self._parts = [f"part{k}" for k in range(len(layout["parts"]))]
+        others = ["qpos", "motion", *(EXTRA + name for name in layout["extra"])]
+        self._columns = {field: column(field) for field in (*self._parts, *others)}
+        self._world = _WorldSignals(layout, self._columns.__getitem__)
+        self._signals: dict[str, NDArray[Any] | None] = dict.fromkeys(self._world.names)
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        samples = self._signals[name]
+        if samples is None:
+            samples = self._signals[name] = self._world.read(name)
+        return samples
+
+    def __setitem__(self, name: str, samples: NDArray[Any]) -> None:
+        self._signals[name] = samples
+
+    def __delitem__(self, name: str) -> None:
+        del self._signals[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._signals)
+
+    def __len__(self) -> int:
+        return len(self._signals)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._signals
+
+    def raw(self) -> Iterator[NDArray[Any]]:
+        """Yield the samples that all of them are computed from; what lies between them in memory is zero."""
+        for field, samples in self._columns.items():
+            if field in self._parts:
+                for begin, end in _gaps(self._layout["parts"][self._parts.index(field)]["places"], samples.shape[2]):
+                    samples[:, :, begin:end] = 0
+            yield samples
 
 
 def signals_of(layout: Mapping[str, Any], column: Column) -> dict[str, NDArray[Any]]:
@@ -38,11 +86,11 @@ def signals_of(layout: Mapping[str, Any], column: Column) -> dict[str, NDArray[A
         column: Their values.
     """
     if "parts" in layout:
-        signals = {**_log_variables(layout, column), **_true_motion(layout, column)}
-    else:
-        signals = {}
-        for group in layout["poses"]:
-            signals |= motion_signals(group, *(column(f"{group}/{name}") for name in POSE_FIELDS))
+        world = _WorldSignals(layout, column)
+        return {name: world.read(name) for name in world.names}
+    signals: dict[str, NDArray[Any]] = {}
+    for group in layout["poses"]:
+        signals |= motion_signals(group, *(column(f"{group}/{name}") for name in POSE_FIELDS))
     return signals | {name: column(EXTRA + name) for name in layout["extra"]}
 
 
@@ -52,33 +100,78 @@ def scenery_of(layout: Mapping[str, Any], column: Column) -> NDArray[np.float32]
     return column("qpos")[:, columns].astype(np.float32) if columns else None
 
 
-def _log_variables(layout: Mapping[str, Any], column: Column) -> dict[str, NDArray[Any]]:
-    """Return every log variable of a swarm."""
-    found: dict[str, list[tuple[NDArray[np.intp], NDArray[Any]]]] = {}
-    for k, part in enumerate(layout["parts"]):
-        cells_of, numbers = _cells(column(f"part{k}")), np.array(part["numbers"], np.intp)
-        for name, (place, kind) in part["places"].items():
-            found.setdefault(name, []).append((numbers, cells_of(place, np.dtype(kind))))
-    return {name: _joined(own, layout["drones"]) for name, own in found.items()}
+def _gaps(places: Mapping[str, tuple[int, str]], size: int) -> list[tuple[int, int]]:
+    """Return what no variable covers of so many bytes, from places and types of all variables."""
+    gaps, covered = [], 0
+    for begin, kind in sorted(places.values()):
+        if begin > covered:
+            gaps.append((covered, begin))
+        covered = max(covered, begin + np.dtype(kind).itemsize)
+    return [*gaps, (covered, size)] if covered < size else gaps
 
 
-def _cells(copies: NDArray[np.uint8]) -> Callable[[int, np.dtype], NDArray[Any]]:
-    """Return what reads a variable out of copies of memory by place and type, shape (T, N).
+class _WorldSignals:
+    """Every log variable of the drones of a world, where they were and how they moved, and further signals."""
 
-    The copies, (T, N, bytes), are turned once, word by word: variable by variable, memory would be walked through as
-    often as there are variables, which takes five times as long.
-    """
-    if copies.shape[2] % _WORD:  # of a version that copied no whole words
-        return lambda place, dtype: np.ascontiguousarray(copies[:, :, place : place + dtype.itemsize]).view(dtype)[
-            ..., 0
-        ]
-    source = copies.view(np.uint32)
-    words = np.empty((source.shape[2], *source.shape[:2]), np.uint32)
-    for begin in range(0, len(source), _TURNED_AT_ONCE):
-        rows = slice(begin, begin + _TURNED_AT_ONCE)
-        words[:, rows] = np.moveaxis(source[rows], 2, 0)
+    def __init__(self, layout: Mapping[str, Any], column: Column) -> None:
+        self._column = column
+        self._layout = layout
+        self._cells = [_Cells(partial(column, f"part{k}")) for k in range(len(layout["parts"]))]
+        self.names = dict.fromkeys(
+            [name for part in layout["parts"] for name in part["places"]] + [*_TRUTH, *layout["extra"]]
+        )
+        """All names, in the order of a log."""
 
-    def read(place: int, dtype: np.dtype) -> NDArray[Any]:
+    def read(self, name: str) -> NDArray[Any]:
+        """Return a signal, shape (T, N)."""
+        if name in self._layout["extra"]:
+            return self._column(EXTRA + name)
+        if name in _TRUTH:
+            of, i = _TRUTH[name]
+            samples: NDArray[Any] = getattr(self, of)[..., i].astype(np.float32)
+            return samples
+        found = []
+        for part, cells in zip(self._layout["parts"], self._cells, strict=True):
+            if name in part["places"]:
+                place, kind = part["places"][name]
+                found.append((np.array(part["numbers"], np.intp), cells.read(place, np.dtype(kind))))
+        return _joined(found, self._layout["drones"])
+
+    @cached_property
+    def _pose(self) -> Array:
+        """Of all drones, shape (T, N, 7)."""
+        qpos = self._column("qpos")
+        return np.stack([qpos[:, address : address + 7] for address in self._layout["qpos"]], axis=1)
+
+    @cached_property
+    def _twist(self) -> Array:
+        """Of all drones, shape (T, N, 6)."""
+        return self._column("motion")
+
+    @cached_property
+    def _angles(self) -> Array:
+        return roll_pitch_yaw_deg(self._pose[..., 3:7])
+
+
+class _Cells:
+    """Variables out of copies of memory, (T, N, bytes)."""
+
+    def __init__(self, copies: Callable[[], NDArray[np.uint8]]) -> None:
+        self._load = copies
+        self._few = _FEW
+
+    @cached_property
+    def _copies(self) -> NDArray[np.uint8]:
+        return self._load()
+
+    def read(self, place: int, dtype: np.dtype) -> NDArray[Any]:
+        """Return a variable by place and type, shape (T, N)."""
+        copies = self._copies
+        self._few -= 1
+        if self._few >= 0 or copies.shape[2] % _WORD:  # of a version that copied no whole words
+            cells = np.ascontiguousarray(copies[:, :, place : place + dtype.itemsize])
+            return cells.view(dtype)[..., 0]
+        words = self._words
         first, skipped = divmod(place, _WORD)
         count = -(-(skipped + dtype.itemsize) // _WORD)
         if count == 1 and dtype.itemsize == _WORD:
@@ -90,20 +183,19 @@ def _cells(copies: NDArray[np.uint8]) -> Callable[[int, np.dtype], NDArray[Any]]
         cells = joined.view(np.uint8).reshape(*copies.shape[:2], count * _WORD)[..., skipped : skipped + dtype.itemsize]
         return np.ascontiguousarray(cells).view(dtype)[..., 0]
 
-    return read
+    @cached_property
+    def _words(self) -> NDArray[np.uint32]:
+        """The copies, turned word by word.
 
-
-def _true_motion(layout: Mapping[str, Any], column: Column) -> dict[str, NDArray[np.float32]]:
-    """Return where the drones of a world were, and how they moved."""
-    qpos, motion = column("qpos"), column("motion")  # (T, nq), (T, N, 6)
-    pose = np.stack([qpos[:, address : address + 7] for address in layout["qpos"]], axis=1)  # (T, N, 7)
-    angles = roll_pitch_yaw_deg(pose[..., 3:7])
-    truth = {
-        **{name: pose[..., i] for i, name in enumerate(_TRUE_POSE)},
-        **{name: motion[..., i] for i, name in enumerate((*_TRUE_VELOCITY, *_TRUE_RATES))},
-        **{name: angles[..., i] for i, name in enumerate(_TRUE_ATTITUDE)},
-    }
-    return {name: values.astype(np.float32) for name, values in truth.items()}
+        Variable by variable, memory would be walked through as often as there are variables, which takes five times as
+        long.
+        """
+        source = self._copies.view(np.uint32)
+        words = np.empty((source.shape[2], *source.shape[:2]), np.uint32)
+        for begin in range(0, len(source), _TURNED_AT_ONCE):
+            rows = slice(begin, begin + _TURNED_AT_ONCE)
+            words[:, rows] = np.moveaxis(source[rows], 2, 0)
+        return words
 
 
 def motion_signals(group: str, position: Array, velocity: Array, orientation: Array) -> dict[str, NDArray[np.float32]]:
@@ -115,7 +207,7 @@ def motion_signals(group: str, position: Array, velocity: Array, orientation: Ar
         velocity: Shape (T, N, 3).
         orientation: Quaternions xyzw, shape (T, N, 4).
     """
-    signals = {}
+    signals: dict[str, NDArray[Any]] = {}
     for prefix, values in (("", position), ("v", velocity)):
         for k, axis in enumerate("xyz"):
             signals[f"{group}.{prefix}{axis}"] = values[..., k].astype(np.float32)

@@ -24,7 +24,7 @@ from crazychoir_fw.recording.log_archive import archive
 from crazychoir_fw.recording.log_stream import LogStream
 from crazychoir_fw.recording.record_output import TAKEN_BACK, RecordOutput
 from crazychoir_fw.recording.samples import Fields, Samples
-from crazychoir_fw.recording.signals import EXTRA, scenery_of, signals_of
+from crazychoir_fw.recording.signals import EXTRA, LazySignals, scenery_of, signals_of
 from crazychoir_fw.recording.spill_file import SpillFile
 from crazychoir_fw.simulation.stage import scenery_columns
 from crazychoir_fw.simulation.swarm_views import swarm_parts
@@ -214,10 +214,13 @@ class FlightRecorder:
         journal.samples = self._column("requests").tolist()
         if self._was_taken_back:
             journal.gap = TAKEN_BACK
+        # samples stay beside lazy signals: of many, that is too much memory
+        is_small = self._samples is None or len(self._samples) * self._samples.row_bytes < _SPILL_BYTES
+        signals = LazySignals if is_small else signals_of
         return FlightLog(
             time=times,
             drone_ids=[drone.id for drone in self._world.drones],
-            signals=signals_of(self._layout(), self._column),
+            signals=signals(self._layout(), self._column),
             metadata={**self._provenance(), **(metadata or {})},
             events=[event.as_dict() for event in self._world.events],
             journal=journal,
