@@ -84,7 +84,8 @@ class BearingFormation(CFDistributedFeedback):
         self.trajectory = None if self.trajectory is None else list(self.trajectory)
         self._projections = {} if self.is_leader else self._own_projections(self.formation, self.ort_proj)
         self._laws: dict[tuple[tuple[int, ...], tuple[int, ...]], Law] = {}
-        self._integrates = bool(np.any(self.gains.k_i) or np.any(self.gains.takeoff_k_i))
+        self.integrates = bool(np.any(self.gains.k_i) or np.any(self.gains.takeoff_k_i))
+        """Whether trims are learned."""
         self._start: Array | None = None
         self._hold: Array | None = None
         self._trim = np.zeros(3)
@@ -167,14 +168,15 @@ class BearingFormation(CFDistributedFeedback):
         if self.legacy:
             period = _LEGACY_STEP
         u = self._formation(neigh_data, period) if self._phase is Phase.FLIGHT else self._vertical(now, period)
-        return Reference(acceleration=self._limited(u))
+        return Reference(acceleration=self.limited(u))
 
     def period(self, now: float) -> float:
         """Return how long it is since the round before (s)."""
         previous = self.previous_round
         return 0.0 if previous is None else min(max(now - previous, 0.0), LONGEST_STEP)
 
-    def _limited(self, u: Array) -> Array:
+    def limited(self, u: Array) -> Array:
+        """Return an acceleration that is no larger than allowed (m/s^2), shape (3,)."""
         largest = self.gains.largest_acceleration
         if largest < math.inf:
             size = math.sqrt(u @ u)
@@ -184,16 +186,20 @@ class BearingFormation(CFDistributedFeedback):
 
     # ---------------------------------------------------------------- take-off and landing
 
+    def begin_way(self) -> Array:
+        """Return where the climb or descent begins (m, world): where the drone is when it is first asked for."""
+        if self._start is None:
+            self._start = self._position().copy()
+        return self._start
+
     def _vertical(self, now: float, period: float) -> Array:
         """Follow a reference that rises or falls with a constant speed."""
         position = self._position()
-        if self._start is None:
-            self._start = position.copy()
-        reference = self._start.copy()
+        reference = self.begin_way().copy()
         end = self.height if self._phase is Phase.TAKEOFF else TOUCHDOWN_HEIGHT
         speed, left = self.height / self.takeoff_time, end - reference[2]
         way = speed * (now - self._begin)
-        velocity = self._velocity()
+        velocity = self.own_velocity
         if self.gains.takeoff_follows_speed and way < abs(left):
             velocity = velocity - np.array([0.0, 0.0, math.copysign(speed, left)])
         reference[2] += math.copysign(min(way, abs(left)), left)
@@ -210,13 +216,15 @@ class BearingFormation(CFDistributedFeedback):
         return (self._trim if within is None else 0.0) - feedback
 
     def _integrate(self, rate: Array, period: float) -> None:
-        if period == 0.0 or not self._integrates:
+        if period == 0.0 or not self.integrates:
             return
         trim, largest = self._trim, self.gains.largest_trim
         trim += rate * period
         np.clip(trim, -largest, largest, out=trim)
 
-    def _velocity(self) -> Array:
+    @property
+    def own_velocity(self) -> Array:
+        """Velocity of the drone (m/s, world), zero where none is known."""
         velocity = self.current_pose.velocity  # type: ignore[union-attr]
         return _STILL if velocity is None else velocity
 
@@ -235,11 +243,11 @@ class BearingFormation(CFDistributedFeedback):
             return u + self._legacy_integral(neigh_data)
         self._integrate(rate, period)
         if law.lost_damping is not None:
-            u = u - law.lost_damping @ self._velocity()
+            u = u - law.lost_damping @ self.own_velocity
         if law.undetermined is not None:
             if self._hold is None:
                 self._hold = self._position().copy()
-            u = u + self._toward(self._position() - self._hold, self._velocity(), period, law.undetermined)
+            u = u + self._toward(self._position() - self._hold, self.own_velocity, period, law.undetermined)
         else:
             self._hold = None
         return u + self._trim

@@ -133,6 +133,11 @@ class CFGuidance(Stateful):
         """What the guidance is doing."""
         return self._phase
 
+    @property
+    def phase_begin(self) -> float:
+        """Since when (s)."""
+        return self._begin
+
     def set_pose(self, pose: Pose) -> None:
         """Take the newest pose of this drone.
 

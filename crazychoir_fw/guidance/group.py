@@ -15,6 +15,7 @@ from crazychoir_fw.guidance.bearing_formation import LONGEST_STEP, BearingFormat
 from crazychoir_fw.guidance.cf_guidance import CFGuidance, Phase
 from crazychoir_fw.guidance.distributed_feedback import CFDistributedFeedback
 from crazychoir_fw.guidance.outputs import Outputs
+from crazychoir_fw.guidance.vertical_ways import VERTICAL, VerticalWays
 
 Array = NDArray[np.float64]
 
@@ -30,7 +31,8 @@ class GuidanceGroup(Stateful):
     Results of both ways differ by rounding, below 1e-12 m/s^2.
 
     With `sends=False` messages stop as soon as they would carry no news: every agent is in this group, flies in
-    formation and has messages of all of its neighbors. They go on when that ends. The numbers are the same.
+    formation and has messages of all of its neighbors, or none flies in formation. They go on when that ends. The
+    numbers are the same.
     """
 
     def __init__(self, agents: Sequence[CFGuidance], sends: bool = True) -> None:
@@ -63,11 +65,13 @@ class GuidanceGroup(Stateful):
         """Whether the step before was one product for all."""
         self._law: Array | None = None
         self._trims = np.zeros((0, 3))
+        self._ways: VerticalWays | None = None
 
     def restore(self, state: dict[str, Any]) -> None:
         """See `Stateful`. The law is made again when it is needed: trims of agents are rows of one array."""
         super().restore(state)
         self._law = None
+        self._ways = None
 
     @classmethod
     def of(cls, agents: Sequence[CFGuidance]) -> GuidanceGroup | None:
@@ -116,9 +120,13 @@ class GuidanceGroup(Stateful):
     def step(self, now: float) -> list[Outputs]:
         """Return what each agent asks for at a time (s), in the order of the agents."""
         self.let_go()
-        if not self._sends and self._together and self._is_settled():
-            self.was_together = True
-            return self._step_together(now)
+        if not self._sends and self._together:
+            if self._is_settled():
+                self.was_together = True
+                return self._step_together(now)
+            if self._is_vertical():
+                self.was_together = True
+                return self._step_vertically(now)
         for agent in self._feedback:
             agent.begin_round(now)
         self.was_together = self._together and self._is_plain(now)
@@ -135,6 +143,7 @@ class GuidanceGroup(Stateful):
 
     def _wake(self) -> None:
         self._is_quiet = False
+        self._ways = None
 
     @property
     def followers(self) -> list[int]:
@@ -199,6 +208,17 @@ class GuidanceGroup(Stateful):
             self._changes = changes
         return self._can_decide
 
+    def _is_vertical(self) -> bool:
+        """Return whether none is in formation: what they ask for depends on themselves alone."""
+        return all(
+            agent.phase is not Phase.FLIGHT
+            and not agent.round_open
+            and agent.hears_all
+            and agent.current_pose is not None
+            and agent.current_pose.position is not None
+            for agent in self._feedback
+        )
+
     def _is_settled(self) -> bool:
         """Return whether all decided together in the last round, and nothing has happened since."""
         if not self._can_decide:
@@ -235,6 +255,19 @@ class GuidanceGroup(Stateful):
             agent.previous_round = now
             reference = None if agent.is_leader else Reference(acceleration=next(references))  # type: ignore[attr-defined]
             outputs.append(agent.decided(now, reference))
+        return outputs
+
+    def _step_vertically(self, now: float) -> list[Outputs]:
+        if self._ways is None:
+            self._ways = VerticalWays([one for one in self._followers if one.phase in VERTICAL])
+            self._law = None  # it shares their trims
+        wanted = dict(zip(map(id, self._ways.followers), self._ways.accelerations(now), strict=True))
+        outputs = []
+        for agent in self._feedback:
+            if agent.phase in VERTICAL:
+                agent.previous_round = now
+            found = wanted.get(id(agent))
+            outputs.append(agent.decided(now, None if found is None else Reference(acceleration=found)))
         return outputs
 
     def _inputs(self, stacked: Array, period: float) -> Array:

@@ -6,6 +6,7 @@ from guidance_swarm import GRID, SQUARE, SQUARE_GRAPH, SQUARE_STARTS, Swarm, gri
 
 from crazychoir_fw.common.errors import RangeError
 from crazychoir_fw.guidance import BearingFormation, GuidanceGroup, SimpleGuidance
+from crazychoir_fw.guidance.cf_guidance import Phase
 
 
 class Alone(Swarm):
@@ -116,6 +117,30 @@ def test_others_take_part():
     assert outputs[2].reference is not None and outputs[4].trajectory is not None
     with pytest.raises(RangeError, match="each once"):
         GuidanceGroup([alone, alone])
+
+
+@pytest.mark.parametrize("gains", ["webots", "vicon", "mujoco"])
+def test_climbs_and_descents_need_no_message_and_change_no_bit(gains):
+    swarms = [
+        kind(SQUARE, SQUARE_GRAPH, SQUARE_STARTS * (1, 1, 0.015), noise=(0.002, 0.02), gains=gains, takeoff_time=2.0)
+        for kind in (Alone, Silent)
+    ]
+    for swarm in swarms:
+        swarm.measure()
+        swarm.press("takeoff")
+        swarm.run(3.0)
+    alone, silent = swarms
+    np.testing.assert_array_equal(silent.position, alone.position)
+    assert alone.agents[2].communicator.statistics.rounds > 100 > 1 > silent.agents[2].communicator.statistics.rounds
+    for swarm in swarms:
+        swarm.press("start")
+        swarm.run(0.5)
+        swarm.press("land")
+        swarm.run(4.0)
+    # formations differ by rounding
+    np.testing.assert_allclose(silent.position, alone.position, atol=1e-9)
+    assert [a.phase for a in alone.agents] == [a.phase for a in silent.agents] == [Phase.IDLE] * 4
+    assert silent.events == alone.events == []
 
 
 @pytest.mark.parametrize("victim", [None, 1, 3])
