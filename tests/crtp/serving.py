@@ -45,9 +45,9 @@ def _uris_of(server) -> dict[str, str]:
     raise AssertionError(f"does not serve: {text}")
 
 
-def start(script, *words, before=()) -> subprocess.Popen:
-    """Start a script with words for it, and words before the interpreter."""
-    command = [*before, sys.executable, script, *words]
+def start(script, *words) -> subprocess.Popen:
+    """Start a script with words for it."""
+    command = [sys.executable, script, *words]
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 

@@ -5,7 +5,6 @@ All of them fly at once, in one world; where they really flew is what the log of
 
 import json
 import re
-import shutil
 import time
 from collections import Counter
 from dataclasses import dataclass
@@ -25,7 +24,6 @@ SCRIPTS = Path(__file__).parent / "user_scripts"
 MISSION = SCRIPTS / "served.yaml"
 MAX_LAG_S = 0.4
 """Scripts wait about half a second longer than what they asked for takes."""
-NICE = ["nice", "-n", "10"] if shutil.which("nice") else []
 
 
 @dataclass(frozen=True)
@@ -46,9 +44,9 @@ class Served:
 
 
 def start_politely(words):
-    """Start a script: the simulation comes first, and one after the other wakes up."""
+    """Start a script, one after the other, as they take half a second of processor to wake up."""
     time.sleep(0.5)
-    return start(SCRIPTS / words[0], *words[1:], before=NICE)
+    return start(SCRIPTS / words[0], *words[1:])
 
 
 def fly_all(out, cache):
