@@ -11,13 +11,15 @@
 // Waking a sleeping thread takes as long, so a waiting one looks about a millisecond before it
 // sleeps.
 #define SPINS_BEFORE_SLEEP 30000
-#define SPINS_BEFORE_YIELD 4000
 
-// A thread that lost its processor shows that the machine has other work. For a while no loop is
-// shared, and waiting threads sleep; each absence before it has been calm doubles the while. Thus
-// threads that are not run cost little, whatever the load.
+// A thread that lost its processor shows that the machine has other work. One tenth of the time may
+// go to such absences, as a virtual machine takes some in any case; beyond a reserve no loop is
+// shared for a while, and waiting threads sleep. Each time that comes soon after another one
+// doubles the while. Thus threads that are not run cost little, whatever the load.
 #define SHORTEST_ABSENCE 500000  // [ns]
-#define LEAST_ALONE 50000000     // [ns]
+#define ALLOWED_SHARE 0.1        // of absences
+#define RESERVE 2000000          // [ns], of absences
+#define LEAST_ALONE 100000000    // [ns]
 #define CALM 1000000000          // [ns]
 #define MOST_ALONE 1000000000    // [ns]
 #define SPINS_PER_GLANCE 64      // at the clock
@@ -69,7 +71,9 @@ static struct {
   atomic_uint     generation;  // counts loops; workers wait for a change
   atomic_int      sleepers;
   _Atomic int64_t alone_until;  // [ns] of the clock
-  _Atomic int64_t alone;        // [ns], how long it was the last time
+  int64_t         alone;        // [ns], how long it was the last time; guarded by the lock
+  int64_t         absent;       // [ns], beyond what is allowed; guarded by the lock
+  int64_t         absent_at;    // [ns] of the clock; guarded by the lock
 } pool = {.turn    = PTHREAD_MUTEX_INITIALIZER,
           .lock    = PTHREAD_MUTEX_INITIALIZER,
           .wake    = PTHREAD_COND_INITIALIZER,
@@ -110,17 +114,20 @@ static void do_part(int part) {
 }
 
 // A thread works on its own share first, so that it meets the same drones in each loop, and then
-// helps the others.
-static void take_parts(int self) {
+// helps the others. Returns the number of parts.
+static int take_parts(int self) {
   const int sharing = atomic_load_explicit(&pool.sharing, memory_order_relaxed);
+  int       taken   = 0;
   for (int i = 0; i < sharing; i++) {
     const int index = (self + i) % sharing;
     share_t  *share = &pool.shares[index];
     int       part;
     while ((part = take_part(share, index == self)) >= 0) {
       do_part(part);
+      taken++;
     }
   }
+  return taken;
 }
 
 static int64_t now(void) {
@@ -129,18 +136,23 @@ static int64_t now(void) {
   return (int64_t)time.tv_sec * 1000000000 + time.tv_nsec;
 }
 
-// The system took a thread off its processor. Concurrent notes of one absence count once.
-static void note_absence(int64_t time) {
-  int64_t until = atomic_load_explicit(&pool.alone_until, memory_order_relaxed);
-  if (time < until) {
-    return;
+static void go_alone(int64_t time) {
+  const bool is_new = time - atomic_load(&pool.alone_until) > CALM;
+  pool.alone        = is_new ? LEAST_ALONE : pool.alone < MOST_ALONE ? 2 * pool.alone : pool.alone;
+  pool.absent       = 0;
+  atomic_store(&pool.alone_until, time + pool.alone);
+}
+
+// The system took a thread off its processor for so long [ns].
+static void note_absence(int64_t time, int64_t absence) {
+  pthread_mutex_lock(&pool.lock);
+  const int64_t paid = (int64_t)(ALLOWED_SHARE * (double)(time - pool.absent_at));
+  pool.absent        = (pool.absent > paid ? pool.absent - paid : 0) + absence;
+  pool.absent_at     = time;
+  if (pool.absent > RESERVE && time > atomic_load(&pool.alone_until)) {
+    go_alone(time);
   }
-  const int64_t last   = atomic_load_explicit(&pool.alone, memory_order_relaxed);
-  const bool    is_new = time - until > CALM;
-  const int64_t alone  = is_new ? LEAST_ALONE : last < MOST_ALONE ? 2 * last : last;
-  if (atomic_compare_exchange_strong(&pool.alone_until, &until, time + alone)) {
-    atomic_store_explicit(&pool.alone, alone, memory_order_relaxed);
-  }
+  pthread_mutex_unlock(&pool.lock);
 }
 
 static bool is_kept_away(void) {
@@ -160,7 +172,7 @@ static bool look_for_change(unsigned seen) {
     if (i % SPINS_PER_GLANCE == 0) {
       const int64_t time = now();
       if (time - last > SHORTEST_ABSENCE) {
-        note_absence(time);
+        note_absence(time, time - last);
         return false;
       }
       last = time;
@@ -283,22 +295,32 @@ bool cf_loop_start(int count, int grain, void (*body)(void *context, int begin, 
   return true;
 }
 
-// Waits for a thread that lost its processor in the middle of a part.
-static void wait_for_absent(void) {
-  while (atomic_load_explicit(&pool.unfinished, memory_order_acquire) > 0) {
-    sched_yield();
+// Waits for a thread that is in the middle of a part, which takes as long [ns] where the system
+// runs it.
+static void wait_for_last(int64_t part) {
+  const int64_t begin  = now();
+  const int64_t allows = 2 * part > SHORTEST_ABSENCE ? 2 * part : SHORTEST_ABSENCE;
+  int64_t       waited = 0;
+  for (int i = 1; atomic_load_explicit(&pool.unfinished, memory_order_acquire) > 0; i++) {
+    if (waited > allows) {
+      sched_yield();
+    } else {
+      relax();
+    }
+    if (i % SPINS_PER_GLANCE == 0 || waited > allows) {
+      waited = now() - begin;
+    }
   }
-  note_absence(now());
+  if (waited > allows) {
+    note_absence(begin + waited, waited);
+  }
 }
 
 void cf_loop_finish(void) {
-  take_parts(0);
-  int spins = 0;
-  while (atomic_load_explicit(&pool.unfinished, memory_order_acquire) > 0) {
-    relax();
-    if (++spins > SPINS_BEFORE_YIELD) {
-      wait_for_absent();
-    }
+  const int64_t begin = now();
+  const int     taken = take_parts(0);
+  if (atomic_load_explicit(&pool.unfinished, memory_order_acquire) > 0) {
+    wait_for_last(taken > 0 ? (now() - begin) / taken : 0);
   }
   pthread_mutex_unlock(&pool.turn);
 }
