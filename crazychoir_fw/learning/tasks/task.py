@@ -210,8 +210,8 @@ class Task:
             self.speed_cost * _length(reference.velocity - truth.velocity)
             + self.rate_cost * _length(truth.rates)
             + self.yaw_cost * (1.0 - cosine)
-            + self.action_cost * np.square(reading.action).sum(1)
-            + self.change_cost * np.square(change).sum(1)
+            + self.action_cost * _squared(reading.action)
+            + self.change_cost * _squared(change)
         )
         return ((self.near_reward * near + self.far_reward * far - cost) / self.rate_hz).astype(np.float32)
 
@@ -220,11 +220,17 @@ class Task:
         position = reading.truth.position
         inside = (position > np.array(self.low, np.float32)) & (position < np.array(self.high, np.float32))
         is_tilted = reading.truth.rotation[:, 8] < math.cos(math.radians(self.max_tilt_deg))
-        return ~inside.all(1) | is_tilted | reading.is_out
+        is_inside = inside[:, 0] & inside[:, 1] & inside[:, 2]
+        return ~is_inside | is_tilted | reading.is_out
+
+
+def _squared(vectors: Floats) -> Floats:
+    """Return sums of squares, shape (N,); a reduction over three columns takes five times as long."""
+    return np.asarray(np.einsum("ij,ij->i", vectors, vectors))
 
 
 def _length(vectors: Floats) -> Floats:
-    return np.sqrt(np.square(vectors).sum(1))
+    return np.sqrt(_squared(vectors))
 
 
 def quat_of(roll: Doubles, pitch: Doubles, yaw: Doubles) -> Doubles:
