@@ -68,8 +68,9 @@ def main() -> None:
 
 
 def is_mission(path: Path) -> bool:
-    """Return whether a file is a mission."""
-    return re.search(r"^(flight|extends):", path.read_text(), re.MULTILINE) is not None
+    """Return whether a file is a mission, and no campaign of one."""
+    keys = set(re.findall(r"^(\w+):", path.read_text(), re.MULTILINE))
+    return bool(keys & {"flight", "extends"}) and "flights" not in keys
 
 
 def commands_of(path: Path) -> tuple[list[str] | None, list[str]]:
