@@ -190,8 +190,9 @@ class Task:
             seconds: Time since the begin of each episode (s), shape (N,).
         """
         del plan
-        still = np.zeros((len(seconds), 3), np.float32)
-        return Reference(still + np.array(self.center, np.float32), still, still)
+        shape = len(seconds), 3
+        still = np.broadcast_to(np.float32(0.0), shape)
+        return Reference(np.broadcast_to(np.array(self.center, np.float32), shape), still, still)
 
     def advance(self, plan: Doubles, reading: Reading) -> Floats | float:
         """Change rows of `plan` in place after a step, and return what that was worth beside `reward`, shape (N,)."""
