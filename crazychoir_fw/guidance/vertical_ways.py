@@ -62,8 +62,7 @@ class VerticalWays:
         self._trims[:] = np.clip(trims, -self._largest_trim, self._largest_trim)
         found = self._trims - (self._k_p * errors + self._k_d * velocities)
         squares = np.einsum("ij,ij->i", found, found)
-        for k in np.flatnonzero(
-            squares > 0.999 * self._largest_squared
-        ).tolist():  # to the bit as they do it themselves
+        # they do it themselves where it matters, so that not a bit differs
+        for k in np.flatnonzero(squares > 0.999 * self._largest_squared).tolist():
             found[k] = self.followers[k].limited(found[k])
         return found
